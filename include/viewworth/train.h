@@ -62,15 +62,15 @@ enum { VW_PILOT_STEPS_MOST = 100000 };
 
 // Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
 struct vw_config {
-    uint64_t seed;           // 0 to 2^63-1; decides what `vary` names
-    enum vw_vary vary;       // VW_VARY_ALL, except in runs that differ in one kind of draws only, or in validation
-    uint64_t base_seed;      // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL and VW_VARY_ALL_VALIDATION
-    uint32_t epochs;         // not part of the run's identity: a run can be extended
-    uint32_t burn_in_epochs; // first epochs, excluded from scores
-    uint32_t rays;           // per step, 1 to 65536
-    uint32_t samples;        // per ray, 1 to 4096; with importance_samples: the even ones
+    uint64_t seed;               // 0 to 2^63-1; decides what `vary` names
+    enum vw_vary vary;           // VW_VARY_ALL, except in runs that differ in one kind of draws only, or in validation
+    uint64_t base_seed;          // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL and VW_VARY_ALL_VALIDATION
+    uint32_t epochs;             // not part of the run's identity: a run can be extended
+    uint32_t burn_in_epochs;     // first epochs, excluded from scores
+    uint32_t rays;               // per step, 1 to 65536
+    uint32_t samples;            // per ray, 1 to 4096; with importance_samples: the even ones
     uint32_t importance_samples; // per ray, beside: placed where the even ones show matter; 0: none
-    uint32_t val_rays;       // in total; the rays that appearance is fitted on are not counted
+    uint32_t val_rays;           // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     enum vw_optimizer optimizer;
@@ -78,8 +78,8 @@ struct vw_config {
     // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6
     // to 1. Below 1 makes `epochs` part of the run's identity
     double learning_rate_decay;
-    double beta1;         // [0,1); 0: no momentum
-    double beta2;         // [0,1)
+    double beta1; // [0,1); 0: no momentum
+    double beta2; // [0,1)
     enum vw_field field;
     uint32_t mlp_depth;       // of VW_FIELD_MLP: layers of its trunk, 1 to 16; 8 with the other
     uint32_t frequencies;     // likewise: of the encoding of positions, 0 to 16; 10 with the other
@@ -152,7 +152,8 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 // off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
 // an unknown effect.
 enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *verdicts, uint32_t count);
-// Switches off what the config's field, or importance samples, cannot have. VW_ERROR_USAGE, naming both, where config->effects names it.
+// Switches off what the config's field, or importance samples, cannot have. VW_ERROR_USAGE, naming both, where
+// config->effects names it.
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count);
 // Whether the effect of that name is on; false for one that is not in the list.

@@ -285,7 +285,6 @@ static enum vw_status allocate(struct sweep *sweep) {
 
 static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
-    struct vw_config config = vw_config_without_probes(&run->config);
     sweep->steps = run->scoring.input.record_count - 1;
     sweep->from = sweep->steps + 1;
     sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps, 0};
@@ -294,9 +293,10 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
                        "sweep it",
                        run->ledger_path, sweep->steps);
-    config.epochs = run->config.epochs = (uint32_t)(sweep->steps / photos); // fewer than were asked for, in stable runs
+    enum vw_status status = vw_lasting_set_epochs(run->ledger_path, (uint32_t)(sweep->steps / photos), &run->config);
+    const struct vw_config config = vw_config_without_probes(&run->config);
     sweep->path = vw_path_join(run->out, VW_LASTING_SWEEP_FILE);
-    enum vw_status status = allocate(sweep);
+    if (!status) status = allocate(sweep);
     if (status) return status;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,

@@ -12,6 +12,16 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
                    "--table-precision float32");
 }
 
+enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config) {
+    if (config->learning_rate_decay < 1.0 && config->epochs != taken)
+        return vw_fail(VW_ERROR_USAGE,
+                       "%s: stopped after %u of %u planned epochs, over which its learning rate decays; lasting credit "
+                       "needs all of them: finish it by viewworth value --resume without --until-stable",
+                       ledger_path, taken, config->epochs);
+    config->epochs = taken;
+    return VW_OK;
+}
+
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
 
 bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,

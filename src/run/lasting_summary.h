@@ -18,6 +18,9 @@ struct vw_lasting_wanted {
 
 // VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
+// Sets the epochs that were taken: fewer than were planned in runs that stopped by themselves. VW_ERROR_USAGE, naming
+// the ledger, where the learning rate decayed over the planned ones.
+enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config);
 // Whether a run of `config` has a gate; with momentum it has none.
 bool vw_lasting_has_gate(const struct vw_config *config);
 // Whether a ledger's sweep of a run of `config` is the one that is wanted, and has its gate if that is wanted.

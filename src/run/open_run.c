@@ -23,6 +23,16 @@
 
 // ---- What is asked for ---------------------------------------------------------------------------------------------
 
+// The rate decays over the planned epochs, so that these must be known, and are those that a sweep follows back.
+static enum vw_status check_decay(const struct vw_run_params *params) {
+    if (!params->config || params->config->learning_rate_decay == 1.0) return VW_OK;
+    if (params->until_stable > 0 && params->lasting)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--lasting: follows back all planned epochs of a run with --learning-rate-decay, "
+                       "of which --until-stable may leave some out; leave it out");
+    return VW_OK;
+}
+
 static enum vw_status check_params(const struct vw_run_params *params) {
     if (!params || !params->scene.path || !*params->scene.path)
         return vw_fail(VW_ERROR_USAGE, "vw_run_params.scene.path is missing: name the scene's folder or file");
@@ -37,7 +47,7 @@ static enum vw_status check_params(const struct vw_run_params *params) {
         status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s, payout and "
                                          "lasting, which need validation: leave them out");
     if (!status && params->lasting) status = vw_lasting_check_config(params->config);
-    return status;
+    return status ? status : check_decay(params);
 }
 
 static enum vw_status copy_params(const struct vw_run_params *params, struct vw_run *run) {

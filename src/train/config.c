@@ -94,8 +94,8 @@ static const struct number {
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
     {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
-    {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0, true,
-     true},
+    {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0,
+     true, true},
     {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true, false},
     {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true, false},
     {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true, true},
@@ -144,12 +144,12 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
 static enum vw_status check_together(const struct vw_config *config) {
     uint32_t samples = config->samples + config->importance_samples;
     if (samples > VW_SAMPLES_MAX)
-        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples are %" PRIu32 " together: at most %d", samples,
-                       VW_SAMPLES_MAX);
+        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples are %" PRIu32 " together: at most %d",
+                       samples, VW_SAMPLES_MAX);
     if ((uint64_t)config->rays * samples > 1u << 24)
         return vw_fail(VW_ERROR_USAGE, "--rays times --samples%s is %" PRIu64 ": at most %u samples per step",
-                       config->importance_samples ? " and --importance-samples" : "",
-                       (uint64_t)config->rays * samples, 1u << 24);
+                       config->importance_samples ? " and --importance-samples" : "", (uint64_t)config->rays * samples,
+                       1u << 24);
     if (config->levels * config->features % 4 != 0)
         return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels,
                        config->features);
@@ -277,10 +277,7 @@ static enum vw_status number_from_json(const json_t *object, const struct number
 }
 
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
-    struct vw_config parsed = {.huber_length = vw_config_default.huber_length,
-                               .mlp_depth = vw_config_default.mlp_depth,
-                               .frequencies = vw_config_default.frequencies,
-                               .pilot_steps = VW_PILOT_STEPS_AUTO};
+    struct vw_config parsed = vw_config_default; // what is absent
     json_error_t error;
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);

@@ -18,7 +18,7 @@ struct evaluator {
     struct vw_pass *generate, *composite;
     struct field_passes passes; // of the field
     struct importance importance;
-    struct vw_batch *batch;     // for evaluator_set_pixels
+    struct vw_batch *batch; // for evaluator_set_pixels
 };
 
 // An evaluator for up to `rays` rays.

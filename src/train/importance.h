@@ -1,7 +1,7 @@
-// Samples placed where the field has matter (--importance-samples). Before a chunk of rays goes forward, its even samples
-// are rendered without a way back, and place_samples lists all places of the chunk, which the passes behind it read.
-// NeRF (Mildenhall et al., ECCV 2020, section 5.2) renders the even samples by a network of their own; here one field
-// serves both.
+// Samples placed where the field has matter (--importance-samples). Before a chunk of rays goes forward, its even
+// samples are rendered without a way back, and place_samples lists all places of the chunk, which the passes behind it
+// read. NeRF (Mildenhall et al., ECCV 2020, section 5.2) renders the even samples by a network of their own; here one
+// field serves both.
 #ifndef VIEWWORTH_TRAIN_IMPORTANCE_H
 #define VIEWWORTH_TRAIN_IMPORTANCE_H
 

@@ -121,8 +121,8 @@ static enum vw_status choose_chunk(const struct vw_config *config, const struct 
     if (bytes * (group_samples / VW_FIELD_GROUP) > limits->storage_binding_bytes)
         return vw_fail(
             VW_ERROR_USAGE,
-            "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16",
-            samples, group_samples);
+            "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16", samples,
+            group_samples);
     uint64_t fits = VW_FIELD_GROUP * (most / bytes);
     if (chunk > fits) chunk = (uint32_t)fits;
     if (chunk > step_samples) chunk = step_samples;

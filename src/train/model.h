@@ -27,8 +27,8 @@ struct model {
     const struct field_kind *kind;           // fields/registry.h
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
-    double learning_rate_decay; // vw_config
-    uint64_t planned_steps;     // of all epochs
+    double learning_rate_decay;              // vw_config
+    uint64_t planned_steps;                  // of all epochs
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     struct param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns

@@ -302,10 +302,10 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     struct vw_pass **passes[] = {&sweep->perturb,        &sweep->difference,  &sweep->reduce,
                                  &sweep->normalise_step, &sweep->slope_views, &sweep->normalise_views};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
-    struct vw_buffer **buffers[] = {
-        &sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient, &sweep->blocks.moment, &sweep->direction,
-        &sweep->sums,          &sweep->state,        &sweep->seen_ahead,      &sweep->val_rays,      &sweep->rows,
-        &sweep->places};
+    struct vw_buffer **buffers[] = {&sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient,
+                                    &sweep->blocks.moment, &sweep->direction,    &sweep->sums,
+                                    &sweep->state,         &sweep->seen_ahead,   &sweep->val_rays,
+                                    &sweep->rows,          &sweep->places};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 

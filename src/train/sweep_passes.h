@@ -37,9 +37,9 @@ struct sweep_passes {
     uint32_t rays, padded_rays;          // of a step that the product takes
     struct step_blocks blocks;           // owned
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
-    struct vw_buffer *places;                   // of all samples of a step, with importance samples: they are held fixed
-    struct vw_buffer *val_rays;                 // vw_ray per ray of validation: slopes in place of targets
-    struct vw_buffer *rows;                     // READBACK: vec4 per step of a batch and measure
+    struct vw_buffer *places;   // of all samples of a step, with importance samples: they are held fixed
+    struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
+    struct vw_buffer *rows;     // READBACK: vec4 per step of a batch and measure
     struct gradient_passes product, validation; // from slopes that are given
     struct field_passes forward;                // of colours ahead and behind: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;

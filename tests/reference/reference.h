@@ -47,6 +47,19 @@ double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray,
 // In the field's unit cube.
 void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample,
                                double offset, double position[3]);
+// The same at a place on the ray, counted in strata.
+void reference_position_at(const struct vw_specialization *s, const struct reference_ray *ray, double place,
+                           double position[3]);
+// In box edges.
+double reference_length_between(const struct vw_specialization *s, const struct reference_ray *ray, double from,
+                                double to);
+// What a sample stands for among all `places` of its ray, which are in order: up to the middles towards its neighbours.
+double reference_listed_length(const struct vw_specialization *s, const struct reference_ray *ray, const double *places,
+                               uint32_t sample);
+// The places of all samples of a ray, in order, where its even samples have these optical thicknesses (of whole
+// strata). `weights` receives those of the strata, which the places follow.
+void reference_place_samples(const struct vw_specialization *s, uint32_t ray, const double *taus, vw_uint4 key,
+                             double *weights, double *places);
 // Of the stratum that a sample lies in, in box edges.
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
 
@@ -282,6 +295,7 @@ struct reference_step {
     struct reference_ray *rays;
     struct reference_sample *samples; // ray by ray
     uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
+    double *sample_places;  // per sample: where it is on its ray, in strata; a test may set them [NULL: one in each stratum]
     struct reference_d_sample *d_samples;                        // likewise
     double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
     double (*backdrops)[3];                                      // per ray: the colour behind the field

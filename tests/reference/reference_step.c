@@ -61,6 +61,7 @@ void reference_step_destroy(struct reference_step *step) {
     free(step->samples);
     free(step->d_samples);
     free(step->slots);
+    free(step->sample_places);
     free(step->colours);
     free(step->backdrops);
     free(step->left);
@@ -80,7 +81,9 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
     for (uint32_t i = 0; i < s->samples; i++) {
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
         points[i].density = slots[i] == REFERENCE_SKIPPED ? 0.0 : samples[i].density;
-        points[i].length = reference_stratum_length(s, &step->rays[ray], i);
+        points[i].length =
+            step->sample_places ? reference_listed_length(s, &step->rays[ray], &step->sample_places[(size_t)ray * s->samples], i)
+                         : reference_stratum_length(s, &step->rays[ray], i);
     }
 }
 
@@ -130,8 +133,9 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     for (uint32_t ray = 0; ray < step->ray_count; ray++) {
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
-            reference_sample_position(&s, &step->rays[ray], i, reference_stratum_offset(&s, ray, i, key),
-                                      sample->position);
+            double place = step->sample_places ? step->sample_places[(size_t)ray * s.samples + i]
+                                        : i + reference_stratum_offset(&s, ray, i, key);
+            reference_position_at(&s, &step->rays[ray], place, sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
             reference_networks_forward(&s, weights, sample);

@@ -41,6 +41,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.seed = c->seed;
     config.rays = c->rays ? c->rays : 20;
     config.samples = c->samples ? c->samples : 32;
+    config.importance_samples = c->importance_samples;
     config.levels = c->levels ? c->levels : 8;
     config.features = c->features ? c->features : 2;
     config.log2_table = c->one_entry ? 0 : c->log2_table ? c->log2_table : 14;
@@ -143,7 +144,7 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     device_choose(&device, &choices);
     stop_unless(bench, model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
                                     vw_gpu_get_limits(bench->gpu), &bench->model));
-    bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->config.samples;
+    bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->model.specialization.samples;
     override_model(c, bench);
     make_params(c, bench);
     make_pixels(bench);
@@ -307,6 +308,16 @@ void step_bench_place(const struct step_bench *bench, uint32_t ray, double place
     place[1] = 2.0 * pixel->y_px / image->height_px - 1.0;
 }
 
+double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places) {
+    if (!places) return NULL;
+    float *listed = step_bench_read(bench, places);
+    size_t count = vw_buffer_size_bytes(places) / sizeof *listed;
+    double *exact = vw_allocate(count, sizeof *exact);
+    for (size_t i = 0; i < count; i++) exact[i] = listed[i];
+    free(listed);
+    return exact;
+}
+
 struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
@@ -314,6 +325,7 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
     free(reference->slots);
     reference->slots = step_bench_slots(bench);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) step_bench_place(bench, ray, reference->places[ray]);
+    reference->sample_places = step_bench_sample_places(bench, bench->step.places);
     free(rays);
     return reference;
 }

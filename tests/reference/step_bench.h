@@ -14,6 +14,7 @@ struct step_case {
     const char *name;
     uint64_t seed;
     uint32_t rays, samples;          // [20], [32]
+    uint32_t importance_samples;     // [none]
     uint32_t levels, features;       // [8], [2]
     uint32_t log2_table;             // [14]
     bool one_entry;                  // log2_table is 0: every sample falls into the same entry
@@ -103,6 +104,8 @@ void step_bench_keep_all(struct step_bench *bench);
 uint32_t *step_bench_slots(struct step_bench *bench);
 // Where in its photo the pixel of a ray lies, -1 to 1 across it.
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
+// Per sample of a chunk its place, from the buffer that lists them; NULL where none does. Owned by the caller.
+double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places);
 // The reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
 

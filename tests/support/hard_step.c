@@ -304,6 +304,7 @@ void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench
     float *params = step_bench_read(bench, bench->field.params);
     struct reference_params *reference_params = reference_params_create(&bench->model, params);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
+    reference->sample_places = step_bench_sample_places(bench, evaluator->places);
     reference_step_forward(reference, reference_params, false, 0);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};

@@ -34,6 +34,12 @@ static void change_base_seed(struct parts *parts) {
 }
 static void change_rays(struct parts *parts) { parts->config.rays++; }
 static void change_learning_rate(struct parts *parts) { parts->config.learning_rate *= 1.0 + 0x1p-52; }
+static void change_decay(struct parts *parts) { parts->config.learning_rate_decay = 0.5; }
+static void change_epochs_of_decay(struct parts *parts) {
+    change_decay(parts);
+    parts->config.epochs++;
+}
+static void change_importance_samples(struct parts *parts) { parts->config.importance_samples = 16; }
 static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++; }
 static void change_validation(struct parts *parts) { parts->validate = false; }
 static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
@@ -68,12 +74,31 @@ static void change_subset(struct parts *parts) {
 
 static void every_part_of_a_run_names_it(void **state) {
     (void)state;
-    static void (*const changes[])(struct parts *) = {
-        change_scene,     change_subset,          change_seed,    change_rays,         change_learning_rate,
-        change_burn_in,   change_validation,      change_effects, change_background,   change_device,
-        change_driver,    change_to_unbounded,    change_box,     change_vary,         change_vary_to_pixels,
-        change_base_seed, change_table_precision, change_loss,    change_huber_length, change_field,
-        change_mlp_depth, change_frequencies};
+    static void (*const changes[])(struct parts *) = {change_scene,
+                                                      change_subset,
+                                                      change_seed,
+                                                      change_rays,
+                                                      change_learning_rate,
+                                                      change_burn_in,
+                                                      change_validation,
+                                                      change_effects,
+                                                      change_background,
+                                                      change_device,
+                                                      change_driver,
+                                                      change_to_unbounded,
+                                                      change_box,
+                                                      change_vary,
+                                                      change_vary_to_pixels,
+                                                      change_base_seed,
+                                                      change_table_precision,
+                                                      change_loss,
+                                                      change_huber_length,
+                                                      change_field,
+                                                      change_mlp_depth,
+                                                      change_frequencies,
+                                                      change_decay,
+                                                      change_epochs_of_decay,
+                                                      change_importance_samples};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][VW_HASH_BYTES];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

@@ -229,11 +229,13 @@ static void a_step_says_what_it_leaves(void **state) {
         uint32_t epochs;
         uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
         enum vw_field field;
-    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH},
-                 {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH},
-                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH}, // the first 256 steps skip nothing
-                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH},
-                 {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP}};
+        uint32_t importance_samples; // with which the learning rate decays
+    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
+                 {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
+                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0}, // the first 256 steps skip nothing
+                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
+                 {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0},
+                 {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = lasting_config_of(cases[i].field);
@@ -241,6 +243,8 @@ static void a_step_says_what_it_leaves(void **state) {
         double predicted[CHECKED], measured[CHECKED];
         config.epochs = cases[i].epochs;
         config.beta1 = cases[i].beta1;
+        config.importance_samples = cases[i].importance_samples;
+        if (config.importance_samples) config.samples = 8, config.learning_rate_decay = 0.3;
         strcpy(config.effects, cases[i].effects);
         struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, cases[i].memory_bytes, NULL);
         sweep(lasting, credits);

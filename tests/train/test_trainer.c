@@ -506,6 +506,8 @@ static void configs_round_trip_and_ranges_are_checked(void **state) {
     config.learning_rate = 0.1 + 0.2;
     config.loss = VW_LOSS_HUBER;
     config.huber_length = 0.03;
+    config.importance_samples = 24;
+    config.learning_rate_decay = 0.3;
     config.optimizer = VW_OPTIMIZER_SGD;
     config.background = VW_BACKGROUND_RANDOM;
     char *json = vw_config_to_json(&config, false);
@@ -549,10 +551,12 @@ static void a_length_that_is_not_chosen_leaves_no_trace(void **state) {
         config.loss = loss;
         char *json = vw_config_to_json(&config, true);
         assert_null(strstr(json, "huber_length"));
+        assert_null(strstr(json, "importance_samples"));
+        assert_null(strstr(json, "learning_rate_decay"));
         free(json);
         json = vw_config_to_json(&config, false);
         ASSERT_OK(vw_config_from_json(json, &parsed));
-        assert_true(parsed.huber_length == 0.1);
+        assert_true(parsed.huber_length == 0.1 && parsed.learning_rate_decay == 1.0 && parsed.importance_samples == 0);
         free(json);
     }
     config.huber_length = 0.3;

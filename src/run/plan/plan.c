@@ -265,6 +265,9 @@ static enum vw_status take_recorded(const struct vw_run_params *params, const ch
 
 enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledger_path, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan) {
+    if (params->budget_s > 0 && config->learning_rate_decay < 1.0)
+        return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay, whose rates depend on --epochs: leave "
+                                       "out one of them");
     if (params->budget_s > 0 && config->same_state)
         return vw_fail(VW_ERROR_USAGE,
                        "--budget excludes --same-state, whose states depend on --epochs: leave out one of them");

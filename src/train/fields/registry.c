@@ -21,8 +21,7 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
         if (skips && !config->importance_samples) continue;
         if (effects_names(config->effects, verdicts[i].name))
             return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --%s %s; leave it out", verdicts[i].name,
-                           skips ? "importance-samples" : "field",
-                           skips ? "above 0" : vw_field_name(config->field));
+                           skips ? "importance-samples" : "field", skips ? "above 0" : vw_field_name(config->field));
         verdicts[i].on = false;
     }
     return VW_OK;

@@ -1,0 +1,179 @@
+// Samples placed by importance: where hand-made densities of the even samples put them, held against the reference, and
+// whole steps and renderings with them, held against the reference at the places that the device listed.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/hard_step.h"
+#include "base/memory.h"
+
+// A share of the whole weight is a sum of floats near 1; a stratum's own weight magnifies what that is off by.
+static const double SHARE_TOLERANCE = 6e-6;
+static const double PLACE_TOLERANCE = 4e-6;         // strata, up to 40 of them
+static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
+
+// 7 even and 13 drawn samples: neither fills a workgroup.
+static const struct step_case setup = {.name = "importance",
+                                       .seed = 321,
+                                       .rays = 70,
+                                       .samples = 7,
+                                       .importance_samples = 13,
+                                       .levels = 4,
+                                       .log2_table = 8,
+                                       .width = 16,
+                                       .loss = VW_LOSS_L2,
+                                       .weight_scale = 3.0f};
+
+// Optical thickness of stratum i of a ray.
+typedef double thickness(uint32_t ray, uint32_t i);
+
+static double nothing(uint32_t ray, uint32_t i) { return 0.0 * (ray + i); }
+static double one_spike(uint32_t ray, uint32_t i) { return i == ray % 7 ? 0.5 : 0.0; }
+static double opaque_at_once(uint32_t ray, uint32_t i) { return i == 0 ? 200.0 + ray : 1.0; }
+static double fog(uint32_t ray, uint32_t i) { return 0.01 * (1 + (3 * ray + 5 * i) % 11); }
+static double beyond_exp(uint32_t ray, uint32_t i) { return i == ray % 7 ? 1e30 : 1e-12; }
+static double unknown(uint32_t ray, uint32_t i) { return i == ray % 7 ? NAN : 1.0; }
+
+static struct vw_ray *make_rays(const struct step_bench *bench, uint32_t count) {
+    struct vw_ray *rays = vw_allocate(count, sizeof *rays);
+    for (uint32_t ray = 0; ray < count; ray++) {
+        rays[ray].direction_stride = (vw_float4){1.0f, 0.0f, 0.0f, exp2f(-(float)(ray % 8))};
+        rays[ray].target_weight.w = 1.0f;
+        if (!bench->model.specialization.effect_unbounded) continue;
+        rays[ray].origin_near.w = 0.1f + 0.2f * (float)(ray % 3);
+        rays[ray].direction_stride.w = rays[ray].origin_near.w * exp2f(1.0f + (float)(ray % 20));
+    }
+    return rays;
+}
+
+// One ray's places against the reference, each as near as its stratum's weight allows, all in order and on the ray.
+static void check_ray(struct hard_finding *finding, const struct vw_specialization *s, uint32_t ray, const double *taus,
+                      vw_uint4 key, const float *device) {
+    double places[20], weights[7], before = 0.0;
+    reference_place_samples(s, ray, taus, key, weights, places);
+    for (uint32_t i = 0; i < s->samples; i++) {
+        uint32_t stratum = (uint32_t)fmin(places[i], s->strata - 1.0);
+        // At a border between strata the place may be a little off in the next one, whose weight may be the least.
+        double near_border = fmin(places[i] - stratum, stratum + 1.0 - places[i]),
+               least = near_border * weights[stratum] < SHARE_TOLERANCE ? 1e-5 : weights[stratum];
+        if (!isfinite(taus[0] + taus[ray % 7])) least = 1.0;
+        hard_compare(finding, "place", ray * s->samples + i, device[i], places[i], 1.0,
+                     fmin(SHARE_TOLERANCE / least, 1.0) + PLACE_TOLERANCE);
+        hard_require(finding, device[i] >= before && device[i] <= s->strata, "places ascend along the ray");
+        before = device[i];
+    }
+}
+
+static void check_placing(struct hard_finding *finding, struct step_bench *bench, thickness *medium, bool training) {
+    struct vw_specialization s = bench->model.specialization;
+    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_push_samples push = step_bench_push(bench, STEP);
+    struct vw_buffer *places = training ? bench->step.places : evaluator->places;
+    struct vw_ray *rays = make_rays(bench, push.ray_count);
+    s.training = training;
+    assert_int_equal(s.samples, 20);
+    vw_float4 *field = vw_allocate((size_t)push.ray_count * s.samples, sizeof *field);
+    double *taus = vw_allocate((size_t)push.ray_count * s.strata, sizeof *taus);
+    for (uint32_t i = 0; i < push.ray_count * s.strata; i++) {
+        struct reference_ray ray = reference_ray_of(&rays[i / s.strata]);
+        double length = reference_stratum_length(&s, &ray, i % s.strata);
+        field[i].w = (float)(medium(i / s.strata, i % s.strata) / length);
+        taus[i] = field[i].w * length;
+    }
+    step_bench_write(bench, training ? bench->step.ray_buffer : evaluator->rays, rays);
+    step_bench_write(bench, training ? bench->step.samples : evaluator->samples, field);
+    step_bench_dispatch(bench, training ? bench->step.gradient.importance.place : evaluator->importance.place, &push,
+                        sizeof push, push.ray_count);
+    float *device = step_bench_read(bench, places);
+    for (uint32_t ray = 0; ray < push.ray_count; ray++)
+        check_ray(finding, &s, ray, &taus[ray * s.strata], push.key, &device[ray * s.samples]);
+    free(rays);
+    free(field);
+    free(taus);
+    free(device);
+}
+
+static void place(struct hard_finding *finding, thickness *medium) {
+    for (int unbounded = 0; unbounded < 2; unbounded++) {
+        struct step_case bounds = setup;
+        bounds.unbounded = unbounded;
+        struct step_bench *bench = step_bench_open(&bounds);
+        check_placing(finding, bench, medium, true);
+        check_placing(finding, bench, medium, false);
+        step_bench_close(bench);
+    }
+}
+
+static void no_matter(struct hard_finding *finding) {
+    place(finding, nothing);
+    struct step_bench *bench = step_bench_open(&setup);
+    check_placing(finding, bench, nothing, false);
+    float *device = step_bench_read(bench, step_bench_evaluator(bench)->places);
+    for (uint32_t i = 0, even = 0, drawn = 0; i < 20; i++) { // the 7 middles and the 13 quantiles of the whole ray
+        double next_even = even + 0.5, next_drawn = (drawn + 0.5) / 13.0 * 7.0;
+        bool is_even = even < 7 && next_even <= next_drawn + 1e-9;
+        hard_compare(finding, "even place", i, device[i], is_even ? next_even : next_drawn, 7.0, PLACE_TOLERANCE);
+        even += is_even;
+        drawn += !is_even;
+    }
+    free(device);
+    step_bench_close(bench);
+}
+static void spike(struct hard_finding *finding) { place(finding, one_spike); }
+static void opaque(struct hard_finding *finding) { place(finding, opaque_at_once); }
+static void thin(struct hard_finding *finding) { place(finding, fog); }
+static void overflow(struct hard_finding *finding) { place(finding, beyond_exp); }
+static void nonfinite(struct hard_finding *finding) { place(finding, unknown); }
+
+// Rays, samples and gradients of whole steps, and the same in several chunks, which changes no bit.
+static void whole_steps(struct hard_finding *finding) {
+    for (int unbounded = 0; unbounded < 2; unbounded++) {
+        struct step_case whole = setup;
+        whole.samples = 8; // so that groups of rays are smaller than a step
+        whole.importance_samples = 12;
+        whole.unbounded = unbounded;
+        struct step_bench *bench = step_bench_open(&whole);
+        hard_check_rendering(finding, bench);
+        hard_check_step(finding, bench, STEP);
+        whole.chunk_samples = bench->model.ray_group * bench->model.specialization.samples;
+        struct step_bench *parts = step_bench_open(&whole);
+        assert_true(parts->step.chunk_rays < parts->step.padded_rays);
+        step_bench_step(parts, STEP);
+        float *params = step_bench_read(bench, bench->field.params),
+              *same = step_bench_read(parts, parts->field.params);
+        hard_same_bits(finding, "params of a step in chunks", same, params, bench->model.param_bytes);
+        free(params);
+        free(same);
+        step_bench_close(bench);
+        step_bench_close(parts);
+    }
+}
+
+// A bench without importance samples has nothing of them.
+static void off(struct hard_finding *finding) {
+    struct step_case plain = setup;
+    plain.importance_samples = 0;
+    struct step_bench *bench = step_bench_open(&plain);
+    struct evaluator *evaluator = step_bench_evaluator(bench);
+    hard_require(finding, !bench->step.places && !bench->step.gradient.importance.place, "a step has nothing of it");
+    hard_require(finding, !evaluator->places && !evaluator->importance.place, "an evaluator has nothing of it");
+    for (int i = 0; i < FIELD_PASSES_MAX; i++)
+        hard_require(finding, !bench->step.gradient.importance.even.passes[i], "no pass renders even samples");
+    hard_equal(finding, "samples", 0, bench->model.specialization.samples, bench->model.specialization.strata);
+    step_bench_close(bench);
+}
+
+static const struct hard_case cases[] = {
+    {"no matter on a ray", "0/0 in the inverse of the distribution", no_matter},
+    {"one stratum holds all matter", "drawn samples beside it", spike},
+    {"opaque first stratum", "weights behind it that are not 0", opaque},
+    {"fog", "places that leave their stratum", thin},
+    {"densities beyond exp", "weights that overflow", overflow},
+    {"densities that are not numbers", "places that are not, and hide it", nonfinite},
+    {"whole steps", "positions, lengths or chunks of other places", whole_steps},
+    {"no importance samples", "buffers or passes that are not needed", off},
+};
+
+int main(void) { return hard_cases_run("importance", cases, VW_ARRAY_COUNT(cases), NULL); }
