@@ -295,7 +295,8 @@ struct reference_step {
     struct reference_ray *rays;
     struct reference_sample *samples; // ray by ray
     uint32_t *slots; // per sample: where the device holds it; a test may set them [ray by ray, none skipped]
-    double *sample_places;  // per sample: where it is on its ray, in strata; a test may set them [NULL: one in each stratum]
+    double *
+        sample_places; // per sample: where it is on its ray, in strata; a test may set them [NULL: one in each stratum]
     struct reference_d_sample *d_samples;                        // likewise
     double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
     double (*backdrops)[3];                                      // per ray: the colour behind the field

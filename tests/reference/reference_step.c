@@ -82,8 +82,9 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
         memcpy(points[i].rgb, samples[i].rgb, sizeof points[i].rgb);
         points[i].density = slots[i] == REFERENCE_SKIPPED ? 0.0 : samples[i].density;
         points[i].length =
-            step->sample_places ? reference_listed_length(s, &step->rays[ray], &step->sample_places[(size_t)ray * s->samples], i)
-                         : reference_stratum_length(s, &step->rays[ray], i);
+            step->sample_places
+                ? reference_listed_length(s, &step->rays[ray], &step->sample_places[(size_t)ray * s->samples], i)
+                : reference_stratum_length(s, &step->rays[ray], i);
     }
 }
 
@@ -134,7 +135,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_sample *sample = &step->samples[(size_t)ray * s.samples + i];
             double place = step->sample_places ? step->sample_places[(size_t)ray * s.samples + i]
-                                        : i + reference_stratum_offset(&s, ray, i, key);
+                                               : i + reference_stratum_offset(&s, ray, i, key);
             reference_position_at(&s, &step->rays[ray], place, sample->position);
             memcpy(sample->direction, step->rays[ray].direction, sizeof sample->direction);
             reference_grid_encode(&s, params->grid, sample->position, sample->encoding);
