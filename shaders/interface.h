@@ -70,7 +70,7 @@ typedef uint32_t vw_uint;
     X(75, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
     X(76, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
     X(77, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
-    X(78, IMPORTANCE_SAMPLES, importance_samples, uint, 0) /* how many of SAMPLES are placed by importance; not 0: all places are listed */
+    X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -107,7 +107,7 @@ struct vw_specialization {
     float huber_length;
     uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
     uint effect_visibility, visibility_column;
-    uint strata, importance_samples;
+    uint strata, importance;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -188,8 +188,8 @@ VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
 VW_ENUM(VW_SLOT_OCCUPANCY, 38)      // float per cell: its density of late, see occupancy.glsl; this and the next four only with that effect
 VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAMPLES)]: which of its samples are kept
 VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
-VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds. With importance samples, which exclude occupancy, the
-                                    // bits of a float per sample of the chunk: its place (sampling.glsl)
+VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds. With importance samples, which exclude
+                                    // occupancy, the bits of a float per sample of the chunk: its place (sampling.glsl)
 VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
 VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
 VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
@@ -358,7 +358,8 @@ struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visi
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
     vw_uint4 key;            // in training
 };
-struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of occupancy.glsl
+struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of
+                             // occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint4 key;            // in training

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Places a ray's samples where the field has matter; one ray per invocation. The even samples were rendered without a way back; stratum i
-// got the compositing weight w_i. IMPORTANCE_SAMPLES further places follow its inverse distribution, which is constant within a stratum
-// (Mildenhall et al., "NeRF", ECCV 2020, section 5.2, equation 5): one drawn from each of as many equal shares of the whole weight, or its
-// middle in validation. Both kinds are listed together in ascending order. The places are held fixed: no gradient goes through them.
+// got the compositing weight w_i. The places follow the inverse of their distribution, which is constant within a stratum (Mildenhall et
+// al., "NeRF", ECCV 2020, section 5.2, equation 5): one drawn from each of SAMPLES equal shares of the whole weight, or its middle in
+// validation. So they ascend. They are held fixed: no gradient goes through them.
 #include "common.glsl"
 #include "composite.glsl"
 #include "sampling.glsl"
@@ -15,7 +15,6 @@ BUFFER(VW_SLOT_KEPT_SAMPLES) writeonly buffer Places { uint places[]; };
 PUSH uniform Push { vw_push_samples push; };
 
 const float LEAST_WEIGHT = 1e-5; // of a stratum, as NeRF's code adds: without any matter the places are even
-const uint EVEN_SAMPLES = SAMPLES - IMPORTANCE_SAMPLES;
 
 // A stratum on the way along the ray.
 struct stratum {
@@ -64,18 +63,13 @@ void main() {
     at = stratum(0u, 0.0, 0.0, 0.0, 0.0);
     look(ray, first, at);
     make_even(at, known);
-    uint even = 0u, drawn = 0u;
     for (uint i = 0u; i < SAMPLES; i++) {
-        float target = (float(drawn) + share_offset(ray_index, drawn, push.key)) / float(IMPORTANCE_SAMPLES) * total;
+        float target = (float(i) + share_offset(ray_index, i, push.key)) / float(SAMPLES) * total;
         while (at.weight_before + at.weight <= target && at.index + 1u < STRATA) {
             advance(ray, first, at);
             make_even(at, known);
         }
-        float next_drawn = float(at.index) + clamp((target - at.weight_before) / at.weight, 0.0, 1.0);
-        float next_even = even_place(ray_index, even, push.key);
-        bool takes_even = even < EVEN_SAMPLES && (drawn == IMPORTANCE_SAMPLES || next_even <= next_drawn);
-        places[index * SAMPLES + i] = floatBitsToUint(takes_even ? next_even : next_drawn);
-        even += takes_even ? 1u : 0u;
-        drawn += takes_even ? 0u : 1u;
+        float within = clamp((target - at.weight_before) / at.weight, 0.0, 1.0);
+        places[index * SAMPLES + i] = floatBitsToUint(float(at.index) + within);
     }
 }

@@ -2,8 +2,8 @@
 // with the effect unbounded they are equal parts of the disparity between a near and a far distance from the camera:
 //   u(s) = 1 / ((1 - s) / near + s / far) = near / w(s), w(s) = 1 - s + s near / far, for s = 0 at the near distance to 1 at the far one
 // This form subtracts nothing from its like, however far far is.
-// Every stratum has one even sample. With importance samples all places of a chunk are listed (place_samples), and every sample stands for
-// what lies between the middles towards its neighbours.
+// Every stratum has one even sample. The places of importance samples are listed by place_samples, and each stands for what lies between
+// the middles towards its neighbours, the first and the last one as far as the ray reaches.
 // What several passes compute from one ray is precise, so that they agree whatever a compiler fuses in each.
 #ifndef SAMPLING_GLSL
 #define SAMPLING_GLSL

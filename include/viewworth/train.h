@@ -54,23 +54,23 @@ enum vw_table_precision {
 
 // At least so many validation rays are taken per view, whatever vw_config.val_rays says.
 enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
-// Of a ray, even ones and those placed by importance together.
-enum { VW_SAMPLES_MAX = 4096 };
 
 enum { VW_PILOT_STEPS_MOST = 100000 };
 #define VW_PILOT_STEPS_AUTO UINT32_MAX
 
 // Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
 struct vw_config {
-    uint64_t seed;               // 0 to 2^63-1; decides what `vary` names
-    enum vw_vary vary;           // VW_VARY_ALL, except in runs that differ in one kind of draws only, or in validation
-    uint64_t base_seed;          // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL and VW_VARY_ALL_VALIDATION
-    uint32_t epochs;             // not part of the run's identity: a run can be extended
-    uint32_t burn_in_epochs;     // first epochs, excluded from scores
-    uint32_t rays;               // per step, 1 to 65536
-    uint32_t samples;            // per ray, 1 to 4096; with importance_samples: the even ones
-    uint32_t importance_samples; // per ray, beside: placed where the even ones show matter; 0: none
-    uint32_t val_rays;           // in total; the rays that appearance is fitted on are not counted
+    uint64_t seed;           // 0 to 2^63-1; decides what `vary` names
+    enum vw_vary vary;       // VW_VARY_ALL, except in runs that differ in one kind of draws only, or in validation
+    uint64_t base_seed;      // 0 to 2^63-1; decides the other draws; 0 with VW_VARY_ALL and VW_VARY_ALL_VALIDATION
+    uint32_t epochs;         // not part of the run's identity: a run can be extended
+    uint32_t burn_in_epochs; // first epochs, excluded from scores
+    uint32_t rays;           // per step, 1 to 65536
+    uint32_t samples;        // per ray, 1 to 4096, at even distances
+    // Per ray, up to 4096, placed where the even ones show matter: training and rendering take these alone then. 0:
+    // none
+    uint32_t importance_samples;
+    uint32_t val_rays; // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     enum vw_optimizer optimizer;

@@ -212,7 +212,8 @@ const struct vw_option vw_option_table[] = {
     {"samples", "N", "Samples per ray, at even distances", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.samples)},
     {"importance-samples", "N",
-     "Further samples per ray, placed where the --samples even ones show matter, as the fine samples of NeRF",
+     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and rendering "
+     "take these alone then; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
     {"val-rays", "N", "Validation rays in total; every validation photo gets at least 32", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},

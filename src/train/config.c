@@ -88,9 +88,9 @@ static const struct number {
     {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false, false},
     {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true, false},
     {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true, false},
-    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, VW_SAMPLES_MAX, true, false},
-    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0,
-     VW_SAMPLES_MAX - 1, true, true},
+    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true, false},
+    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0, 4096, true,
+     true},
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
     {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
@@ -142,13 +142,10 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
 
 // What a table of ranges cannot say: the numbers together.
 static enum vw_status check_together(const struct vw_config *config) {
-    uint32_t samples = config->samples + config->importance_samples;
-    if (samples > VW_SAMPLES_MAX)
-        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples are %" PRIu32 " together: at most %d",
-                       samples, VW_SAMPLES_MAX);
+    uint32_t samples = config->samples > config->importance_samples ? config->samples : config->importance_samples;
     if ((uint64_t)config->rays * samples > 1u << 24)
-        return vw_fail(VW_ERROR_USAGE, "--rays times --samples%s is %" PRIu64 ": at most %u samples per step",
-                       config->importance_samples ? " and --importance-samples" : "", (uint64_t)config->rays * samples,
+        return vw_fail(VW_ERROR_USAGE, "--rays times --%s is %" PRIu64 ": at most %u samples per step",
+                       samples > config->samples ? "importance-samples" : "samples", (uint64_t)config->rays * samples,
                        1u << 24);
     if (config->levels * config->features % 4 != 0)
         return vw_fail(VW_ERROR_USAGE, "--levels times --features must be a multiple of 4, not %u x %u", config->levels,

@@ -12,7 +12,7 @@ const char evaluator_role[] = "validation";
 
 static enum vw_status create_buffers(uint32_t rays, struct evaluator *evaluator) {
     struct vw_gpu *gpu = evaluator->field->gpu;
-    uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->specialization.samples;
+    uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->ray_samples;
     const struct {
         struct vw_buffer **buffer;
         struct vw_buffer_params params;
@@ -74,7 +74,7 @@ enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evalu
     const struct model *model = field->model;
     *evaluator = (struct evaluator){.field = field, .ray_count = model_pad_rays(model, rays)};
     uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
-             chunk_rays = chunk_samples / model->specialization.samples / model->ray_group * model->ray_group;
+             chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
     evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
     enum vw_status status = create_buffers(rays, evaluator);

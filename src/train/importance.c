@@ -6,7 +6,7 @@ const char even_role[] = "even samples", even_validation_role[] = "even samples,
 
 enum vw_status importance_create_places(const struct field *field, uint32_t rays, struct vw_buffer **places) {
     const struct vw_specialization *s = &field->model->specialization;
-    if (!s->importance_samples) return VW_OK;
+    if (!s->importance) return VW_OK;
     const struct vw_buffer_params params = {.name = "sample_places", .size_bytes = 4 * (uint64_t)rays * s->samples};
     return vw_buffer_create(field->gpu, &params, places);
 }
@@ -14,10 +14,10 @@ enum vw_status importance_create_places(const struct field *field, uint32_t rays
 enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
                                  struct importance *importance) {
     struct vw_specialization even = *params->specialization;
-    if (!even.importance_samples) return VW_OK;
+    if (!even.importance) return VW_OK;
     struct field_pass_params of_even = *params;
     even.samples = even.strata;
-    even.importance_samples = even.stores_rows = 0;
+    even.importance = even.stores_rows = 0;
     of_even.specialization = &even;
     of_even.backward = false;
     of_even.role = params->role ? even_validation_role : even_role;

@@ -46,8 +46,9 @@ uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint
 static void specialise(const struct vw_config *config, struct model *model) {
     struct vw_specialization *s = &model->specialization;
     s->strata = config->samples;
-    s->importance_samples = config->importance_samples;
-    s->samples = s->strata + s->importance_samples;
+    s->importance = config->importance_samples > 0;
+    s->samples = s->importance ? config->importance_samples : s->strata;
+    model->ray_samples = s->samples > s->strata ? s->samples : s->strata;
     s->training = s->stores_rows = 1;
     s->loss = config->loss;
     s->huber_length = (float)config->huber_length;
@@ -113,8 +114,8 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 // Whole groups of rays whose rows one binding holds, and no more than a step has.
 static enum vw_status choose_chunk(const struct vw_config *config, const struct device_choices *choices,
                                    const struct vw_gpu_limits *limits, struct model *model) {
-    uint32_t samples = model->specialization.samples, chunk = choices->chunk_samples,
-             group_samples = model->ray_group * samples, step_samples = model_pad_rays(model, config->rays) * samples;
+    uint32_t samples = model->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
+             step_samples = model_pad_rays(model, config->rays) * samples;
     uint64_t bytes = (uint64_t)model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, VW_FIELD_GROUP),
              most = limits->storage_binding_bytes < ROWS_BYTES_MAX ? limits->storage_binding_bytes : ROWS_BYTES_MAX;
     assert(group_samples > 0); // the configuration has samples

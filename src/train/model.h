@@ -58,7 +58,8 @@ struct model {
     uint32_t d_row_count;          // of the field mlp
     uint32_t depth, trunk4;        // of the field mlp: layers of the trunk, their width / 4
     enum scatter_form scatter;
-    uint32_t ray_group; // rays come in multiples of this, so that their samples fill whole workgroups
+    uint32_t ray_group;   // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups
+    uint32_t ray_samples; // of the kind of which a ray has more: what a chunk has room for
     struct grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };

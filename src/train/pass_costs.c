@@ -56,7 +56,7 @@ static void add_visibility(const struct sizes *n, struct vw_pass_cost *costs, ui
 static void add_placing(const struct model *model, double rays, uint32_t chunks, const char *role,
                         struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;
-    if (!s->importance_samples) return;
+    if (!s->importance) return;
     const struct field_work work = {
         .samples = rays * s->strata, .chunks = chunks, .role = role ? even_validation_role : even_role};
     model->kind->list_forward_costs(model, &work, costs, count);

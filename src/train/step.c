@@ -185,8 +185,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
                                  .scalars = scalars,
                                  .rays = config->rays,
                                  .padded_rays = model_pad_rays(field->model, config->rays),
-                                 .chunk_rays =
-                                     field->model->specialization.chunk_samples / field->model->specialization.samples};
+                                 .chunk_rays = field->model->specialization.chunk_samples / field->model->ray_samples};
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);

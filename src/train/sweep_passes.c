@@ -31,7 +31,7 @@ static uint64_t adjoint_bytes(const struct model *model) {
 
 static uint64_t places_bytes(const struct sweep_passes *sweep, uint32_t rays) {
     const struct vw_specialization *s = &model_of(sweep)->specialization;
-    return s->importance_samples ? 4 * (uint64_t)rays * s->samples : 0;
+    return s->importance ? 4 * (uint64_t)rays * s->samples : 0;
 }
 
 static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_steps) {

@@ -14,12 +14,12 @@ static const double SHARE_TOLERANCE = 6e-6;
 static const double PLACE_TOLERANCE = 4e-6;         // strata, up to 40 of them
 static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
 
-// 7 even and 13 drawn samples: neither fills a workgroup.
+// 7 even and 20 importance samples: neither fill a workgroup.
 static const struct step_case setup = {.name = "importance",
                                        .seed = 321,
                                        .rays = 70,
                                        .samples = 7,
-                                       .importance_samples = 13,
+                                       .importance_samples = 20,
                                        .levels = 4,
                                        .log2_table = 8,
                                        .width = 16,
@@ -111,13 +111,8 @@ static void no_matter(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     check_placing(finding, bench, nothing, false);
     float *device = step_bench_read(bench, step_bench_evaluator(bench)->places);
-    for (uint32_t i = 0, even = 0, drawn = 0; i < 20; i++) { // the 7 middles and the 13 quantiles of the whole ray
-        double next_even = even + 0.5, next_drawn = (drawn + 0.5) / 13.0 * 7.0;
-        bool is_even = even < 7 && next_even <= next_drawn + 1e-9;
-        hard_compare(finding, "even place", i, device[i], is_even ? next_even : next_drawn, 7.0, PLACE_TOLERANCE);
-        even += is_even;
-        drawn += !is_even;
-    }
+    for (uint32_t i = 0; i < 20; i++) // the quantiles of the whole ray
+        hard_compare(finding, "even place", i, device[i], (i + 0.5) / 20.0 * 7.0, 7.0, PLACE_TOLERANCE);
     free(device);
     step_bench_close(bench);
 }
@@ -131,13 +126,13 @@ static void nonfinite(struct hard_finding *finding) { place(finding, unknown); }
 static void whole_steps(struct hard_finding *finding) {
     for (int unbounded = 0; unbounded < 2; unbounded++) {
         struct step_case whole = setup;
-        whole.samples = 8; // so that groups of rays are smaller than a step
-        whole.importance_samples = 12;
+        whole.samples = unbounded ? 8 : 40; // groups of rays are smaller than a step; fewer and more than the others
+        whole.importance_samples = 20;
         whole.unbounded = unbounded;
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);
-        whole.chunk_samples = bench->model.ray_group * bench->model.specialization.samples;
+        whole.chunk_samples = bench->model.ray_group * bench->model.ray_samples;
         struct step_bench *parts = step_bench_open(&whole);
         assert_true(parts->step.chunk_rays < parts->step.padded_rays);
         step_bench_step(parts, STEP);

@@ -56,8 +56,8 @@ double reference_length_between(const struct vw_specialization *s, const struct 
 // What a sample stands for among all `places` of its ray, which are in order: up to the middles towards its neighbours.
 double reference_listed_length(const struct vw_specialization *s, const struct reference_ray *ray, const double *places,
                                uint32_t sample);
-// The places of all samples of a ray, in order, where its even samples have these optical thicknesses (of whole
-// strata). `weights` receives those of the strata, which the places follow.
+// The places of the importance samples of a ray, in order, where its even samples have these optical thicknesses (of
+// whole strata). `weights` receives those of the strata, which the places follow.
 void reference_place_samples(const struct vw_specialization *s, uint32_t ray, const double *taus, vw_uint4 key,
                              double *weights, double *places);
 // Of the stratum that a sample lies in, in box edges.

@@ -1,7 +1,6 @@
 #include "reference.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/random.h"
 
@@ -78,19 +77,11 @@ static double inverse_distribution(const double *weights, uint32_t strata, doubl
     return i + fmin(fmax((target - before) / weights[i], 0.0), 1.0);
 }
 
-static int compare_places(const void *a, const void *b) {
-    double left = *(const double *)a, right = *(const double *)b;
-    return (left > right) - (left < right);
-}
-
 void reference_place_samples(const struct vw_specialization *s, uint32_t ray, const double *taus, vw_uint4 key,
                              double *weights, double *places) {
-    uint32_t drawn = s->importance_samples, even = s->samples - drawn;
     double total = weigh(s, taus, weights);
-    for (uint32_t i = 0; i < even; i++) places[i] = i + reference_stratum_offset(s, ray, i, key);
-    for (uint32_t i = 0; i < drawn; i++) {
+    for (uint32_t i = 0; i < s->samples; i++) {
         double offset = offset_of(s, VW_RANDOM_IMPORTANCE, ray, i, key);
-        places[even + i] = inverse_distribution(weights, s->strata, (i + offset) / drawn * total);
+        places[i] = inverse_distribution(weights, s->strata, (i + offset) / s->samples * total);
     }
-    qsort(places, s->samples, sizeof *places, compare_places);
 }

@@ -68,7 +68,8 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(bench->gpu);
     bool can = c->scatter == SCATTER_WALK ? limits->int64 : limits->int64_atomics;
     bench->model.scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
-    s->chunk_samples = c->chunk_samples ? c->chunk_samples : bench->padded_samples;
+    s->chunk_samples = c->chunk_samples ? c->chunk_samples
+                                        : model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                                           vw_gpu_get_limits(bench->gpu)->texel_elements;
@@ -260,8 +261,7 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
-    assert_int_equal(bench->model.specialization.chunk_samples,
-                     bench->padded_samples); // so that activations of all samples are left
+    assert_int_equal(bench->step.chunk_rays, bench->step.padded_rays); // so that activations of all samples are left
     vw_batch_begin(bench->batch);
     step_record_gradients(&bench->step, bench->batch, number, 0);
     step_record_loss(&bench->step, bench->batch, 0);

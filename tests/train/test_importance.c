@@ -181,11 +181,10 @@ static void what_cannot_be_is_refused_by_name(void **state) {
         if (named) assert_non_null(strstr(vw_error_message(), "occupancy is not there with --importance-samples"));
         else assert_false(vw_effects_is_on(verdicts, count, "occupancy"));
     }
-    config.importance_samples = VW_SAMPLES_MAX - config.samples;
-    ASSERT_OK(vw_config_check(&config));
-    config.importance_samples++;
+    config.importance_samples = 4096;
+    config.rays = 4097;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "--samples and --importance-samples are 4097 together"));
+    assert_non_null(strstr(vw_error_message(), "--rays times --importance-samples is 16781312"));
     config = config_of(VW_FIELD_HASH);
     config.learning_rate_decay = 1.5;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
