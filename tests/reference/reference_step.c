@@ -23,7 +23,8 @@ struct reference_params *reference_params_create(const struct model *model, cons
         reference->visibility[i] = params[model->visibility.offset_bytes / sizeof *params + i];
     if (codes) reference->visibility_codes = vw_allocate(codes, sizeof(double));
     for (size_t i = 0; i < codes; i++)
-        reference->visibility_codes[0][i] = params[model->visibility_codes.offset_bytes / sizeof *params + i];
+        reference->visibility_codes[i / REFERENCE_VISIBILITY_CODE][i % REFERENCE_VISIBILITY_CODE] =
+            params[model->visibility_codes.offset_bytes / sizeof *params + i];
     return reference;
 }
 
