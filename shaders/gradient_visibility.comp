@@ -23,7 +23,8 @@ vec4 row_of(uint row, uint ray) { return rows[row * VISIBILITY_GROUP + ray]; }
 vec4 matrix_gradient(uint at, uint columns, uint from_row, uint to_row, uint ray) {
     uint from = at / 4u % columns, to = at / 4u / columns;
     bool of_code = columns == VISIBILITY_INPUT4 && from >= VISIBILITY_PLACE4;
-    vec4 input4 = of_code ? code[max(from, VISIBILITY_PLACE4) - VISIBILITY_PLACE4] : row_of(from_row + min(from, VISIBILITY_PLACE4 - 1u), ray);
+    uint of_place = min(from, VISIBILITY_PLACE4 - 1u), of_photo = max(from, VISIBILITY_PLACE4) - VISIBILITY_PLACE4; // one of them counts
+    vec4 input4 = of_code ? code[of_photo] : row_of(from_row + of_place, ray);
     return row_of(to_row + to, ray) * input4[at % 4u];
 }
 

@@ -1,5 +1,5 @@
-// How visible what the field knows is at a pixel (Chen et al., "Hallucinated Neural Radiance Fields in the Wild", CVPR 2022, equations 6 and
-// 7): a small network M of the pixel's place in its photo and of a code of the photo, sigmoid at its end. A ray's loss is
+// How visible what the field knows is at a pixel (Chen et al., "Hallucinated Neural Radiance Fields in the Wild", CVPR 2022, equations 6
+// and 7): a small network M of the pixel's place in its photo and of a code of the photo, sigmoid at its end. A ray's loss is
 //   M * loss + size_weight * (1 - M)^2,
 // so that what stands before the scene in one photo alone is left out, but only where that saves more than it costs.
 #ifndef VISIBILITY_GLSL
@@ -51,10 +51,11 @@ void encode_place(vw_pixel pixel, out vec4 inputs[VISIBILITY_PLACE4]) {
     vec2 place = vec2(pixel.x_px, pixel.y_px) * photo_scales[state.view] - 1.0;
     vec3 flat_place = vec3(place, 0.0);
     inputs[0] = vec4(place, 1.0, 0.0);
-    [[unroll]] for (uint k = 0u; k < VISIBILITY_FREQUENCIES; k++) {
-        uint first = 3u + 6u * k; // of a frequency's six numbers the third and the last are of a coordinate that is not there
-        inputs[1u + k] = vec4(encoded(flat_place, first, VISIBILITY_FREQUENCIES), encoded(flat_place, first + 1u, VISIBILITY_FREQUENCIES),
-                              encoded(flat_place, first + 3u, VISIBILITY_FREQUENCIES), encoded(flat_place, first + 4u, VISIBILITY_FREQUENCIES));
+    [[unroll]] for (uint k = 0u; k < VISIBILITY_FREQUENCIES; k++) { // of its six numbers, but for those of a third coordinate
+        inputs[1u + k].x = encoded(flat_place, 3u + 6u * k, VISIBILITY_FREQUENCIES);
+        inputs[1u + k].y = encoded(flat_place, 4u + 6u * k, VISIBILITY_FREQUENCIES);
+        inputs[1u + k].z = encoded(flat_place, 6u + 6u * k, VISIBILITY_FREQUENCIES);
+        inputs[1u + k].w = encoded(flat_place, 7u + 6u * k, VISIBILITY_FREQUENCIES);
     }
 }
 

@@ -30,7 +30,8 @@ static const struct effect effects[] = {
      .requires = "appearance"},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
     {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = "unbounded",
-     .meaning = "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
+     .meaning =
+         "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
 };
 // clang-format on
