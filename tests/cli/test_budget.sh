@@ -30,6 +30,9 @@ for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
 done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
 check "states cannot lie by epochs that are not known" refuses '--same-state' --budget 90s --same-state 3
+check "nor does the learning rate decay over them" refuses '--learning-rate-decay' --budget 90s --learning-rate-decay 0.1
+check "nor is a run swept that may leave out planned epochs" refuses '--until-stable may leave some out' --until-stable 0.9 \
+    --learning-rate-decay 0.1 --lasting
 check "epochs that leave none to score are refused" refuses '--burn-in 1 to score; take more' --budget 90s --epochs 1
 check "what a budget cannot buy is refused" refuses 'allow more time' --budget 10s --burn-in 50000 --epochs 60000 "${tiny[@]}"
 check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" \
