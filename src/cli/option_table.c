@@ -283,6 +283,9 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, no_gate)},
 
     // The field.
+    {"preset", NULL,
+     "Options as a published method has them; explicit options override it, and it overrides --accuracy and --budget",
+     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, vw_option_preset_name, VW_PRESET_PAPER)},
     {"field", NULL,
      "What gives colour and density: a hash grid with two small networks, or one deep network as NeRF has",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_MLP)},

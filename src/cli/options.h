@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "cli/option_presets.h"
 #include "experiment/photo_sets.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
@@ -41,6 +42,7 @@ struct vw_options {
     uint32_t worth, retrainings; // retrainings in all: of value, of worth
     double until_accuracy;       // 0: make all of them
     const char *accuracy, *budget;
+    enum vw_option_preset preset;
     const char *expect;
     const char *sign, *key; // files of a secret and of a public key
     uint32_t replay_steps;

@@ -130,6 +130,20 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
     return VW_OK;
 }
 
+// What a preset gives counts as given on the command line, unless that has it.
+static enum vw_status apply_preset(struct vw_options *options) {
+    const struct vw_option_of_preset *given = vw_option_preset_options(options->preset);
+    enum vw_status status = VW_OK;
+    for (; given->name && status == VW_OK; given++) {
+        int row = 0;
+        if (vw_options_have(options, given->name)) continue;
+        while (strcmp(vw_option_table[row].name, given->name) != 0) row++;
+        options->given[row / 64] |= UINT64_C(1) << row % 64;
+        status = store(&vw_option_table[row], given->value, options);
+    }
+    return status;
+}
+
 enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options) {
     *options = vw_options_default;
     options->config = vw_config_default;
@@ -145,11 +159,13 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
         enum vw_status status = store(&vw_option_table[row], optarg, options);
         if (status) return status;
     }
+    enum vw_status status = apply_preset(options);
+    if (status) return status;
     const struct vw_config of_field = vw_config_of_field(options->config.field);
     if (!vw_options_have(options, "width")) options->config.width = of_field.width;
     if (!vw_options_have(options, "lr")) options->config.learning_rate = of_field.learning_rate;
     if (options->help || options->help_all) return VW_OK;
-    enum vw_status status = parse_operands(command, argc - optind, argv + optind, options);
+    status = parse_operands(command, argc - optind, argv + optind, options);
     if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);
     return status;
 }
