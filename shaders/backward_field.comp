@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The mirror of forward_field, one sample per invocation: from the gradients of rgb and raw density to those of every layer's output,
-// stored for gradient_weights, and of the encoding, stored for scatter_grid.
+// stored for gradient_weights, and of the encoding, stored for scatter_grid. In the variant VW_TRANSIENT the features have a gradient
+// already, from the transient head.
 #include "common.glsl"
 #include "bfloat.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
@@ -11,6 +12,10 @@ BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_D_FIELD) readonly buffer DField { vec4 d_field[]; };
 BUFFER(VW_SLOT_ROWS) buffer Rows { uvec2 rows[]; };
 BUFFER(VW_SLOT_GRID_ROWS) writeonly buffer GridRows { vec4 grid_rows[]; };
+
+#ifdef VW_TRANSIENT
+BUFFER(VW_SLOT_D_LAYER_ROWS) readonly buffer DLayerRows { vec4 d_layer_rows[]; };
+#endif
 
 #define WEIGHTS_SHARED
 #include "mlp.glsl"
@@ -43,6 +48,9 @@ void main() {
     vec4 d_geo[GEO4];
     [[unroll]] for (uint k = 0u; k < GEO4; k++) {
         vec4 sum = vec4(0.0);
+#ifdef VW_TRANSIENT
+        sum = d_layer_rows[VW_ROW_PLACE(D_LAYER_ROWS, D_FEATURE_ROW + k, slot)];
+#endif
         [[unroll]] for (uint j = 0u; j < WIDTH4; j++) sum += d_hidden[j] * weight_block(COLOUR1, j, COLOUR4, k);
         d_geo[k] = sum;
     }

@@ -70,7 +70,20 @@ typedef uint32_t vw_uint;
     X(75, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
     X(76, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
     X(77, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
-    X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */
+    X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
+    VW_TRANSIENT_CONSTANTS(X)
+
+// The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
+#define VW_TRANSIENT_CONSTANTS(X) \
+    X(79, EFFECT_TRANSIENT, effect_transient, uint, 0) \
+    X(80, BETA_MIN, beta_min, float, 0.1)                  /* least uncertainty of a ray, a standard deviation of colours */ \
+    X(81, TRANSIENT_ROW, transient_row, uint, 0)           /* of logits and raw density; raw uncertainty in the next row */ \
+    X(82, D_TRANSIENT_ROW, d_transient_row, uint, 0)       /* of the gradients by both */ \
+    X(83, D_FEATURE_ROW, d_feature_row, uint, 0)           /* of those by the features of the field hash */ \
+    X(84, TRANSIENT_CODE_ROW, transient_code_row, uint, 0) /* of the photo's code */ \
+    X(85, TRANSIENT_COLUMN, transient_column, uint, 0)     /* of the matrix that the code is multiplied by */ \
+    X(86, TRANSIENT_BIAS, transient_bias, uint, 0)         /* of the same layer's biases */ \
+    X(87, TRANSIENT_WIDTH4, transient_width4, uint, 1)     /* its units / 4 */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
@@ -108,6 +121,9 @@ struct vw_specialization {
     uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
     uint effect_visibility, visibility_column;
     uint strata, importance;
+    uint effect_transient;
+    float beta_min;
+    uint transient_row, d_transient_row, d_feature_row, transient_code_row, transient_column, transient_bias, transient_width4;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -209,7 +225,7 @@ VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
 VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
 VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
-// The rest only with the field mlp: rows of one chunk at VW_ROW_PLACE, four floats each.
+// The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
 VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // what layers take in and give out
 VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the way back is at
@@ -220,7 +236,10 @@ VW_ENUM(VW_SLOT_PHOTO_SCALES, 64)        // vec2 per view: 2 / width and 2 / hei
 VW_ENUM(VW_SLOT_VISIBILITY_CODES, 65)    // vec4 [view][VISIBILITY_CODE4]: a range of the params
 VW_ENUM(VW_SLOT_VISIBILITY_MOMENTS, 66)  // vw_visibility_moments per view
 VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][VISIBILITY_COLUMNS]: shares of the network's gradient; overwritten
-VW_ENUM(VW_SLOT_COUNT, 68)
+// The rest only with the effect transient.
+VW_ENUM(VW_SLOT_TRANSIENT_CODES, 68)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
+VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 69) // vw_transient_moments per view
+VW_ENUM(VW_SLOT_COUNT, 70)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -295,6 +314,13 @@ struct vw_visibility_moments { // as vw_code_moments
     vw_uint visits;
 };
 
+VW_ENUM(TRANSIENT_CODE4, 4) // numbers of its code for what it alone shows / 4: 16, as in NeRF-W
+
+struct vw_transient_moments { // likewise
+    vw_float4 moment1[TRANSIENT_CODE4], moment2[TRANSIENT_CODE4];
+    vw_uint visits;
+};
+
 // Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
 struct vw_kept {
     vw_uint3 field_groups;                   // forward_field, backward_field
@@ -358,8 +384,8 @@ struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visi
     vw_uint ray_count;       // rays to make; the padding repeats the last with weight 0
     vw_uint4 key;            // in training
 };
-struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, gradient_weights, reduce_weights, and those of
-                             // occupancy.glsl
+struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, backward_transient, gradient_weights,
+                             // reduce_weights, and those of occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint4 key;            // in training
@@ -396,8 +422,8 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
     vw_uint count;           // rays; views; groups of rays
     vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none
 };
-struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility
-    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused; unused
+struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility, update_transient
+    vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     float extra;             // share by which the step is longer than at LEARNING_RATE: 0, below it where the rate has decayed, and what
                              // the gate of lasting credit tries

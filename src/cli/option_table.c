@@ -221,6 +221,8 @@ const struct vw_option vw_option_table[] = {
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
     {"huber-length", "X", "Colour difference beyond which --loss huber is linear; colours reach from 0 to 1",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.huber_length)},
+    {"beta-min", "X", "Least uncertainty of a colour with the effect transient, a standard deviation; NeRF-W has 0.03",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.beta_min)},
     {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),

@@ -34,6 +34,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     struct vw_specialization specialization = evaluator->field->model->specialization;
     specialization.training = specialization.stores_rows = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
+    specialization.effect_transient = 0; // what one photo alone shows is not seen
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},

@@ -52,6 +52,8 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
          {.name = "rows", .size_bytes = model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)}},
         {&field->grid_rows,
          {.name = "grid_rows", .size_bytes = VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)}},
+        {&field->head_rows,
+         {.name = "head_rows", .size_bytes = VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->head_row_count, chunk)}},
         {&field->d_rows,
          {.name = "d_rows", .size_bytes = VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->d_row_count, chunk)}},
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
@@ -76,6 +78,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->cameras);
     vw_buffer_destroy(&field->rows);
     vw_buffer_destroy(&field->grid_rows);
+    vw_buffer_destroy(&field->head_rows);
     vw_buffer_destroy(&field->d_rows);
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
@@ -95,6 +98,7 @@ void field_bind(const struct field *field, bool training, struct vw_binding *bin
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
     bool grid = grid_bytes > 0, of_grid = grid && training; // whose rows are not read to render
+    struct vw_buffer *layers = grid ? field->head_rows : field->rows;
     const struct vw_binding shared[] = {
         // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not
         // read.
@@ -117,10 +121,13 @@ void field_bind(const struct field *field, bool training, struct vw_binding *bin
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !of_grid},
         {.slot = VW_SLOT_GRID_ROWS, .buffer = field->grid_rows, .unused = !of_grid},
         {.slot = VW_SLOT_GRID_ROWS_TEXEL, .buffer = field->grid_rows, .texel = VW_TEXEL_FLOAT4, .unused = !of_grid},
-        {.slot = VW_SLOT_LAYER_ROWS, .buffer = field->rows, .unused = grid},
-        {.slot = VW_SLOT_LAYER_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_FLOAT4, .unused = grid},
-        {.slot = VW_SLOT_D_LAYER_ROWS, .buffer = field->d_rows, .unused = grid},
-        {.slot = VW_SLOT_D_LAYER_ROWS_TEXEL, .buffer = field->d_rows, .texel = VW_TEXEL_FLOAT4, .unused = grid},
+        {.slot = VW_SLOT_LAYER_ROWS, .buffer = layers, .unused = !layers},
+        {.slot = VW_SLOT_LAYER_ROWS_TEXEL, .buffer = layers, .texel = VW_TEXEL_FLOAT4, .unused = !layers},
+        {.slot = VW_SLOT_D_LAYER_ROWS, .buffer = field->d_rows, .unused = !field->d_rows},
+        {.slot = VW_SLOT_D_LAYER_ROWS_TEXEL,
+         .buffer = field->d_rows,
+         .texel = VW_TEXEL_FLOAT4,
+         .unused = !field->d_rows},
         {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // nobody reads it then
     };
     memcpy(bindings + *count, shared, sizeof shared);

@@ -11,7 +11,8 @@ struct field {
     struct vw_buffer *params;           // model->param_bytes
     struct vw_buffer *cameras;          // vw_gpu_camera per view
     struct vw_buffer *rows, *grid_rows; // activations of one training chunk; grid_rows: of the field hash
-    struct vw_buffer *d_rows;           // gradients by them, of the field mlp
+    struct vw_buffer *head_rows;        // of the field hash with the effect transient: those of its head
+    struct vw_buffer *d_rows;           // gradients by these, or by the rows of the field mlp
     struct vw_buffer *step_state;       // one vw_step_state
     struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
     struct vw_buffer *photo_scales;     // vec2 per view, with the effect visibility; else NULL

@@ -18,6 +18,7 @@ enum vw_status importance_create(const struct field *field, const struct field_p
     struct field_pass_params of_even = *params;
     even.samples = even.strata;
     even.importance = even.stores_rows = 0;
+    even.effect_transient = 0; // places are where the field itself has matter, as in NeRF-W
     of_even.specialization = &even;
     of_even.backward = false;
     of_even.role = params->role ? even_validation_role : even_role;

@@ -57,6 +57,7 @@ static void specialise(const struct vw_config *config, struct model *model) {
     s->learning_rate = (float)config->learning_rate;
     s->beta1 = (float)config->beta1;
     s->beta2 = (float)config->beta2;
+    s->beta_min = (float)config->beta_min;
     s->inverse_rays = (float)(1.0 / config->rays);
 }
 
@@ -100,6 +101,10 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
         model->appearance = append_range(model, "appearance", sizeof(struct vw_appearance) * views);
         model->param_count += 6 * trained;
     }
+    if (s->effect_transient) {
+        model->transient_codes = append_range(model, "transient_codes", 16 * TRANSIENT_CODE4 * views);
+        model->param_count += 4 * TRANSIENT_CODE4 * trained;
+    }
     if (s->effect_appearance_code) {
         model->code_weights = append_range(model, "code_weights", 4 * code * width);
         model->codes = append_range(model, "codes", 4 * code * views);
@@ -116,7 +121,9 @@ static enum vw_status choose_chunk(const struct vw_config *config, const struct 
                                    const struct vw_gpu_limits *limits, struct model *model) {
     uint32_t samples = model->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
              step_samples = model_pad_rays(model, config->rays) * samples;
-    uint64_t bytes = (uint64_t)model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, VW_FIELD_GROUP),
+    uint64_t row_bytes = (uint64_t)model->row_bytes * model->row_count,
+             layer_row_bytes = (uint64_t)VW_LAYER_ROW_BYTES * model->head_row_count,
+             bytes = VW_ROWS_SIZE(row_bytes > layer_row_bytes ? row_bytes : layer_row_bytes, VW_FIELD_GROUP),
              most = limits->storage_binding_bytes < ROWS_BYTES_MAX ? limits->storage_binding_bytes : ROWS_BYTES_MAX;
     assert(group_samples > 0); // the configuration has samples
     if (bytes * (group_samples / VW_FIELD_GROUP) > limits->storage_binding_bytes)
@@ -137,8 +144,8 @@ static void specialise_for_device(const struct device_choices *choices, const st
     s->skip_zeros = choices->skip_zeros;
     s->fold_rows = choices->fold_rows;
     s->slice_samples = choices->slice_samples;
-    s->rows_texel =
-        choices->rows_texel && VW_ROWS_SIZE((uint64_t)model->row_count, s->chunk_samples) <= limits->texel_elements;
+    uint64_t rows = model->row_count > model->head_row_count ? model->row_count : model->head_row_count;
+    s->rows_texel = choices->rows_texel && VW_ROWS_SIZE(rows, s->chunk_samples) <= limits->texel_elements;
 }
 
 // Unbounded space has its own box, also where both effects are asked for.
@@ -164,7 +171,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
-    assert(!s->effect_occupancy || model->kind->skips_samples); // vw_effects_follow_field
+    assert(!s->effect_occupancy || (model->kind->skips_samples && !s->effect_transient)); // vw_effects_follow_field
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
     choose_background(config, s);

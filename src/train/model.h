@@ -36,7 +36,8 @@ struct model {
         sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
     // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
-    struct param_range appearance, code_weights, codes;
+    // transient_codes: vec4 [view][TRANSIENT_CODE4].
+    struct param_range appearance, code_weights, codes, transient_codes;
     // Of the effect visibility, empty without it: its network, the last of what update_weights moves; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
     struct param_range visibility, visibility_codes;
@@ -49,13 +50,14 @@ struct model {
     uint32_t pair_bytes;           // of the grid: 8, two floats, or 4, two halves
     bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
-    uint32_t weight_columns;       // of the networks
+    uint32_t weight_columns;       // of the networks, the head of the effect transient among them
     uint32_t moved_columns;        // by update_weights: theirs, the sky's and those of visibility
     uint32_t partial_columns;      // whose partial sums are held at a time
     uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one
     uint32_t grid_row_count;       // of the field hash
-    uint32_t d_row_count;          // of the field mlp
+    uint32_t head_row_count;       // of the field hash: rows of the effect transient's head, as those of the field mlp
+    uint32_t d_row_count;          // of layers, of the field mlp or that head
     uint32_t depth, trunk4;        // of the field mlp: layers of the trunk, their width / 4
     enum scatter_form scatter;
     uint32_t ray_group;   // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups

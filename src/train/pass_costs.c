@@ -1,6 +1,7 @@
 #include "train/pass_costs.h"
 
 #include <assert.h>
+#include <string.h>
 
 #include "train/effects/visibility_network.h"
 
@@ -22,6 +23,14 @@ static struct sizes sizes_of(const struct model *model, uint32_t rays) {
 }
 
 void pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost) {
+    for (uint32_t i = 0; i < *count; i++) {
+        bool same_role = costs[i].role == cost.role; // roles are static texts
+        if (!same_role || strcmp(costs[i].name, cost.name) != 0) continue;
+        costs[i].dispatches += cost.dispatches;
+        costs[i].multiply_adds += cost.multiply_adds;
+        costs[i].bytes += cost.bytes;
+        return;
+    }
     assert(*count < VW_PASS_COSTS_MAX);
     costs[(*count)++] = cost;
 }
@@ -65,6 +74,14 @@ static void add_placing(const struct model *model, double rays, uint32_t chunks,
                                         rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});
 }
 
+// backward_transient reads a sample twice: 16 bytes of the field and two rows; it writes as much, and the sum of tau.
+static void add_transient(const struct model *model, double samples, uint32_t chunks, struct vw_pass_cost *costs,
+                          uint32_t *count) {
+    double code_weights = 16.0 * model->specialization.transient_width4 * TRANSIENT_CODE4;
+    pass_cost_add(costs, count, (struct vw_pass_cost){"backward_transient", NULL, chunks, 0, samples * 152});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"update_transient", NULL, 1, code_weights, 4 * code_weights});
+}
+
 static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = step->field->model;
     const struct sizes n = sizes_of(model, step->padded_rays);
@@ -77,7 +94,8 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
     add_placing(model, n.rays, chunks, NULL, costs, count);
     model->kind->list_forward_costs(model, &work, costs, count);
-    pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
+    if (step->transient.update) add_transient(model, n.samples, chunks, costs, count);
+    else pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     model->kind->list_backward_costs(model, &work, costs, count);
     if (model->sky.size_bytes)
         pass_cost_add(costs, count,

@@ -16,7 +16,7 @@ struct costed_passes { // all borrowed
     const struct validation *validation;
 };
 
-// Appends one; for the fields' own lists.
+// Appends one, or adds it to that of the same pass; for the fields' own lists.
 void pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost);
 void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);
 

@@ -77,6 +77,7 @@ void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint
     appearance_bind(step->field, &step->appearance, bindings, count);
     occupancy_bind(step->field, &step->occupancy, bindings, count);
     visibility_bind(step->field, &step->visibility, bindings, count);
+    transient_bind(step->field, &step->transient, bindings, count);
 }
 
 static enum vw_status create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
@@ -94,6 +95,12 @@ bool step_has_ray_effects(const struct vw_specialization *s) {
     return s->effect_sky || s->effect_appearance || s->effect_visibility;
 }
 
+static const struct vw_shader *backward_shader(const struct vw_specialization *s) {
+    if (s->effect_transient)
+        return step_has_ray_effects(s) ? &vw_shader_backward_transient_effects : &vw_shader_backward_transient;
+    return step_has_ray_effects(s) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
+}
+
 enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
                                struct gradient_passes *gradient) {
     *gradient =
@@ -106,8 +113,7 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &gradient->generate},
-        {step_has_ray_effects(specialization) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays,
-         &gradient->backward_rays},
+        {backward_shader(specialization), &gradient->backward_rays},
         {&vw_shader_gradient_sky, step->d_sky ? &gradient->gradient_sky : NULL},
     };
     enum vw_status status = VW_OK;
@@ -145,6 +151,7 @@ static enum vw_status create_update_passes(struct step_passes *step) {
         status = create_pass(step, specialization, &vw_shader_update_weights, bindings, count, &step->update_weights);
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
     if (status == VW_OK) status = appearance_create_passes(step->field, bindings, count, &step->appearance);
+    if (status == VW_OK) status = transient_create_passes(step->field, bindings, count, &step->transient);
     return status == VW_OK ? visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
 }
 
@@ -189,6 +196,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     enum vw_status status = create_buffers(step);
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
+    if (status == VW_OK) status = transient_create_buffers(field, &step->transient);
     if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
     if (status == VW_OK) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
@@ -209,6 +217,7 @@ void step_destroy(struct step_passes *step) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
     appearance_destroy(&step->appearance);
     visibility_destroy(&step->visibility);
+    transient_destroy(&step->transient);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
@@ -220,6 +229,7 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
         if (state[i]) buffers[count++] = state[i]; // a field without grid has no more
     appearance_training_state(&step->appearance, buffers, &count);
     visibility_training_state(&step->visibility, buffers, &count);
+    transient_training_state(&step->transient, buffers, &count);
     if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
 }
@@ -278,6 +288,7 @@ void step_record_update(const struct step_passes *step, struct vw_batch *batch, 
                                     .extra = (float)(rate - 1.0)};
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     visibility_record_update(&step->visibility, batch, &update);
+    transient_record_update(&step->transient, batch, update);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

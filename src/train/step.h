@@ -10,6 +10,7 @@
 #include "train/effects/occupancy.h"
 #include "train/effects/visibility.h"
 #include "train/importance.h"
+#include "train/effects/transient.h"
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
 // of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
@@ -35,6 +36,7 @@ struct step_passes {
     struct appearance appearance;
     struct occupancy occupancy;
     struct visibility visibility;
+    struct transient transient;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.

@@ -17,6 +17,10 @@ static enum vw_status check(const struct probe_context *context) {
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit needs params in 32 bits; value the scene with --table-precision float32");
+    if (model->specialization.effect_transient)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit: has no curvature of the loss of the effect transient; value the "
+                       "scene with --effects -transient");
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit: the params of %llu bytes exceed this device's binding range; value the scene "

@@ -23,10 +23,16 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
     const struct {
         const char *name;
         bool on;
-    } effects[] = {
-        {"distortion", c->distortion}, {"background", c->background}, {"sky", c->sky},
-        {"unbounded", c->unbounded},   {"appearance", c->appearance}, {"appearance_code", c->appearance_code},
-        {"occupancy", c->occupancy},   {"visibility", c->visibility}, {"masks", c->masks}};
+    } effects[] = {{"distortion", c->distortion},
+                   {"background", c->background},
+                   {"sky", c->sky},
+                   {"unbounded", c->unbounded},
+                   {"appearance", c->appearance},
+                   {"appearance_code", c->appearance_code},
+                   {"occupancy", c->occupancy},
+                   {"visibility", c->visibility},
+                   {"transient", c->transient},
+                   {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
@@ -51,6 +57,7 @@ static struct vw_config make_config(const struct step_case *c) {
     if (c->mlp_depth) config.mlp_depth = c->mlp_depth;
     if (c->frequencies) config.frequencies = c->frequencies;
     config.loss = c->loss;
+    if (c->beta_min > 0.0) config.beta_min = c->beta_min;
     if (c->huber_length > 0.0) config.huber_length = c->huber_length;
     config.optimizer = c->optimizer;
     config.beta1 = c->beta1;
@@ -107,13 +114,15 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     draw_photos(bench, &bench->model.appearance, 0.3f, &random);
     draw_photos(bench, &bench->model.codes, 0.5f, &random);
     draw_photos(bench, &bench->model.visibility_codes, 0.5f, &random);
+    draw_photos(bench, &bench->model.transient_codes, 0.5f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
-                  bench->model.visibility_codes.size_bytes; // not 0, where it matters
+                  bench->model.visibility_codes.size_bytes ||
+                  bench->model.transient_codes.size_bytes; // not 0, where it matters
     pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }

@@ -36,12 +36,14 @@ static void a_run_in_parts_is_the_run(void **state) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
-    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
-        struct vw_config config = test_config_of(field);
+    static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
+                                          "sky,appearance,appearance_code,transient"};
+    for (uint32_t i = 0; i < VW_FIELD_COUNT * VW_ARRAY_COUNT(effects); i++) {
+        struct vw_config config = test_config_of((enum vw_field)(i / VW_ARRAY_COUNT(effects)));
         config.beta1 = 0.9;
         config.burn_in_epochs = 0;
         config.noise_floor = true; // which saves and restores the state on the device
-        strcpy(config.effects, "sky,appearance,appearance_code,visibility");
+        strcpy(config.effects, effects[i % VW_ARRAY_COUNT(effects)]);
         struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
         for (uint32_t part = 0; part < 2; part++) {
             struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 3);

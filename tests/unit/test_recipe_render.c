@@ -248,12 +248,34 @@ static void a_scene_far_from_the_origin_looks_the_same(void **state) {
     free(text);
 }
 
+// A square whose columns have one colour each, ten different ones in all.
+static void check_striped_box(const struct vw_image *image, const uint8_t *clean, uint32_t side_px) {
+    uint32_t columns = 0, changes = 0, last = 0;
+    for (uint32_t x = 0; x < image->width_px; x++) {
+        uint32_t first = 0, covered = 0;
+        for (uint32_t y = 0; y < image->height_px; y++) {
+            const uint8_t *pixel = (const uint8_t *)image->pixels + 4 * (y * image->width_px + x);
+            if (!memcmp(pixel, clean, 4)) continue;
+            uint32_t colour = pixel[0] | (uint32_t)pixel[1] << 8 | (uint32_t)pixel[2] << 16;
+            if (covered++ == 0) first = colour;
+            assert_int_equal(colour, first);
+        }
+        if (!covered) continue;
+        changes += columns++ == 0 || first != last;
+        last = first;
+        assert_int_equal(covered, side_px);
+    }
+    assert_int_equal(columns, side_px);
+    assert_int_equal(changes, 10);
+}
+
 // On a flat grey photo each defect can be measured.
 static void defects_have_their_strength(void **state) {
     (void)state;
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.1, \"views\": [1]}, "
                           "{\"kind\": \"exposure\", \"strength\": 0.5, \"bias\": 0.1, \"views\": [2]}, "
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"views\": [3]}, "
+                          "{\"kind\": \"striped_box\", \"strength\": 0.5, \"views\": [6]}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 10, \"views\": [5]}]";
     struct vw_scene *scene =
         draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", "\"defects\": []", defects);
@@ -274,8 +296,9 @@ static void defects_have_their_strength(void **state) {
     assert_near(sum / count, 0, 0.1 * 4 / sqrt(count));
     assert_near(sqrt(sum2 / count), 0.1, 0.1 * 4 / sqrt(2 * count));
     assert_near(covered / (32.0 * 24), 0.4, 0.03);
+    check_striped_box(&scene->views[6].image, clean->views[0].image.pixels, 16);
     for (uint32_t v = 0; v < 24; v++)
-        if (v == 0 || v > 3) assert_memory_equal(scene->views[v].sha256, clean->views[v].sha256, 32);
+        if (v == 0 || (v > 3 && v != 6)) assert_memory_equal(scene->views[v].sha256, clean->views[v].sha256, 32);
     vw_scene_close(&scene);
     vw_scene_close(&clean);
 }

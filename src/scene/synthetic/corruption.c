@@ -141,6 +141,24 @@ static void occlude(const struct vw_recipe *recipe, uint32_t view, double share,
         }
 }
 
+// As NeRF-W (Martin-Brualla et al., CVPR 2021) covers the photos of its test: a square of random place, upright
+// stripes.
+static void cover(const struct vw_recipe *recipe, uint32_t view, double side, struct vw_recipe_photo *photo) {
+    enum { STRIPES = 10 };
+    uint32_t place[4], words[4], least_px = photo->width_px < photo->height_px ? photo->width_px : photo->height_px;
+    uint32_t side_px = (uint32_t)fmin(least_px, fmax(1, round(side * photo->width_px)));
+    vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_OCCLUDER, place);
+    uint32_t left = vw_random_below(place[1], photo->width_px - side_px + 1);
+    uint32_t top = vw_random_below(place[2], photo->height_px - side_px + 1);
+    for (uint32_t x = 0; x < side_px; x++) {
+        vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 1 + STRIPES * x / side_px, view, VW_DRAW_OCCLUDER, words);
+        const vw_float4 colour = {vw_random_unit(words[0]), vw_random_unit(words[1]), vw_random_unit(words[2]), 1};
+        for (uint32_t y = 0; y < side_px; y++)
+            photo->pixels[(size_t)(top + y) * photo->width_px + left + x] =
+                (struct vw_recipe_pixel){.rgba = colour, .depth = 0};
+    }
+}
+
 enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo) {
     const struct vw_recipe_defect *defect = &recipe->defects[view];
     const float gain = (float)defect->strength, bias = (float)defect->bias;
@@ -149,6 +167,7 @@ enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, s
     case VW_DEFECT_NOISE: add_noise(recipe, view, (float)defect->strength, photo); break;
     case VW_DEFECT_BLUR: return blur(defect->strength, photo);
     case VW_DEFECT_OCCLUDER: occlude(recipe, view, defect->strength, photo); break;
+    case VW_DEFECT_STRIPED_BOX: cover(recipe, view, defect->strength, photo); break;
     case VW_DEFECT_EXPOSURE: expose((float[]){gain, gain, gain}, (float[]){bias, bias, bias}, photo); break;
     case VW_DEFECT_NONE:
     case VW_DEFECT_WRONG_POSE: break;

@@ -30,6 +30,8 @@
 //     occluder: share of the photo that it covers
 //     exposure: gain, with bias added after it
 //     wrong_pose: rotation of the recorded pose in degrees
+//     striped_box: side of a square in front of everything, as a share of the photo's width (at most its height), with
+//       ten stripes of random colours; NeRF-W's own occluders have 0.25
 //   transients: share of all photos that have a disc of a random colour in front, which the photo's mask hides; size:
 //     share of the photo that the disc covers (0.1)
 //

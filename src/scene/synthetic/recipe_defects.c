@@ -6,13 +6,14 @@
 #include "base/memory.h"
 #include "base/random.h"
 
-const char *const vw_recipe_ground_truths[] = {"clean", "noise", "blur", "occluder", "exposure", "wrong_pose"};
+const char *const vw_recipe_ground_truths[] = {"clean",    "noise",      "blur",       "occluder",
+                                               "exposure", "wrong_pose", "striped_box"};
 
 static const struct {
     double least, most;
 } strengths[] = {
     // by enum vw_recipe_defect_kind
-    {0, 0}, {1e-3, 1}, {1e-2, 64}, {1e-3, 0.95}, {1e-2, 100}, {1e-3, 180},
+    {0, 0}, {1e-3, 1}, {1e-2, 64}, {1e-3, 0.95}, {1e-2, 100}, {1e-3, 180}, {1e-2, 1},
 };
 
 struct defect_reader {
@@ -98,7 +99,7 @@ static void read_defect(struct vw_json_reader *reader, const json_t *object, voi
     struct vw_recipe_defect defect = {.strength = NAN};
     int kind = -1;
     vw_json_check_keys(reader, object, "kind strength bias views every share");
-    vw_json_word(reader, object, "kind", "noise blur occluder exposure wrong_pose", &kind);
+    vw_json_word(reader, object, "kind", "noise blur occluder exposure wrong_pose striped_box", &kind);
     if (reader->status) return;
     defect.kind = (enum vw_recipe_defect_kind)(kind + 1);
     if (defect.kind != VW_DEFECT_EXPOSURE) vw_json_check_keys(reader, object, "kind strength views every share");

@@ -23,12 +23,14 @@ enum vw_recipe_defect_kind {
     VW_DEFECT_OCCLUDER,
     VW_DEFECT_EXPOSURE,
     VW_DEFECT_WRONG_POSE,
+    VW_DEFECT_STRIPED_BOX,
 };
 extern const char *const vw_recipe_ground_truths[];
 
 struct vw_recipe_defect {
     enum vw_recipe_defect_kind kind;
-    double strength; // noise: standard deviation; blur: px; occluder: share; exposure: gain; wrong_pose: degrees
+    double strength; // noise: standard deviation; blur: px; occluder: share; exposure: gain; wrong_pose: degrees;
+                     // striped_box: side
     double bias;     // of an exposure
 };
 

@@ -33,6 +33,7 @@ static const struct effect effects[] = {
      .meaning =
          "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
+    {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true},
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
@@ -130,6 +131,25 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
         if (status) return status;
     }
     if (!exactly) follow_others(choice, verdicts, count);
+    return VW_OK;
+}
+
+// Skipping leaves out samples where the field itself is empty, which may hold what one photo alone shows; visibility
+// says the same of whole rays, by another loss.
+enum vw_status effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                        uint32_t count) {
+    if (!vw_effects_is_on(verdicts, count, "transient")) return VW_OK;
+    if (config->loss != VW_LOSS_L2)
+        return vw_fail(VW_ERROR_USAGE, "--effects: transient weighs squared errors; it needs --loss l2, not %s",
+                       vw_loss_name(config->loss));
+    for (uint32_t i = 0; i < count; i++) {
+        bool other = strcmp(verdicts[i].name, "occupancy") && strcmp(verdicts[i].name, "visibility");
+        if (!verdicts[i].on || other) continue;
+        if (effects_names(config->effects, verdicts[i].name))
+            return vw_fail(VW_ERROR_USAGE, "--effects: %s cannot be beside transient; leave one of them out",
+                           verdicts[i].name);
+        verdicts[i].on = false;
+    }
     return VW_OK;
 }
 

@@ -28,6 +28,11 @@ bool effects_names(const char *choice, const char *name);
 // Whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
 bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
 
+// VW_ERROR_USAGE, naming it, where the effect transient is on with a loss that it does not have. Switches off, or
+// refuses where --effects names it, what it cannot be beside.
+enum vw_status effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                        uint32_t count);
+
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                         struct vw_specialization *specialization);

@@ -8,6 +8,7 @@
 #include "gpu/shaders.h"
 #include "train/fields/hash.h"
 #include "train/field.h"
+#include "train/fields/mlp.h"
 #include "train/fields/registry.h"
 #include "train/half.h"
 #include "train/pass_costs.h"
@@ -16,6 +17,7 @@ enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
     FLOAT_PAIR_BYTES = 8,  // of a feature pair
     HALF_PAIR_BYTES = 4,
+    HEAD_DEPTH = 2,           // layers of the effect transient's head before its last, as wide as the networks
     WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
 };
 
@@ -62,10 +64,34 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
     specialization->gradient_clamp = (float)clamp;
 }
 
+// Columns of the networks, without the head of the effect transient.
+static uint32_t own_columns(const struct model *model) {
+    return 4 * VW_WEIGHT_BLOCKS(encoding4_of(model), model->specialization.width4);
+}
+
+// That head takes in the features of the density network, which stand in its first rows. Its weights follow the others.
+static void list_head(const struct model *model, struct mlp_list *list) {
+    const struct mlp_operand features = {0, 4 * GEO4, 0};
+    *list = (struct mlp_list){.columns = own_columns(model), .row_count = GEO4, .d_row_count = GEO4};
+    mlp_append_head(list, features, HEAD_DEPTH, 4 * model->specialization.width4);
+}
+
+static void lay_out_head(struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    struct mlp_list head;
+    list_head(model, &head);
+    mlp_count(&head, &model->partial_columns, &model->param_count);
+    mlp_specialise_head(&head, s);
+    model->weight_columns = head.columns;
+    model->head_row_count = s->layer_rows = head.row_count;
+    model->d_row_count = s->d_layer_rows = head.d_row_count;
+}
+
 static void lay_out_weights(struct model *model) {
     struct vw_specialization *s = &model->specialization;
     uint32_t encoding4 = encoding4_of(model), width4 = s->width4, blocks = VW_WEIGHT_BLOCKS(encoding4, width4);
-    model->weight_columns = model->partial_columns = 4 * blocks;
+    model->weight_columns = model->partial_columns = own_columns(model);
+    if (s->effect_transient) lay_out_head(model);
     model->weight_tiles = VW_WEIGHT_TILES(encoding4, width4);
     model->row_count = VW_ROW_COUNT(encoding4, width4);
     model->row_bytes = VW_ROW_BYTES;
@@ -134,11 +160,11 @@ static enum vw_status fit(const struct vw_config *config, const struct device_ch
         return vw_fail(VW_ERROR_USAGE,
                        "--log2-table: a grid of %llu bytes exceeds what this device binds; lower it or --levels",
                        (unsigned long long)model->grid.size_bytes);
-    if (16 * model->weight_columns > limits->shared_memory_bytes)
+    if (16 * own_columns(model) > limits->shared_memory_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "--width: the networks' weights take %u bytes of shared memory, the device has %u; lower "
                        "--width or --levels",
-                       16 * model->weight_columns, limits->shared_memory_bytes);
+                       16 * own_columns(model), limits->shared_memory_bytes);
     return lay_out_windows(config, limits, model);
 }
 
@@ -174,12 +200,23 @@ static void initialise(const struct model *model, const struct drawn *drawn, voi
     float *last = next;
     next = fill_matrix(next, drawn, 1, width4);
     for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
-    assert((uint64_t)((char *)next - (char *)weights) == model->weights.size_bytes);
+    assert(next - weights == 4 * (ptrdiff_t)own_columns(model));
+    if (!model->specialization.effect_transient) return;
+    struct mlp_list head;
+    list_head(model, &head);
+    memset(next, 0, 16 * (size_t)(head.columns - own_columns(model)));
+    mlp_initialise(&head, drawn, weights);
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
 
-_Static_assert(HASH_SCATTER + VW_LEVELS_MAX <= FIELD_PASSES_MAX, "too few places for passes");
+enum { FEED = HASH_SCATTER + VW_LEVELS_MAX, HEAD }; // of the effect transient; the last begins those of its layers
+enum { HEAD_TILES = (FIELD_PASSES_MAX - HEAD - MLP_MULTIPLY) / 2 };
+_Static_assert(HEAD_TILES >= 3, "too few places for passes");
+
+static struct mlp_passes head_of(const struct field_passes *passes) {
+    return (struct mlp_passes){(struct vw_pass **)passes->passes + HEAD, HEAD_TILES};
+}
 
 static enum vw_status create_scatter(const struct field *field, const struct field_pass_params *params, uint32_t index,
                                      struct vw_pass **pass) {
@@ -199,12 +236,22 @@ static enum vw_status create_scatter(const struct field *field, const struct fie
     return field_pass_create(field->gpu, &windowed, scatter[field->model->scatter], params->specialization, pass);
 }
 
+static enum vw_status create_head(const struct field *field, const struct field_pass_params *params,
+                                  struct field_passes *passes) {
+    struct mlp_list head;
+    list_head(field->model, &head);
+    enum vw_status status = field_pass_create(field->gpu, params, &vw_shader_feed_transient_features,
+                                              params->specialization, &passes->passes[FEED]);
+    return status == VW_OK ? mlp_create_layers(field, params, &head, head_of(passes)) : status;
+}
+
 static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
                                     struct field_passes *passes) {
     const struct model *model = field->model;
     const struct vw_shader *const shaders[] = {
         [HASH_FORWARD] = model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field,
-        [HASH_BACKWARD] = &vw_shader_backward_field,
+        [HASH_BACKWARD] =
+            params->specialization->effect_transient ? &vw_shader_backward_field_transient : &vw_shader_backward_field,
         [HASH_GRADIENT] = &vw_shader_gradient_weights,
         [HASH_REDUCE] = &vw_shader_reduce_weights,
     };
@@ -213,7 +260,7 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
         status = field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
     for (uint32_t i = 0; i < model->window_count && params->backward && status == VW_OK; i++)
         status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
-    return status;
+    return status == VW_OK && params->specialization->effect_transient ? create_head(field, params, passes) : status;
 }
 
 // One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
@@ -227,10 +274,21 @@ static void dispatch_samples(const struct field_passes *passes, struct vw_batch 
 
 static void record_forward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
                            const struct field_chunk *chunk) {
-    (void)model;
-    dispatch_samples(passes, batch, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays,
-                     (uint64_t)chunk->rays->ray_count * passes->specialization.samples,
+    uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
+    dispatch_samples(passes, batch, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays, samples,
                      offsetof(struct vw_kept, field_groups));
+    if (!passes->specialization.effect_transient) return;
+    struct mlp_list head;
+    list_head(model, &head);
+    vw_batch_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
+    mlp_record_layers(&head, head_of(passes), batch, samples);
+}
+
+static void record_head_back(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
+                             const struct field_chunk *chunk) {
+    struct mlp_list head;
+    list_head(model, &head);
+    mlp_record_layers_back(model, &head, head_of(passes), batch, chunk->rays);
 }
 
 void hash_record_scatter(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
@@ -254,10 +312,11 @@ static void record_backward(const struct model *model, const struct field_passes
                             const struct field_chunk *chunk) {
     uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
+    if (passes->specialization.effect_transient) record_head_back(model, passes, batch, chunk);
     dispatch_samples(passes, batch, chunk, HASH_BACKWARD, NULL, 0, samples, offsetof(struct vw_kept, field_groups));
     dispatch_samples(passes, batch, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
                      offsetof(struct vw_kept, weight_groups));
-    vw_batch_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, model->weight_columns);
+    vw_batch_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, own_columns(model));
     hash_record_scatter(model, passes, batch, chunk, samples);
 }
 
@@ -270,20 +329,25 @@ static double gathers_of(const struct model *model) {
 static void list_forward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
                                uint32_t *count) {
     double encoding4 = encoding4_of(model), width4 = model->specialization.width4, gathers = gathers_of(model),
-           blocks = model->weight_columns / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
+           blocks = own_columns(model) / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
            stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"forward_field", work->role, work->chunks,
                                         work->samples * (16 * blocks + 2 * gathers),
                                         work->samples * (model->pair_bytes * gathers + stored + 16)});
+    if (!work->stores_rows || !model->specialization.effect_transient) return;
+    struct mlp_list head;
+    list_head(model, &head);
+    mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs, count);
+    mlp_add_forward_costs(&head, work, costs, count);
 }
 
 static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
                                 uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;
     double samples = work->samples, encoding4 = encoding4_of(model), width4 = s->width4, gathers = gathers_of(model),
-           blocks = model->weight_columns / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
-           rows = 1 + width4 + GEO4 + width4 + 2, partials = samples / s->slice_samples * model->weight_columns;
+           blocks = own_columns(model) / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
+           rows = 1 + width4 + GEO4 + width4 + 2, partials = samples / s->slice_samples * own_columns(model);
     const struct vw_pass_cost passes[] = {
         {"backward_field", work->role, work->chunks, samples * 16 * width4 * (1 + 2 * GEO4 + encoding4),
          samples * (VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES * encoding4 + 32)},
@@ -294,6 +358,10 @@ static void list_backward_costs(const struct model *model, const struct field_wo
          samples * (32 * s->levels + 2 * word_bytes * gathers)},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) pass_cost_add(costs, count, passes[i]);
+    if (!s->effect_transient) return;
+    struct mlp_list head;
+    list_head(model, &head);
+    mlp_add_backward_costs(model, &head, work, costs, count);
 }
 
 const struct field_kind field_hash = {

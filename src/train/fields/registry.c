@@ -24,7 +24,7 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
                            skips ? "importance-samples" : "field", skips ? "above 0" : vw_field_name(config->field));
         verdicts[i].on = false;
     }
-    return VW_OK;
+    return effects_follow_transient(config, verdicts, count);
 }
 
 void field_passes_destroy(struct field_passes *passes) {

@@ -1,0 +1,578 @@
+// The effect transient against its reference, with both fields: what a step makes of samples and of the photo's code,
+// forward and back. Gradients are held against finite differences of the reference's loss, which is in double.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "reference/step_bench.h"
+#include "reference/transient.h"
+
+enum { STEP = 3, SAMPLES_MAX = 32 };
+
+// One case per thing that may break on its own. `density`, `uncertainty`: what the biases of these outputs are, where
+// they are not 0.
+static const struct {
+    struct step_case setup;
+    float density, uncertainty;
+} cases[] = {
+    {{.name = "hash", .seed = 401, .rays = 8}, 0, 0},
+    {{.name = "hash, 7 samples, padded rays, by storage buffers",
+      .seed = 402,
+      .rays = 30,
+      .samples = 7,
+      .width = 16,
+      .levels = 2,
+      .sky = true,
+      .as_on_gpus = true},
+     1,
+     1},
+    {{.name = "hash, other effects",
+      .seed = 403,
+      .width = 64,
+      .rays = 16,
+      .samples = 16,
+      .unbounded = true,
+      .appearance = true,
+      .appearance_code = true},
+     0,
+     0},
+    {{.name = "mlp", .seed = 404, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 16, .samples = 16}, 0, 0},
+    {{.name = "mlp, other effects",
+      .seed = 405,
+      .field = VW_FIELD_MLP,
+      .mlp_depth = 6,
+      .width = 24,
+      .rays = 16,
+      .samples = 16,
+      .background = true,
+      .random_background = true,
+      .appearance_code = true},
+     0,
+     0},
+    {{.name = "transient density 0 everywhere, beta at its floor",
+      .seed = 406,
+      .width = 16,
+      .rays = 16,
+      .samples = 16,
+      .appearance = true},
+     -200,
+     0},
+    {{.name = "a photo that is transient alone", .seed = 407, .width = 16, .rays = 16, .samples = 16}, 300, 0},
+    {{.name = "hardly any density, hardly any uncertainty", .seed = 408, .width = 16, .rays = 16, .samples = 16},
+     -12,
+     -30},
+    {{.name = "uncertain of everything", .seed = 409, .width = 16, .rays = 16, .samples = 16}, 5, 3000},
+    {{.name = "the least floor", .seed = 410, .width = 16, .rays = 16, .samples = 16, .beta_min = 0.001}, -3, -3},
+};
+
+struct transient_step { // the reference of a step: the field's part as the device has it
+    struct step_bench *bench;
+    struct reference_head head;
+    struct reference_step *rays;
+    struct reference_photo photo;
+    uint32_t sample_count, feature_count;
+    double *params, *features, code[REFERENCE_TRANSIENT_CODE];
+    struct reference_point *points;
+    double (*outputs)[REFERENCE_HEAD_OUTPUTS];
+};
+
+static float *weights_of(const struct step_bench *bench) {
+    return bench->params + bench->model.weights.offset_bytes / sizeof(float);
+}
+
+static void lay_out_head(const struct step_bench *bench, struct reference_head *head) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    if (bench->config.field == VW_FIELD_MLP) {
+        struct reference_mlp mlp;
+        reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
+        reference_head_lay_out(bench->config.width, bench->config.width / 2, 4, mlp.param_count, head);
+    } else {
+        uint32_t columns = 4 * VW_WEIGHT_BLOCKS(s->levels * s->feature_pairs / 2, s->width4);
+        reference_head_lay_out(16, bench->config.width, 2, 4 * columns, head);
+    }
+    assert_int_equal(head->end_at, 4 * bench->model.weight_columns);
+}
+
+static struct step_bench *open_case(size_t index) {
+    struct step_case setup = cases[index].setup;
+    struct reference_head head;
+    setup.transient = true;
+    setup.loss = VW_LOSS_L2;
+    setup.optimizer = VW_OPTIMIZER_SGD; // so that steps tell gradients
+    struct step_bench *bench = step_bench_open(&setup);
+    lay_out_head(bench, &head);
+    float *biases = weights_of(bench) + head.layers[head.count - 1].bias_at;
+    biases[3] += cases[index].density;
+    biases[4] += cases[index].uncertainty;
+    step_bench_write_params(bench);
+    return bench;
+}
+
+// Row `row` of a sample among those of layers.
+static const float *row_of(const float *rows, uint32_t row_count, uint32_t row, uint32_t sample) {
+    return rows + 4 * (size_t)VW_ROW_PLACE(row_count, row, sample);
+}
+
+// Features and samples that the device has found.
+static void read_samples(struct transient_step *step) {
+    struct step_bench *bench = step->bench;
+    const struct vw_specialization *s = &bench->model.specialization;
+    bool hash = bench->config.field == VW_FIELD_HASH;
+    float *rows = step_bench_read(bench, hash ? bench->field.head_rows : bench->field.rows);
+    vw_float4 *samples = step_bench_read(bench, bench->step.samples);
+    struct reference_mlp mlp;
+    reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
+    // Of the field mlp: behind encodings, trunk and density.
+    uint32_t first = hash ? 0
+                          : VW_ENCODED4(bench->config.frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES) +
+                                bench->config.mlp_depth * bench->config.width / 4 + 1;
+    for (uint32_t i = 0; i < step->sample_count; i++) {
+        for (uint32_t k = 0; k < step->feature_count; k++)
+            step->features[i * step->feature_count + k] = row_of(rows, s->layer_rows, first + k / 4, i)[k % 4];
+        step->points[i] = (struct reference_point){
+            .rgb = {samples[i].x, samples[i].y, samples[i].z},
+            .density = samples[i].w,
+            .length = reference_stratum_length(s, &step->rays->rays[i / s->samples], i % s->samples)};
+    }
+    free(rows);
+    free(samples);
+}
+
+static void read_rays(struct transient_step *step) {
+    const struct step_bench *bench = step->bench;
+    vw_uint4 key = model_key_of_step(&bench->model, STEP);
+    double sky[VW_SKY_COLUMNS][3];
+    reference_sky_read(&bench->model, bench->params, sky);
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
+        reference_backdrop(&bench->model.specialization, sky, step->rays->rays[ray].direction, ray, key,
+                           step->rays->backdrops[ray]);
+    if (bench->model.appearance.size_bytes) step->photo = reference_photo_of(&bench->model, bench->params, bench->view);
+    const float *code = bench->params + bench->model.transient_codes.offset_bytes / sizeof(float);
+    for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
+        step->code[k] = code[REFERENCE_TRANSIENT_CODE * bench->view + k];
+}
+
+static void find_outputs(struct transient_step *step) {
+    for (uint32_t i = 0; i < step->sample_count; i++)
+        reference_head_forward(&step->head, step->params, step->features + i * step->feature_count, step->code,
+                               step->outputs[i]);
+}
+
+// Of the step that the device has taken last.
+static struct transient_step *open_step(struct step_bench *bench) {
+    struct transient_step *step = vw_allocate(1, sizeof *step);
+    *step = (struct transient_step){.bench = bench, .rays = step_bench_reference(bench)};
+    lay_out_head(bench, &step->head);
+    step->sample_count = step->rays->ray_count * bench->config.samples;
+    step->feature_count = step->head.features;
+    step->params = vw_allocate(step->head.end_at, sizeof(double));
+    for (uint32_t i = 0; i < step->head.end_at; i++) step->params[i] = weights_of(bench)[i];
+    step->features = vw_allocate((size_t)step->sample_count * step->feature_count, sizeof(double));
+    step->points = vw_allocate(step->sample_count, sizeof *step->points);
+    step->outputs = vw_allocate(step->sample_count, sizeof *step->outputs);
+    read_samples(step);
+    read_rays(step);
+    find_outputs(step);
+    return step;
+}
+
+static void close_step(struct transient_step *step) {
+    reference_step_destroy(step->rays);
+    free(step->params);
+    free(step->features);
+    free(step->points);
+    free(step->outputs);
+    free(step);
+}
+
+static double ray_loss(const struct transient_step *step, uint32_t ray) {
+    uint32_t first = ray * step->bench->config.samples;
+    const struct reference_transient_ray line = {.points = step->points + first,
+                                                 .outputs = (const double(*)[5])step->outputs + first,
+                                                 .count = step->bench->config.samples,
+                                                 .backdrop = step->rays->backdrops[ray],
+                                                 .target = step->rays->rays[ray].target,
+                                                 .photo =
+                                                     step->bench->model.appearance.size_bytes ? &step->photo : NULL,
+                                                 .beta_min = step->bench->config.beta_min};
+    return step->rays->rays[ray].weight * reference_transient_loss(&line);
+}
+
+static double whole_loss(struct transient_step *step) {
+    double loss = 0.0;
+    find_outputs(step);
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) loss += ray_loss(step, ray);
+    return loss;
+}
+
+// The slope of a loss by a number, by central differences.
+static double slope_of_ray(const struct transient_step *step, uint32_t ray, double *number) {
+    const double distance = 1e-5, kept = *number;
+    *number = kept + distance;
+    double ahead = ray_loss(step, ray);
+    *number = kept - distance;
+    double behind = ray_loss(step, ray);
+    *number = kept;
+    return (ahead - behind) / (2.0 * distance);
+}
+
+static double slope_of_step(struct transient_step *step, double *number) {
+    const double distance = 1e-6, kept = *number;
+    *number = kept + distance;
+    double ahead = whole_loss(step);
+    *number = kept - distance;
+    double behind = whole_loss(step);
+    *number = kept;
+    return (ahead - behind) / (2.0 * distance);
+}
+
+// ---- Compositing and loss -------------------------------------------------------------------------------------------
+
+// The slope by the logarithm of a density.
+static double slope_by_raw(const struct transient_step *step, uint32_t ray, struct reference_point *point) {
+    const double distance = 1e-5, kept = point->density;
+    point->density = kept * exp(distance);
+    double ahead = ray_loss(step, ray);
+    point->density = kept * exp(-distance);
+    double behind = ray_loss(step, ray);
+    point->density = kept;
+    return (ahead - behind) / (2.0 * distance);
+}
+
+// The slopes of one sample: by rgb and raw density, then by the head's outputs.
+enum { SLOPES = 4 + REFERENCE_HEAD_OUTPUTS };
+
+static void find_slopes(struct transient_step *step, uint32_t sample, double slopes[SLOPES]) {
+    uint32_t ray = sample / step->bench->config.samples;
+    for (int c = 0; c < 3; c++) slopes[c] = slope_of_ray(step, ray, &step->points[sample].rgb[c]);
+    slopes[3] = slope_by_raw(step, ray, &step->points[sample]);
+    for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_of_ray(step, ray, &step->outputs[sample][k]);
+}
+
+static void gradients_of_rays_match_differences(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        const struct vw_specialization *s = &bench->model.specialization;
+        step_bench_gradients(bench, STEP);
+        struct transient_step *step = open_step(bench);
+        float *losses = step_bench_read(bench, bench->step.ray_loss),
+              *d_samples = step_bench_read(bench, bench->step.d_samples),
+              *d_rows = step_bench_read(bench, bench->field.d_rows);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        double(*slopes)[SLOPES] = vw_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
+        assert_true(scalars->z == 0.0f);
+        for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
+            check_value(bench->where, "loss", ray, losses[ray], ray_loss(step, ray),
+                        2e-5 * (1.0 + ray_loss(step, ray)));
+        for (uint32_t i = 0; i < step->sample_count; i++) {
+            find_slopes(step, i, slopes[i]);
+            for (int k = 0; k < SLOPES; k++) most[k] = fmax(most[k], fabs(slopes[i][k]));
+        }
+        for (uint32_t i = 0; i < step->sample_count; i++) {
+            const float *d_outputs = row_of(d_rows, s->d_layer_rows, s->d_transient_row, i),
+                        *d_uncertainty = row_of(d_rows, s->d_layer_rows, s->d_transient_row + 1, i);
+            for (int k = 0; k < SLOPES; k++) {
+                float found = k < 4 ? d_samples[4 * i + (uint32_t)k] : k < 8 ? d_outputs[k - 4] : d_uncertainty[0];
+                check_value(bench->where, k < 4 ? "d_sample" : "d_output", SLOPES * i + (uint32_t)k, found,
+                            slopes[i][k], 1e-4 * most[k] + 1e-9);
+            }
+            for (int k = 1; k < 4; k++) assert_true(d_uncertainty[k] == 0.0f);
+        }
+        if (cases[c].density == 0.0f)
+            for (int k = 0; k < SLOPES; k++) assert_true(most[k] > 1e-7);
+        free(losses);
+        free(d_samples);
+        free(d_rows);
+        free(scalars);
+        free(slopes);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// Without transient density, and with any at its floor, this is the squared loss of a step without the effect.
+static void without_density_it_is_the_squared_loss(void **state) {
+    (void)state;
+    const size_t zero = 5;
+    struct step_case plain = cases[zero].setup;
+    plain.loss = VW_LOSS_L2;
+    struct step_bench *bench = open_case(zero), *without = step_bench_open(&plain);
+    step_bench_gradients(bench, STEP);
+    step_bench_gradients(without, STEP);
+    float *d_samples = step_bench_read(bench, bench->step.d_samples),
+          *expected = step_bench_read(without, without->step.d_samples),
+          *losses = step_bench_read(bench, bench->step.ray_loss),
+          *expected_losses = step_bench_read(without, without->step.ray_loss);
+    double most = 0.0;
+    for (uint32_t i = 0; i < 4 * bench->padded_samples; i++) most = fmax(most, fabs(expected[i]));
+    assert_true(most > 0.0);
+    for (uint32_t i = 0; i < 4 * bench->padded_samples; i++)
+        check_value(bench->where, "d_sample", i, d_samples[i], expected[i], 1e-6 * most);
+    for (uint32_t i = 0; i < bench->step.padded_rays; i++)
+        check_value(bench->where, "loss", i, losses[i], expected_losses[i], 1e-6);
+    free(d_samples);
+    free(expected);
+    free(losses);
+    free(expected_losses);
+    step_bench_close(bench);
+    step_bench_close(without);
+}
+
+// ---- The head -------------------------------------------------------------------------------------------------------
+
+// All of a layer along the device's gradient, and some of its numbers alone.
+static void check_layer(struct transient_step *step, const struct reference_layer *layer, uint32_t end,
+                        const float *d_weights) {
+    const double distance = 1e-7;
+    double norm = 0.0, most = 0.0, losses[2];
+    for (uint32_t i = layer->first_at; i < end; i++) {
+        norm += fabs(d_weights[i]);
+        most = fmax(most, fabs(d_weights[i]));
+    }
+    for (int ahead = 0; ahead < 2; ahead++) {
+        double by = ahead ? distance : -distance;
+        for (uint32_t i = layer->first_at; i < end; i++)
+            step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
+        losses[ahead] = whole_loss(step);
+        for (uint32_t i = layer->first_at; i < end; i++)
+            step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
+    }
+    check_value(step->bench->where, layer->name, layer->first_at, norm, (losses[1] - losses[0]) / (2.0 * distance),
+                0.01 * norm + 1e-9);
+    for (uint32_t i = layer->first_at; i < end; i += (end - layer->first_at) / 5)
+        check_value(step->bench->where, layer->name, i, d_weights[i],
+                    d_weights[i] == 0.0f ? 0.0 : slope_of_step(step, &step->params[i]), 0.01 * most + 1e-9);
+}
+
+static void the_loss_changes_as_the_head_s_gradients_say(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        step_bench_gradients(bench, STEP);
+        struct transient_step *step = open_step(bench);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        for (uint32_t l = 0; l < step->head.count; l++) {
+            const struct reference_layer *layer = &step->head.layers[l];
+            check_layer(step, layer, l + 1 < step->head.count ? layer[1].first_at : step->head.end_at, d_weights);
+        }
+        free(d_weights);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// Plain descent moves the code by its gradient and a ridge; those of other photos stay.
+static void the_code_moves_as_the_loss_says(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        struct step_bench *bench = open_case(c);
+        const struct param_range *codes = &bench->model.transient_codes;
+        step_bench_step(bench, STEP);
+        struct transient_step *step = open_step(bench);
+        float *after = step_bench_read(bench, bench->field.params);
+        double slopes[REFERENCE_TRANSIENT_CODE], rate = 20.0 * bench->config.learning_rate;
+        for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
+            slopes[k] = slope_of_step(step, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
+        double most = largest(slopes, REFERENCE_TRANSIENT_CODE);
+        for (uint32_t i = 0; i < codes->size_bytes / sizeof(float); i++) {
+            size_t at = codes->offset_bytes / sizeof(float) + i;
+            uint32_t view = i / REFERENCE_TRANSIENT_CODE;
+            double expected = view == bench->view ? slopes[i % REFERENCE_TRANSIENT_CODE] : 0.0;
+            if (view != bench->view) assert_true(after[at] == bench->params[at]);
+            check_value(bench->where, "code", i, ((double)bench->params[at] - after[at]) / rate, expected,
+                        0.01 * most + 1e-6);
+        }
+        free(after);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Into the field -------------------------------------------------------------------------------------------------
+
+static double slope_by_feature(struct transient_step *step, uint32_t sample, uint32_t index) {
+    const double distance = 1e-6;
+    double *features = step->features + sample * step->feature_count, losses[2], kept = features[index];
+    for (int ahead = 0; ahead < 2; ahead++) {
+        features[index] = kept + (ahead ? distance : -distance);
+        reference_head_forward(&step->head, step->params, features, step->code, step->outputs[sample]);
+        losses[ahead] = ray_loss(step, sample / step->bench->config.samples);
+    }
+    features[index] = kept;
+    reference_head_forward(&step->head, step->params, features, step->code, step->outputs[sample]);
+    return (losses[1] - losses[0]) / (2.0 * distance);
+}
+
+// The features of the field hash have the head's gradient beside that of the colour network.
+static void features_of_the_hash_take_the_head_s_gradient(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        if (cases[c].setup.field != VW_FIELD_HASH) continue;
+        struct step_bench *bench = open_case(c);
+        const struct vw_specialization *s = &bench->model.specialization;
+        const struct step_rows at = step_bench_rows(bench);
+        step_bench_gradients(bench, STEP);
+        struct transient_step *step = open_step(bench);
+        float *d_rows = step_bench_read(bench, bench->field.d_rows), *rows = step_bench_read_rows(bench);
+        const float *weights = weights_of(bench);
+        double most = 0.0, most_all = 0.0;
+        for (uint32_t i = 0; i < step->sample_count; i++)
+            for (uint32_t k = 1; k < 16; k++) {
+                most = fmax(most, fabs(row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4]));
+                most_all = fmax(most_all, fabs(step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4]));
+            }
+        for (uint32_t i = 0; i < step->sample_count; i++) {
+            for (uint32_t k = 1; k < 16; k++) {
+                double by_colour = 0.0, by_head = row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4];
+                for (uint32_t unit = 0; unit < bench->config.width; unit++)
+                    by_colour += step_bench_row(bench, rows, at.d_hidden2 + unit / 4, i)[unit % 4] *
+                                 weights[reference_block_index(s, 2, unit, k)];
+                check_value(bench->where, "d_geo", 16 * i + k, step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4],
+                            by_colour + by_head, 4.0 * BFLOAT_ROUNDING * most_all);
+                if ((i + k) % 61 == 0)
+                    check_value(bench->where, "d_feature", 16 * i + k, by_head, slope_by_feature(step, i, k),
+                                0.01 * most + 1e-9);
+            }
+        }
+        if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
+        free(d_rows);
+        free(rows);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// The trunk of the field mlp: its params moved along the device's gradient, with all that follows found again.
+static double mlp_loss(struct transient_step *step, const struct reference_mlp *mlp, struct reference_mlp_sample *it,
+                       const double *shift) {
+    const struct vw_specialization *s = &step->bench->model.specialization;
+    vw_uint4 key = model_key_of_step(&step->bench->model, STEP);
+    for (uint32_t i = 0; i < step->sample_count; i++) {
+        uint32_t ray = i / s->samples, sample = i % s->samples;
+        const struct reference_ray *line = &step->rays->rays[ray];
+        reference_sample_position(s, line, sample, reference_stratum_offset(s, ray, sample, key), it->position);
+        memcpy(it->direction, line->direction, sizeof it->direction);
+        reference_mlp_forward(mlp, step->params, shift, it);
+        memcpy(step->features + i * step->feature_count, it->values[mlp->depth + 1],
+               step->feature_count * sizeof(double));
+        memcpy(step->points[i].rgb, it->rgb, sizeof it->rgb);
+        step->points[i].density = it->density;
+    }
+    return whole_loss(step);
+}
+
+static void find_shift(const struct step_bench *bench, double *shift) {
+    const struct model *model = &bench->model;
+    double *code_weights = vw_allocate(model->code_weights.size_bytes / sizeof(float), sizeof *code_weights);
+    const float *values = bench->params + model->code_weights.offset_bytes / sizeof(float);
+    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof(float); i++) code_weights[i] = values[i];
+    struct reference_photo photo = reference_photo_of(model, bench->params, bench->view);
+    reference_mix_code(4 * model->specialization.width4, code_weights, photo.code, shift);
+    free(code_weights);
+}
+
+static void the_trunk_of_the_mlp_takes_the_head_s_gradient(void **state) {
+    (void)state;
+    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
+        if (cases[c].setup.field != VW_FIELD_MLP) continue;
+        struct step_bench *bench = open_case(c);
+        struct reference_mlp mlp;
+        reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
+        struct reference_mlp_sample *sample = reference_mlp_samples(&mlp, 1);
+        double *shift = vw_allocate(bench->config.width, sizeof *shift);
+        if (bench->model.codes.size_bytes) find_shift(bench, shift);
+        step_bench_gradients(bench, STEP);
+        struct transient_step *step = open_step(bench);
+        float *d_weights = step_bench_read(bench, bench->step.d_weights);
+        for (uint32_t l = 0; l < mlp.count; l++) {
+            uint32_t first = mlp.layers[l].first_at,
+                     end = l + 1 < mlp.count ? mlp.layers[l + 1].first_at : mlp.param_count;
+            const double distance = 1e-7;
+            double norm = 0.0, losses[2];
+            for (uint32_t i = first; i < end; i++) norm += fabs(d_weights[i]);
+            for (int ahead = 0; ahead < 2; ahead++) {
+                double by = ahead ? distance : -distance;
+                for (uint32_t i = first; i < end; i++)
+                    step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
+                losses[ahead] = mlp_loss(step, &mlp, sample, shift);
+                for (uint32_t i = first; i < end; i++)
+                    step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
+            }
+            assert_true(norm > 0.0);
+            check_value(bench->where, mlp.layers[l].name, l, norm, (losses[1] - losses[0]) / (2.0 * distance),
+                        0.01 * norm);
+        }
+        free(d_weights);
+        free(shift);
+        reference_mlp_samples_free(sample, &mlp, 1);
+        close_step(step);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Chunks, and what is not finite ---------------------------------------------------------------------------------
+
+static void the_bits_do_not_depend_on_the_chunk(void **state) {
+    (void)state;
+    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
+        struct step_case setup = {.name = "chunks",
+                                  .seed = 420,
+                                  .field = field,
+                                  .width = 16,
+                                  .rays = 64,
+                                  .samples = 16,
+                                  .mlp_depth = field == VW_FIELD_MLP ? 2 : 0,
+                                  .loss = VW_LOSS_L2,
+                                  .transient = true};
+        struct step_bench *whole = step_bench_open(&setup);
+        setup.chunk_samples = 256;
+        struct step_bench *chunks = step_bench_open(&setup);
+        step_bench_step(whole, STEP);
+        step_bench_step(chunks, STEP);
+        void *expected = step_bench_read(whole, whole->field.params),
+             *params = step_bench_read(chunks, chunks->field.params);
+        check_same_bits(chunks->where, "params", params, expected, whole->model.param_bytes);
+        free(expected);
+        free(params);
+        step_bench_close(whole);
+        step_bench_close(chunks);
+    }
+}
+
+static void what_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    for (int infinite = 0; infinite < 2; infinite++) {
+        struct step_bench *bench = open_case(0);
+        struct reference_head head;
+        lay_out_head(bench, &head);
+        weights_of(bench)[head.layers[head.count - 1].bias_at + 3] = infinite ? INFINITY : NAN;
+        step_bench_write_params(bench);
+        step_bench_step(bench, STEP);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        float *after = step_bench_read(bench, bench->field.params);
+        assert_true(scalars->z != 0.0f);
+        check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
+        free(scalars);
+        free(after);
+        step_bench_close(bench);
+    }
+}
+
+int main(int argc, char **argv) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gradients_of_rays_match_differences),
+        cmocka_unit_test(without_density_it_is_the_squared_loss),
+        cmocka_unit_test(the_loss_changes_as_the_head_s_gradients_say),
+        cmocka_unit_test(the_code_moves_as_the_loss_says),
+        cmocka_unit_test(features_of_the_hash_take_the_head_s_gradient),
+        cmocka_unit_test(the_trunk_of_the_mlp_takes_the_head_s_gradient),
+        cmocka_unit_test(the_bits_do_not_depend_on_the_chunk),
+        cmocka_unit_test(what_is_not_finite_marks_the_step),
+    };
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    return cmocka_run_group_tests_name("transient_gradients", tests, NULL, step_bench_teardown);
+}
