@@ -10,6 +10,7 @@
 #include "support/temporary_folder.h"
 #include "base/memory.h"
 #include "detect/decide.h"
+#include "train/effects/registry.h"
 #include "viewworth/train.h"
 
 // What a recipe is made of. Some shapes on a slab in a void (sparse), or a block that fills the box (full).
@@ -61,6 +62,7 @@ static bool is_true(const struct detection_case *c, const char *effect) {
         {"masks", c->masks},
         {"sky", c->sky},
         {"unbounded", c->far},
+        {"wide_box", c->far},
         {"appearance", c->exposure},
         {"appearance_code", c->weather && c->exposure},
         {"occupancy", !c->full && !c->far &&
@@ -188,6 +190,7 @@ void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
     struct confusion confusions[VW_EFFECT_COUNT_MAX];
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, mistakes = 0;
+    const struct effect *effects = effects_get(&count);
     for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++)
         confusions[e] = (struct confusion){.lowest_on = 1e9, .highest_off = 0.0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -196,7 +199,8 @@ void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
             struct vw_scene *scene = open_case(&cases[i], seed);
             if (vw_effects_decide(test_gpu(), scene, &config, verdicts, &count)) fail_msg("%s", vw_error_message());
             for (uint32_t e = 0; e < (pilots ? count : 3); e++)
-                mistakes += evaluate(&verdicts[e], is_true(&cases[i], verdicts[e].name), i, seed, &confusions[e]);
+                if (!effects[e].on_request)
+                    mistakes += evaluate(&verdicts[e], is_true(&cases[i], verdicts[e].name), i, seed, &confusions[e]);
             vw_scene_close(&scene);
         }
     }
