@@ -43,10 +43,28 @@ static double seen(const struct reference_step *step, uint32_t ray, int channel)
     return step->errors[ray][channel] + step->rays[ray].target[channel];
 }
 
-// J^T L'' J direction, at `params`.
+static void *read_all(struct vw_buffer *buffer) {
+    uint64_t bytes = vw_buffer_size_bytes(buffer);
+    void *data = vw_allocate(bytes, 1);
+    ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
+    return data;
+}
+
+// Where samples were placed by importance, of a single chunk of rays; NULL: nowhere.
+static double *samples_placed(struct vw_buffer *buffer) {
+    if (!buffer) return NULL;
+    uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
+    float *listed = read_all(buffer);
+    double *exact = vw_allocate(count, sizeof *exact);
+    for (uint64_t i = 0; i < count; i++) exact[i] = listed[i];
+    free(listed);
+    return exact;
+}
+
+// J^T L'' J direction, at `params`, with samples held fixed. Takes `sample_places` over.
 static struct reference_step *reference_product(const struct model *model, const float *before, const float *direction,
                                                 const struct vw_ray *rays, const double (*places)[2],
-                                                uint32_t ray_count, uint32_t view) {
+                                                double *sample_places, uint32_t ray_count, uint32_t view) {
     struct reference_params *params = reference_params_create(model, before),
                             *towards = reference_params_create(model, direction);
     struct reference_step *step = reference_step_create(model, rays, ray_count);
@@ -58,6 +76,7 @@ static struct reference_step *reference_product(const struct model *model, const
     }
     h = 1e-6 * sqrt(size / by);
     step->view = view;
+    step->sample_places = sample_places;
     memcpy(step->places, places, ray_count * sizeof *places);
     add_params(params, towards, h, model);
     reference_step_forward(step, params, true, STEP);
@@ -109,13 +128,6 @@ static double *as_block(const struct model *model, struct reference_step *step) 
     return block;
 }
 
-static void *read_all(struct vw_buffer *buffer) {
-    uint64_t bytes = vw_buffer_size_bytes(buffer);
-    void *data = vw_allocate(bytes, 1);
-    ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
-    return data;
-}
-
 // Where in their photo pixels lie, -1 to 1 across it.
 static double (*places_of(const struct probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
     double(*places)[2] = vw_allocate(count, sizeof *places);
@@ -164,8 +176,8 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     ASSERT_OK(lasting_run_batch(lasting));
     struct vw_ray *rays = read_all(step->ray_buffer);
     double(*places)[2] = places_of(lasting->context, pixel, view, lasting->sweep.rays);
-    struct reference_step *reference =
-        reference_product(model, before, direction, rays, (const double(*)[2])places, lasting->sweep.rays, view);
+    struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
+                                                         samples_placed(step->places), lasting->sweep.rays, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
     double factor = (double)step->rays / lasting->sweep.rays;
     for (uint64_t i = 0; i < count; i++) {
@@ -261,6 +273,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     plain.specialization.effect_appearance = plain.specialization.effect_appearance_code = 0;
     struct reference_params *params = reference_params_create(model, after);
     struct reference_step *step = reference_step_create(&plain, rays, ray_count);
+    step->sample_places = samples_placed(validation->evaluator.places);
     free(params->photos);
     free(params->visibility_codes);
     params->photos = NULL;
@@ -307,17 +320,20 @@ static void meets_the_reference(void **state) {
         const char *effects;
         enum vw_loss loss;
         uint32_t rays; // of the product
-    } cases[] = {{"none", VW_LOSS_L2, 0},
-                 {"none", VW_LOSS_L1, 64},
-                 {"sky,unbounded", VW_LOSS_HUBER, 0},
-                 {"appearance,appearance_code", VW_LOSS_L2, 0},
-                 {"visibility,sky", VW_LOSS_HUBER, 0}};
+        uint32_t importance_samples;
+    } cases[] = {{"none", VW_LOSS_L2, 0, 0},
+                 {"none", VW_LOSS_L1, 64, 0},
+                 {"sky,unbounded", VW_LOSS_HUBER, 0, 0},
+                 {"none", VW_LOSS_L2, 0, 24},
+                 {"appearance,appearance_code", VW_LOSS_L2, 0, 0},
+                 {"visibility,sky", VW_LOSS_HUBER, 0, 0}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = test_config();
         config.epochs = 10;
         config.rays = 120;
         config.loss = cases[i].loss;
+        config.importance_samples = cases[i].importance_samples;
         strcpy(config.effects, cases[i].effects);
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
