@@ -11,7 +11,6 @@
 #include "train/effects/wide_box.h"
 
 static const double PRICE_DB = 0.1;     // what an effect must gain at least
-static const double WIDER = 1.1;        // than the scene's box; else there is nothing to gain from a wider one
 static const double EMPTY_SHARE = 0.25; // of the box; occupancy saves no time where less is empty
 
 // How a fact is found: it calls for its effect when it reaches the threshold.
@@ -195,7 +194,7 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
             candidates |= 1u << i;
     // Where all photos have transparent pixels, these tell what lies behind the scene.
     if (fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
-    if (wide.half_extent_world < WIDER * scene->box.half_extent_world) candidates &= ~bit_of(search, "wide_box");
+    if (!(wide.half_extent_world > scene->box.half_extent_world)) candidates &= ~bit_of(search, "wide_box");
     search->candidates = candidates;
     return VW_OK;
 }
@@ -247,7 +246,7 @@ static const double SHARE = 0.1;
 
 uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned) {
     double rays = (double)planned->epochs * scene->split_count[VW_SPLIT_TRAIN] * planned->rays;
-    double steps = SHARE * rays / PILOTS_EXPECTED / fmin(planned->rays, PILOT_RAYS);
+    double steps = SHARE * rays / (PILOTS_EXPECTED * PILOT_FOLDS) / fmin(planned->rays, PILOT_RAYS);
     if (planned->pilot_steps != VW_PILOT_STEPS_AUTO) return planned->pilot_steps;
     return (uint32_t)fmin(fmax(steps, STEPS_LEAST), STEPS_MOST);
 }

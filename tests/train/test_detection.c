@@ -140,6 +140,26 @@ static void folds_share_no_photo(void **state) {
     vw_scene_close(&scene);
 }
 
+// Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few
+// steps.
+static void pilots_keep_to_a_tenth(void **state) {
+    (void)state;
+    struct vw_scene *scene = open_recipe("clean.json");
+    struct vw_config config = vw_config_default;
+    const uint32_t photos = scene->split_count[VW_SPLIT_TRAIN];
+    assert_int_equal(vw_pilot_steps(scene, &config), 256);
+    config.epochs = 10000 / photos;
+    double run_rays = (double)config.epochs * photos * config.rays, steps = vw_pilot_steps(scene, &config);
+    assert_true(steps > 256 && steps < 1024);
+    assert_true(6 * PILOT_FOLDS * steps * PILOT_RAYS <= 0.1 * run_rays);
+    assert_true(6 * PILOT_FOLDS * (steps + 1) * PILOT_RAYS > 0.1 * run_rays);
+    config.epochs = 50000 / photos;
+    assert_int_equal(vw_pilot_steps(scene, &config), 1024);
+    config.pilot_steps = 8;
+    assert_int_equal(vw_pilot_steps(scene, &config), 8);
+    vw_scene_close(&scene);
+}
+
 // The effect chooses the box that the field sees; beside unbounded it does nothing.
 static void a_wide_box_is_seen(void **state) {
     (void)state;
@@ -289,6 +309,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_hidden_sky_goes),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
+        cmocka_unit_test(pilots_keep_to_a_tenth),
         cmocka_unit_test(a_wide_box_is_seen),
         cmocka_unit_test(no_pilots_where_they_cannot_tell),
         cmocka_unit_test(auto_is_none_where_nothing_is_called_for),
