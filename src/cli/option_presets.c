@@ -49,7 +49,7 @@ static const struct {
                            {"loss", "l2"},
                            {"lr", "0.0005"},
                            {"learning-rate-decay", "0.1"},
-                           {"effects", "+appearance_code,-appearance,-sky"},
+                           {"effects", "+appearance_code,+transient,-appearance,-sky"},
                            {NULL, NULL}}},
     // HA-NeRF (Chen et al., CVPR 2022), as its code says
     [VW_PRESET_HA_NERF] = {"ha-nerf",

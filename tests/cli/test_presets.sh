@@ -22,7 +22,7 @@ check "its learning rate decays" holds nerf '"learning_rate_decay":0.1'
 check "it is of the field mlp" holds nerf '"field":"mlp"'
 check "and keeps an explicit depth" holds nerf '"mlp_depth":2'
 check "the preset nerf-w trains" run value nerf-w "${mlp[@]}"
-check "it has codes" holds nerf-w '+appearance_code'
+check "it has codes and transients" holds nerf-w '+appearance_code,+transient'
 check "the preset ha-nerf trains" run value ha-nerf "${mlp[@]}"
 check "it has HA-NeRF's visibility" holds ha-nerf '+visibility'
 check "the preset paper trains" run value paper "${mlp[@]}"
