@@ -1,4 +1,5 @@
 #include "support/trainer_fixture.h"
+
 #include "support/cmocka_test.h"
 
 #include <stdint.h>
@@ -6,6 +7,7 @@
 #include <string.h>
 
 #include "gpu/compute.h"
+#include "support/temporary_folder.h"
 #include "train/trainer.h"
 #include "base/memory.h"
 
@@ -88,6 +90,30 @@ struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *
     return run;
 }
 
+struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config) {
+    enum { FIRST_STEPS = 6 };
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "checkpoint");
+    struct test_run *parts = vw_allocate(1, sizeof *parts);
+    struct vw_trainer *first = test_trainer_create(scene, config, true, 3),
+                      *second = test_trainer_create(scene, config, true, 3);
+    const struct vw_step_record *records;
+    uint32_t count;
+    uint64_t step;
+    vw_trainer_stop_after(first, FIRST_STEPS);
+    do {
+        ASSERT_OK(vw_trainer_advance(first, &records, &count));
+        test_run_keep(parts, records, count);
+    } while (count);
+    ASSERT_OK(vw_trainer_save_checkpoint(first, path));
+    vw_trainer_destroy(&first);
+    ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
+    test_run_finish(second, parts);
+    vw_trainer_destroy(&second);
+    temporary_folder_remove(folder);
+    return parts;
+}
+
 void test_run_free(struct test_run *run) {
     free(run->params);
     free(run);
@@ -105,6 +131,17 @@ static void assert_same_probes(const struct test_run *a, const struct test_run *
             fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step,
                      x->val_psnr, y->val_psnr);
     }
+}
+
+void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share) {
+    struct test_run *one = test_run(scene, config, true, 1), *many = test_run(scene, config, true, 7);
+    test_run_assert_same(one, many);
+    double first = one->records[1].train_loss + one->records[2].train_loss,
+           last = one->records[one->count - 1].train_loss + one->records[one->count - 2].train_loss;
+    if (!(last < share * first)) fail_msg("%s: loss %g, at last %g", vw_field_name(config->field), first, last);
+    assert_int_equal(one->stats.nonfinite_steps, 0);
+    test_run_free(one);
+    test_run_free(many);
 }
 
 void test_run_assert_same(const struct test_run *a, const struct test_run *b) {

@@ -33,6 +33,8 @@ struct test_run {
 // A whole run, to be ended with test_run_free().
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                           uint32_t steps_per_batch);
+// The same, stopped after some steps and taken up by another trainer from a checkpoint.
+struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
 void test_run_free(struct test_run *run);
 // Adds records as the trainer lends them.
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);
@@ -40,6 +42,8 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
 void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
 
 bool test_same_bits(double a, double b);
+// That a training has the same bits whatever its batches, and ends with less than `share` of its first loss.
+void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share);
 // Rows, probes and params, bit for bit.
 void test_run_assert_same(const struct test_run *a, const struct test_run *b);
 

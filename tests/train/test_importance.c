@@ -26,14 +26,7 @@ static void every_field_learns_with_them(void **state) {
         struct vw_config config = config_of(field);
         config.epochs = 12;
         config.learning_rate_decay = 0.3;
-        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
-        test_run_assert_same(one, many);
-        double first = one->records[1].train_loss + one->records[2].train_loss,
-               last = one->records[one->count - 1].train_loss + one->records[one->count - 2].train_loss;
-        if (!(last < 0.7 * first)) fail_msg("field %s: loss %g, at last %g", vw_field_name(field), first, last);
-        assert_int_equal(one->stats.nonfinite_steps, 0);
-        test_run_free(one);
-        test_run_free(many);
+        test_run_assert_learns(scene, &config, 0.7);
     }
     vw_scene_close(&scene);
 }
@@ -41,31 +34,13 @@ static void every_field_learns_with_them(void **state) {
 // Stopped within the planned steps, which decide how the rate decays, and taken up by another trainer.
 static void a_run_in_parts_is_the_run(void **state) {
     (void)state;
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
     const struct vw_config config = config_of(VW_FIELD_HASH);
-    struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
-    for (uint32_t part = 0; part < 2; part++) {
-        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 3);
-        const struct vw_step_record *records;
-        uint32_t count;
-        uint64_t step;
-        if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
-        if (part == 0) vw_trainer_stop_after(trainer, 6);
-        do {
-            ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
-            test_run_keep(parts, records, count);
-        } while (count);
-        if (part == 0) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
-        else test_run_finish(trainer, parts);
-        vw_trainer_destroy(&trainer);
-    }
+    struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
     test_run_assert_same(whole, parts);
     test_run_free(whole);
     test_run_free(parts);
     vw_scene_close(&scene);
-    temporary_folder_remove(folder);
 }
 
 // The colours of all validation rays, measured anew.
