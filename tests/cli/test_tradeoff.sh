@@ -34,7 +34,7 @@ check "no parameter that was not named" test ! -e "$folder/whole/configurations/
 check "a value like the base's is not tried twice" test ! -e "$folder/whole/configurations/val-rays-64" \
     -a ! -e "$folder/whole/configurations/rays-16"
 check "the base is one" test "$(ask whole "SELECT group_concat(DISTINCT configuration) FROM metric WHERE base")" = base
-check "it lists all parameters" grep -q '^base,base,"rays 16, samples 8, val-rays 64, levels 2, .*, downscale 1",1,8,48,' \
+check "it lists all parameters" grep -q '^base,base,"rays 16, samples 8, importance-samples 0, val-rays 64, .*, downscale 1",1,8,48,' \
     "$folder/whole/tradeoff.csv"
 check "steps are photos times epochs" test "$(metric epochs-2 steps)" = 12
 
@@ -84,6 +84,8 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
 check "LDS is there" test -n "$(metric base lds)"
 
+check "placed samples are tried without occupancy" sweep placed --parameters importance-samples --halves 0 --effects occupancy --epochs 2
+check "all of them" test -d "$folder/placed/configurations/importance-samples-8" -a -d "$folder/placed/configurations/importance-samples-32"
 check "values that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
 check "and those beside them are not" test "$(ask late "SELECT group_concat(configuration, ' ') FROM metric WHERE method = 'dv_psnr'")" = \
     "base full_resolution epochs-122"

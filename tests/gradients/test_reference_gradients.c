@@ -273,6 +273,9 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     close_fixture(&f);
 }
 
+// transient has a loss and a reference of its own: see test_transient_gradients.
+static bool is_elsewhere(const char *effect) { return !strcmp(effect, "transient"); }
+
 static void the_gradient_is_the_slope_of_the_loss(void **state) {
     (void)state;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
@@ -280,12 +283,14 @@ static void the_gradient_is_the_slope_of_the_loss(void **state) {
     uint32_t count;
     assert_int_equal(vw_effects_find_facts(&empty_scene, "none", effects, &count), VW_OK);
     for (uint32_t i = 0; i < count; i++)
-        snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? "," : "", effects[i].name);
+        if (!is_elsewhere(effects[i].name))
+            snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", *all ? "," : "", effects[i].name);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         for (size_t k = 0; k < VW_ARRAY_COUNT(all_losses); k++) {
             compare_ranges(&cases[i], all_losses[k], "none");
             compare_ranges(&cases[i], all_losses[k], all);
-            for (uint32_t e = 0; e < count; e++) compare_ranges(&cases[i], all_losses[k], effects[e].name);
+            for (uint32_t e = 0; e < count; e++)
+                if (!is_elsewhere(effects[e].name)) compare_ranges(&cases[i], all_losses[k], effects[e].name);
         }
     }
 }

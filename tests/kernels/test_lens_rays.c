@@ -76,7 +76,7 @@ static void pixel_position(const struct vw_camera *camera, uint32_t ray, float *
 // The rays of one view through a grid of positions over its photo.
 static void generate(const struct vw_view *view, const struct vw_box *box, uint32_t distortion,
                      struct vw_ray rays[RAYS]) {
-    struct vw_specialization specialization = {.samples = SAMPLES, .effect_distortion = distortion};
+    struct vw_specialization specialization = {.samples = SAMPLES, .strata = SAMPLES, .effect_distortion = distortion};
     uint32_t words[VW_SPECIALIZATION_COUNT];
     memcpy(words, &specialization, sizeof words);
     struct vw_gpu_camera camera = pixels_camera(view, box);

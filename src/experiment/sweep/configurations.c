@@ -24,6 +24,7 @@ static const struct sweep {
 } sweeps[] = {
     {"rays", offsetof(struct vw_config, rays), TIMES, ALL, {0.125, 0.25, 0.5, 2}},
     {"samples", offsetof(struct vw_config, samples), TIMES, ALL, {0.25, 0.5, 2}},
+    {"importance-samples", offsetof(struct vw_config, importance_samples), SET, ALL, {8, 16, 32}},
     {"val-rays", offsetof(struct vw_config, val_rays), SET, ALL, {64, 128, 256, 512, 1024, 2048, 4096}},
     {"levels", offsetof(struct vw_config, levels), PLUS, HASH, {-4, -2, 4}},
     {"log2-table", offsetof(struct vw_config, log2_table), PLUS, HASH, {-4, -2, 2, 4}},
@@ -160,6 +161,7 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
         uint32_t number = number_of(sweep, of_base, sweep->values[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
+        if (config.importance_samples) spell_effects(session, "occupancy", config.effects); // it has no part in them
         snprintf(value, sizeof value, "%" PRIu32, number);
         bool base_again = number == (of_base < least ? least : of_base), all_again = val_rays && number >= most;
         if (base_again || all_again || is_listed(configurations, sweep->parameter, value) || !is_admitted(&config))
