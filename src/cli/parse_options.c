@@ -112,6 +112,16 @@ static enum vw_status refuse(const struct vw_command *command, bool value_missin
                    optopt ? letter : word, command->name);
 }
 
+// getopt takes any beginning that fits one name alone. A slip would set another option, and a new option could change
+// what an old command means: so an option is written out.
+static enum vw_status refuse_beginning(const struct vw_command *command, char **argv, const char *name) {
+    const char *word = argv[optind - 1] == optarg ? argv[optind - 2] : argv[optind - 1];
+    size_t length = strcspn(word, "=");
+    if (length == strlen("--") + strlen(name)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%.*s\"; is --%s meant?", command->name, (int)length, word,
+                   name);
+}
+
 static enum vw_status parse_operands(const struct vw_command *command, int count, char **operands,
                                      struct vw_options *options) {
     int wanted = command->operand ? 1 : 0;
@@ -155,8 +165,10 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
     while ((code = getopt_long(argc, argv, ":", list, NULL)) != -1) {
         if (code == ':' || code == '?') return refuse(command, code == ':', argv[optind - 1]);
         int row = code - FIRST_CODE;
+        enum vw_status status = refuse_beginning(command, argv, vw_option_table[row].name);
+        if (status) return status;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
-        enum vw_status status = store(&vw_option_table[row], optarg, options);
+        status = store(&vw_option_table[row], optarg, options);
         if (status) return status;
     }
     enum vw_status status = apply_preset(options);

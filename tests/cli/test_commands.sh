@@ -60,6 +60,8 @@ check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate
 check "an unknown option is refused" refuses 'unknown option "--frobnicate"' devices --frobnicate
+check "the beginning of an option is refused" refuses 'unknown option "--downsc"; is --downscale meant?' info "$scene" --downsc 2
+check "with = as well" refuses 'unknown option "--downsc"; is --downscale meant?' info "$scene" --downsc=2
 check "an option of another command is refused" refuses 'unknown option "--out"' info "$scene" --out x
 check "a missing value is refused" refuses '--seed needs a value' value "$scene" --seed
 check "a value for a flag is refused" refuses '--json takes no value' devices --json=1
