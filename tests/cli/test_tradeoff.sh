@@ -84,8 +84,11 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
 check "LDS is there" test -n "$(metric base lds)"
 
-check "placed samples are tried without occupancy" sweep placed --parameters importance-samples --halves 0 --effects occupancy --epochs 2
+placed=(--parameters importance-samples,learning-rate-decay --halves 0 --effects occupancy --epochs 2)
+check "placed samples are tried without occupancy" sweep placed "${placed[@]}"
 check "all of them" test -d "$folder/placed/configurations/importance-samples-8" -a -d "$folder/placed/configurations/importance-samples-32"
+check "and rates that fall" test "$(sqlite3 "$folder/placed/configurations/learning-rate-decay-0.3/seed_0/ledger.db" \
+    "SELECT json_extract(config_json, '\$.learning_rate_decay') FROM run")" = 0.3
 check "values that end within burn-in are left out" sweep late --parameters epochs,accuracy --halves 0 --burn-in 60 --epochs 61
 check "and those beside them are not" test "$(ask late "SELECT group_concat(configuration, ' ') FROM metric WHERE method = 'dv_psnr'")" = \
     "base full_resolution epochs-122"

@@ -12,7 +12,7 @@
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
 enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, ALL = HASH | MLP };
-enum { TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
+enum { LEARNING_RATE_DECAY, TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
 static const struct sweep {
@@ -32,8 +32,10 @@ static const struct sweep {
     {"width", offsetof(struct vw_config, width), SET, ALL, {16, 32, 64, 128, 256}},
     {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
+static const double learning_rate_decays[] = {0.3, 0.1};
 static const double downscales[] = {2, 4}; // times the base's
-static const char *const other_parameters[OTHER_PARAMETERS] = {"table-precision", "downscale", "effects", "accuracy"};
+static const char *const other_parameters[OTHER_PARAMETERS] = {"learning-rate-decay", "table-precision", "downscale",
+                                                               "effects", "accuracy"};
 static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest factor of `rays`
 
 // ---- Parameters ----
@@ -98,7 +100,8 @@ static void describe_base(struct vw_sweep_configuration *base) {
             used += (size_t)snprintf(base->value + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].parameter,
                                      *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
     if (used < size_bytes)
-        snprintf(base->value + used, size_bytes - used, "table-precision %s, downscale %" PRIu32,
+        snprintf(base->value + used, size_bytes - used,
+                 "learning-rate-decay %g, table-precision %s, downscale %" PRIu32, base->config.learning_rate_decay,
                  vw_table_precision_name(base->config.table_precision), base->downscale);
 }
 
@@ -178,6 +181,20 @@ static enum vw_status add_all_pixels(const struct vw_session *session, struct vw
     return add(configurations, "val-rays", "all", &config);
 }
 
+static enum vw_status add_learning_rate_decays(struct vw_sweep_configurations *configurations) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(learning_rate_decays) && !status; i++) {
+        char value[VALUE_BYTES];
+        struct vw_config config = configurations->configurations[0].config;
+        if (learning_rate_decays[i] == config.learning_rate_decay) continue;
+        config.learning_rate_decay = learning_rate_decays[i];
+        if (!is_admitted(&config)) continue;
+        snprintf(value, sizeof value, "%g", learning_rate_decays[i]);
+        status = add(configurations, "learning-rate-decay", value, &config);
+    }
+    return status;
+}
+
 static enum vw_status add_downscales(struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(downscales) && !status; i++) {
@@ -247,7 +264,8 @@ static enum vw_status add_full_resolution(const struct vw_session *session,
 static enum vw_status add_others(const struct vw_session *session, uint32_t parameters,
                                  struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
-    if (is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
+    if (is_other_wanted(parameters, LEARNING_RATE_DECAY)) status = add_learning_rate_decays(configurations);
+    if (!status && is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
     if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(configurations);
     if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
     if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(configurations);

@@ -8,7 +8,7 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-enum { VW_CONFIGURATION_NAME_BYTES = 48, VW_CONFIGURATION_VALUE_BYTES = 200, VW_CONFIGURATIONS_MAX = 96 };
+enum { VW_CONFIGURATION_NAME_BYTES = 48, VW_CONFIGURATION_VALUE_BYTES = 256, VW_CONFIGURATIONS_MAX = 96 };
 
 struct vw_sweep_configuration {
     char name[VW_CONFIGURATION_NAME_BYTES];   // "base", "rays-125": also its folder's name
@@ -27,8 +27,8 @@ struct vw_sweep_configurations {
 
 // The parameters, for messages and --help.
 #define VW_SWEEP_PARAMETERS                                                                                            \
-    "rays, samples, importance-samples, val-rays, levels, log2-table, mlp-depth, width, epochs, table-precision, "     \
-    "downscale, effects, accuracy"
+    "rays, samples, importance-samples, val-rays, levels, log2-table, mlp-depth, width, epochs, "                      \
+    "learning-rate-decay, table-precision, downscale, effects, accuracy"
 // Reads names of parameters with commas between as a set of bits. VW_ERROR_USAGE names a word that is none.
 enum vw_status vw_sweep_parameters_parse(const char *list, uint32_t *parameters);
 // Lists the configurations around a base, for a session whose effects are decided. `parameters`: a set of bits; 0: all.
