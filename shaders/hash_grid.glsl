@@ -55,12 +55,8 @@ float grid_weight(grid_cell cell, uint corner) {
 }
 
 #ifdef GRID_READS // the including pass declares the bindings
-// The encoding of one level, feature pair `pair`. One branch for all corners, not one for each: see README.md, "Weak compilers".
-vec2 grid_encode(vec3 position, uint level, uint pair) {
-    bool dense = level < DENSE_LEVELS;
-    grid_cell cell = grid_locate(position, level_resolution(level), dense);
-    uint first = level_first_pair(level) + pair;
-    vec2 values[8];
+// What the corners of a cell hold. One branch for all, not one for each: see README.md, "Weak compilers".
+void grid_gather(grid_cell cell, uint first, bool dense, out vec2 values[8]) {
     if (GRID_TEXEL != 0u) {
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++)
             values[corner] = texelFetch(grid_texel, int(first + grid_corner(cell, corner, dense) * FEATURE_PAIRS)).xy;
@@ -70,9 +66,32 @@ vec2 grid_encode(vec3 position, uint level, uint pair) {
             values[corner] = LOAD_PAIR(grid[index]);
         }
     }
-    vec2 sum = vec2(0.0);
+}
+
+// The encoding of one level, feature pair `pair`.
+vec2 grid_encode(vec3 position, uint level, uint pair) {
+    bool dense = level < DENSE_LEVELS;
+    grid_cell cell = grid_locate(position, level_resolution(level), dense);
+    vec2 values[8], sum = vec2(0.0);
+    grid_gather(cell, level_first_pair(level) + pair, dense, values);
     [[unroll]] for (uint corner = 0u; corner < 8u; corner++) sum += grid_weight(cell, corner) * values[corner];
     return sum;
+}
+
+// The gradient by the position where that by this encoding is `d_pair`. At the border of two cells it is that of the upper one.
+vec3 grid_encode_back(vec3 position, uint level, uint pair, vec2 d_pair) {
+    bool dense = level < DENSE_LEVELS;
+    uint resolution = level_resolution(level);
+    grid_cell cell = grid_locate(position, resolution, dense);
+    vec2 values[8];
+    vec3 sum = vec3(0.0);
+    grid_gather(cell, level_first_pair(level) + pair, dense, values);
+    [[unroll]] for (uint corner = 0u; corner < 8u; corner++) {
+        bvec3 upper = upper_axes(corner);
+        vec3 share = mix(1.0 - cell.fraction, cell.fraction, upper);
+        sum += dot(values[corner], d_pair) * mix(vec3(-1.0), vec3(1.0), upper) * share.yzx * share.zxy;
+    }
+    return float(resolution) * sum;
 }
 #endif
 

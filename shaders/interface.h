@@ -71,7 +71,8 @@ typedef uint32_t vw_uint;
     X(76, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
     X(77, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
     X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
-    VW_TRANSIENT_CONSTANTS(X)
+    VW_TRANSIENT_CONSTANTS(X) \
+    X(88, EFFECT_POSE, effect_pose, uint, 0)
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -124,6 +125,7 @@ struct vw_specialization {
     uint effect_transient;
     float beta_min;
     uint transient_row, d_transient_row, d_feature_row, transient_code_row, transient_column, transient_bias, transient_width4;
+    uint effect_pose;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -239,7 +241,12 @@ VW_ENUM(VW_SLOT_VISIBILITY_PARTIALS, 67) // vec4 [VISIBILITY_GROUP rays][VISIBIL
 // The rest only with the effect transient.
 VW_ENUM(VW_SLOT_TRANSIENT_CODES, 68)        // vec4 [view][TRANSIENT_CODE4]: a range of the params
 VW_ENUM(VW_SLOT_TRANSIENT_CODE_MOMENTS, 69) // vw_transient_moments per view
-VW_ENUM(VW_SLOT_COUNT, 70)
+// The rest only with the effect pose, see pose.glsl.
+VW_ENUM(VW_SLOT_POSES, 70)        // vw_pose per view: a range of the params
+VW_ENUM(VW_SLOT_POSE_MOMENTS, 71) // vw_pose_moments per view
+VW_ENUM(VW_SLOT_D_POSITIONS, 72)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
+VW_ENUM(VW_SLOT_D_POSES, 73)      // vw_pose per ray: its force and its torque; overwritten
+VW_ENUM(VW_SLOT_COUNT, 74)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -321,6 +328,16 @@ struct vw_transient_moments { // likewise
     vw_uint visits;
 };
 
+// What is wrong with a photo's camera: its shift in box edges, and its turn, see pose.glsl. All 0: nothing. w is unused.
+struct vw_pose {
+    vw_float4 shift, turn;
+};
+
+struct vw_pose_moments { // likewise
+    vw_float4 shift1, shift2, turn1, turn2;
+    vw_uint visits;
+};
+
 // Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
 struct vw_kept {
     vw_uint3 field_groups;                   // forward_field, backward_field
@@ -385,7 +402,7 @@ struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visi
     vw_uint4 key;            // in training
 };
 struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, backward_transient, gradient_weights,
-                             // reduce_weights, and those of occupancy.glsl
+                             // reduce_weights, gradient_pose, and those of occupancy.glsl
     vw_uint first_ray;       // of the chunk
     vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
     vw_uint4 key;            // in training
@@ -422,7 +439,8 @@ struct vw_push_reduce {      // reduce_loss, reduce_views, fit_views, gradient_s
     vw_uint count;           // rays; views; groups of rays
     vw_uint scalar_row;      // first vec4 of this step in the scalars; fit_views, gradient_sky and reduce_visibility have none
 };
-struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility, update_transient
+struct vw_push_update {      // update_grid, update_weights, update_appearance, update_code, update_visibility, update_transient,
+                             // update_pose
     vw_uint count;           // pairs of the window; columns of weights and sky; rays; unused
     vw_uint step_low;        // the step's number, from 1; saturated
     float extra;             // share by which the step is longer than at LEARNING_RATE: 0, below it where the rate has decayed, and what

@@ -36,10 +36,14 @@ viewworth_add_shader(reduce_visibility)
 viewworth_add_shader(scatter_grid)
 viewworth_add_shader(scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
+viewworth_add_shader(gradient_positions) # of the effect pose alone, as gradient_pose and update_pose
+viewworth_add_shader(gradient_positions VARIANT half DEFINE VW_HALF_GRID)
+viewworth_add_shader(gradient_pose)
 viewworth_add_shader(reduce_loss)
 viewworth_add_shader(update_transient)
 viewworth_add_shader(update_appearance)
 viewworth_add_shader(update_code)
+viewworth_add_shader(update_pose)
 viewworth_add_shader(update_visibility)
 viewworth_add_shader(update_grid)
 viewworth_add_shader(update_grid VARIANT half DEFINE VW_HALF_GRID)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/appearance.h"
+#include "train/effects/pose.h"
 
 enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
@@ -35,6 +36,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     specialization.training = specialization.stores_rows = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
     specialization.effect_transient = 0; // what one photo alone shows is not seen
+    specialization.effect_pose = 0;      // all cameras are as the scene has them
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
@@ -46,6 +48,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     uint32_t count = 6;
     field_bind(evaluator->field, false, bindings, &count);
     appearance_bind(evaluator->field, NULL, bindings, &count);
+    pose_bind(evaluator->field, NULL, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;

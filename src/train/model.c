@@ -114,6 +114,10 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
         model->visibility_codes = append_range(model, "visibility_codes", sizeof(vw_float4) * VISIBILITY_CODE4 * views);
         model->param_count += VISIBILITY_CODE_PARAMS * trained;
     }
+    if (s->effect_pose) {
+        model->poses = append_range(model, "poses", sizeof(struct vw_pose) * views);
+        model->param_count += 6 * trained;
+    }
 }
 
 // Whole groups of rays whose rows one binding holds, and no more than a step has.

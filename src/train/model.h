@@ -41,6 +41,7 @@ struct model {
     // Of the effect visibility, empty without it: its network, the last of what update_weights moves; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
     struct param_range visibility, visibility_codes;
+    struct param_range poses; // of the effect pose, empty without it: vw_pose per view, likewise
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding

@@ -74,6 +74,17 @@ static void add_placing(const struct model *model, double rays, uint32_t chunks,
                                         rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});
 }
 
+static void add_pose(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
+    double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n->encoding4;
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"gradient_positions", NULL, chunks, n->samples * 8 * n->gathers,
+                                        n->samples * (position + d_encoding + n->pair_bytes * n->gathers + d_position)});
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"gradient_pose", NULL, chunks, n->samples * 9,
+                                        n->samples * (position + d_position) + n->rays * sizeof(struct vw_pose)});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"update_pose", NULL, 1, 0, n->rays * sizeof(struct vw_pose)});
+}
+
 // backward_transient reads a sample twice: 16 bytes of the field and two rows; it writes as much, and the sum of tau.
 static void add_transient(const struct model *model, double samples, uint32_t chunks, struct vw_pass_cost *costs,
                           uint32_t *count) {
@@ -111,6 +122,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
         pass_cost_add(costs, count,
                       (struct vw_pass_cost){"update_code", NULL, 1, 2 * code_weights, 4 * code_weights * 7});
     }
+    if (step->pose.update) add_pose(&n, chunks, costs, count);
     if (step->visibility.predict) add_visibility(&n, costs, count);
     pass_cost_add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     if (windows)

@@ -78,6 +78,7 @@ void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint
     occupancy_bind(step->field, &step->occupancy, bindings, count);
     visibility_bind(step->field, &step->visibility, bindings, count);
     transient_bind(step->field, &step->transient, bindings, count);
+    pose_bind(step->field, &step->pose, bindings, count);
 }
 
 static enum vw_status create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
@@ -152,6 +153,7 @@ static enum vw_status create_update_passes(struct step_passes *step) {
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
     if (status == VW_OK) status = appearance_create_passes(step->field, bindings, count, &step->appearance);
     if (status == VW_OK) status = transient_create_passes(step->field, bindings, count, &step->transient);
+    if (status == VW_OK) status = pose_create_passes(step->field, bindings, count, &step->pose);
     return status == VW_OK ? visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
 }
 
@@ -197,6 +199,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
     if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
     if (status == VW_OK) status = transient_create_buffers(field, &step->transient);
+    if (status == VW_OK) status = pose_create_buffers(field, step->padded_rays, &step->pose);
     if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
     if (status == VW_OK) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
@@ -218,6 +221,7 @@ void step_destroy(struct step_passes *step) {
     appearance_destroy(&step->appearance);
     visibility_destroy(&step->visibility);
     transient_destroy(&step->transient);
+    pose_destroy(&step->pose);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
@@ -230,6 +234,7 @@ uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *b
     appearance_training_state(&step->appearance, buffers, &count);
     visibility_training_state(&step->visibility, buffers, &count);
     transient_training_state(&step->transient, buffers, &count);
+    pose_training_state(&step->pose, buffers, &count);
     if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
 }
@@ -275,6 +280,7 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
         gradient_record_chunk(step, &step->gradient, batch, &chunk);
+        pose_record_chunk(&step->pose, step->field->model, batch, &(struct field_chunk){&chunk, step->occupancy.kept});
     }
     gradient_record_sky(&step->gradient, batch, step->padded_rays);
     visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
@@ -289,6 +295,7 @@ void step_record_update(const struct step_passes *step, struct vw_batch *batch, 
     appearance_record_update(&step->appearance, batch, update, step->padded_rays);
     visibility_record_update(&step->visibility, batch, &update);
     transient_record_update(&step->transient, batch, update);
+    pose_record_update(&step->pose, batch, update, step->padded_rays);
     vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

@@ -8,6 +8,7 @@
 #include "train/fields/registry.h"
 #include "gpu/compute.h"
 #include "train/effects/occupancy.h"
+#include "train/effects/pose.h"
 #include "train/effects/visibility.h"
 #include "train/importance.h"
 #include "train/effects/transient.h"
@@ -37,6 +38,7 @@ struct step_passes {
     struct occupancy occupancy;
     struct visibility visibility;
     struct transient transient;
+    struct pose pose;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.

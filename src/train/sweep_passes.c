@@ -21,6 +21,10 @@ static enum vw_status check(const struct probe_context *context) {
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit: has no curvature of the loss of the effect transient; value the "
                        "scene with --effects -transient");
+    if (model->specialization.effect_pose)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit: does not know how the effect pose moves cameras; value the scene with "
+                       "--effects -pose");
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit: the params of %llu bytes exceed this device's binding range; value the scene "

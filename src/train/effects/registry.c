@@ -34,6 +34,7 @@ static const struct effect effects[] = {
          "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
     {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true},
+    {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true},
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
@@ -150,6 +151,19 @@ enum vw_status effects_follow_transient(const struct vw_config *config, struct v
                            verdicts[i].name);
         verdicts[i].on = false;
     }
+    return VW_OK;
+}
+
+// It goes back through the hash grid's cells, within a box that needs no contraction.
+enum vw_status effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                   uint32_t count) {
+    if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
+    if (config->field != VW_FIELD_HASH)
+        return vw_fail(VW_ERROR_USAGE, "--effects: pose is not there with --field %s; leave it out, or take --field hash",
+                       vw_field_name(config->field));
+    if (vw_effects_is_on(verdicts, count, "unbounded"))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--effects: pose cannot be beside unbounded; leave one of them out (--effects +pose,-unbounded)");
     return VW_OK;
 }
 

@@ -33,6 +33,10 @@ bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_ver
 enum vw_status effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                         uint32_t count);
 
+// VW_ERROR_USAGE, naming it, where the effect pose is on beside what gives it no gradient by positions.
+enum vw_status effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                   uint32_t count);
+
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                         struct vw_specialization *specialization);

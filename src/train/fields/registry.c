@@ -24,7 +24,8 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
                            skips ? "importance-samples" : "field", skips ? "above 0" : vw_field_name(config->field));
         verdicts[i].on = false;
     }
-    return effects_follow_transient(config, verdicts, count);
+    enum vw_status status = effects_follow_pose(config, verdicts, count);
+    return status == VW_OK ? effects_follow_transient(config, verdicts, count) : status;
 }
 
 void field_passes_destroy(struct field_passes *passes) {

@@ -1,0 +1,90 @@
+#include "train/effects/pose.h"
+
+#include <stddef.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+
+enum vw_status pose_create_buffers(const struct field *field, uint32_t padded_rays, struct pose *pose) {
+    uint64_t photos = field->model->poses.size_bytes / sizeof(struct vw_pose),
+             samples = field->model->specialization.chunk_samples;
+    const struct {
+        struct vw_buffer **buffer;
+        struct vw_buffer_params params;
+    } buffers[] = {
+        {&pose->moments, {.name = "pose_moments", .size_bytes = sizeof(struct vw_pose_moments) * photos}},
+        {&pose->d_positions, {.name = "d_positions", .size_bytes = sizeof(vw_float4) * samples}},
+        {&pose->d_poses, {.name = "d_poses", .size_bytes = sizeof(struct vw_pose) * (uint64_t)padded_rays}},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && photos && status == VW_OK; i++)
+        status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
+    return status;
+}
+
+void pose_bind(const struct field *field, const struct pose *pose, struct vw_binding *bindings, uint32_t *count) {
+    const struct param_range *poses = &field->model->poses;
+    bool on = pose && pose->moments;
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSES,
+                                               .buffer = field->params,
+                                               .offset_bytes = poses->offset_bytes,
+                                               .size_bytes = poses->size_bytes,
+                                               .unused = !on};
+    if (!on) return;
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSE_MOMENTS, .buffer = pose->moments};
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSITIONS, .buffer = pose->d_positions};
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSES, .buffer = pose->d_poses};
+}
+
+enum vw_status pose_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
+                                  struct pose *pose) {
+    const struct {
+        const struct vw_shader *shader;
+        struct vw_pass **pass;
+    } passes[] = {
+        {field->model->half_grid ? &vw_shader_gradient_positions_half : &vw_shader_gradient_positions,
+         &pose->gradient_positions},
+        {&vw_shader_gradient_pose, &pose->gradient},
+        {&vw_shader_update_pose, &pose->update},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && pose->moments && status == VW_OK; i++) {
+        struct vw_pass_params params = {.shader = passes[i].shader,
+                                        .specialization = (const uint32_t *)&field->model->specialization,
+                                        .specialization_count = VW_SPECIALIZATION_COUNT,
+                                        .bindings = bindings,
+                                        .binding_count = count};
+        status = vw_pass_create(field->gpu, &params, passes[i].pass);
+    }
+    return status;
+}
+
+void pose_destroy(struct pose *pose) {
+    vw_pass_destroy(&pose->gradient_positions);
+    vw_pass_destroy(&pose->gradient);
+    vw_pass_destroy(&pose->update);
+    vw_buffer_destroy(&pose->moments);
+    vw_buffer_destroy(&pose->d_positions);
+    vw_buffer_destroy(&pose->d_poses);
+}
+
+void pose_training_state(const struct pose *pose, struct vw_buffer **buffers, uint32_t *count) {
+    if (pose->moments) buffers[(*count)++] = pose->moments;
+}
+
+void pose_record_chunk(const struct pose *pose, const struct model *model, struct vw_batch *batch,
+                       const struct field_chunk *chunk) {
+    uint64_t samples = (uint64_t)chunk->rays->ray_count * model->specialization.samples;
+    if (!pose->update) return;
+    if (chunk->kept) // as backward_field
+        vw_batch_dispatch_indirect(batch, pose->gradient_positions, NULL, 0, chunk->kept,
+                                   offsetof(struct vw_kept, field_groups));
+    else vw_batch_dispatch(batch, pose->gradient_positions, NULL, 0, samples);
+    vw_batch_dispatch(batch, pose->gradient, chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
+}
+
+void pose_record_update(const struct pose *pose, struct vw_batch *batch, struct vw_push_update push,
+                        uint32_t padded_rays) {
+    push.count = padded_rays;
+    if (pose->update) vw_batch_dispatch(batch, pose->update, &push, sizeof push, 1);
+}
