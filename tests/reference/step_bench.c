@@ -32,6 +32,7 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
                    {"occupancy", c->occupancy},
                    {"visibility", c->visibility},
                    {"transient", c->transient},
+                   {"pose", c->pose},
                    {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
@@ -90,8 +91,9 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
 static void draw_photos(struct step_bench *bench, const struct param_range *range, float scale,
                         struct test_random *random) {
     float *values = bench->params + range->offset_bytes / sizeof(float);
+    bool padded = range == &bench->model.appearance || range == &bench->model.poses;
     for (size_t i = 0; i < range->size_bytes / sizeof(float); i++)
-        values[i] = range == &bench->model.appearance && i % 4 == 3 ? 0.0f : scale * test_random_next(random);
+        values[i] = padded && i % 4 == 3 ? 0.0f : scale * test_random_next(random);
 }
 
 static void make_params(const struct step_case *c, struct step_bench *bench) {
@@ -115,6 +117,7 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     draw_photos(bench, &bench->model.codes, 0.5f, &random);
     draw_photos(bench, &bench->model.visibility_codes, 0.5f, &random);
     draw_photos(bench, &bench->model.transient_codes, 0.5f, &random);
+    draw_photos(bench, &bench->model.poses, 0.05f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
@@ -122,7 +125,7 @@ static void make_pixels(struct step_bench *bench) {
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
                   bench->model.visibility_codes.size_bytes ||
-                  bench->model.transient_codes.size_bytes; // not 0, where it matters
+                  bench->model.transient_codes.size_bytes || bench->model.poses.size_bytes; // not 0, where it matters
     pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }

@@ -29,7 +29,7 @@ struct step_case {
     double beta1, beta2;  // [0], [0.99]
     bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks;
     bool random_background; // its form
-    bool transient;
+    bool transient, pose;
     double beta_min;           // of it [0.1]
     bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
