@@ -38,7 +38,7 @@ vec3 turn_gradient(vw_gpu_camera camera, vw_pose pose, vec3 torque) {
 #ifndef POSE_RATE0
 #define POSE_RATE0 0.5
 #define POSE_RIDGE0 0.01
-#define POSE_WARM0 128u
+#define POSE_WARM0 32u
 #endif
 // Until the field has come that far, no camera moves.
 const uint POSE_WARM_UP = POSE_WARM0; // steps

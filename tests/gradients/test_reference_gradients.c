@@ -273,8 +273,8 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     close_fixture(&f);
 }
 
-// transient has a loss and a reference of its own: see test_transient_gradients.
-static bool is_elsewhere(const char *effect) { return !strcmp(effect, "transient"); }
+// transient has a loss and a reference of its own: see test_transient_gradients; and pose has test_pose_gradients.
+static bool is_elsewhere(const char *effect) { return !strcmp(effect, "transient") || !strcmp(effect, "pose"); }
 
 static void the_gradient_is_the_slope_of_the_loss(void **state) {
     (void)state;

@@ -92,6 +92,7 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
                                           {.slot = VW_SLOT_PIXELS, .buffer = buffers[1]},
                                           {.slot = VW_SLOT_RAYS, .buffer = buffers[2]},
                                           {.slot = VW_SLOT_STEP_STATE, .buffer = buffers[3]},
+                                          {.slot = VW_SLOT_POSES, .unused = true},
                                           {.slot = VW_SLOT_OVERFLOW, .unused = true}};
     const struct vw_pass_params params = {.shader = &vw_shader_generate_rays,
                                           .specialization = words,

@@ -9,7 +9,7 @@ enum { REFERENCE_POSE = 6 }; // a shift in box edges, a turn
 
 extern const double reference_pose_ridge;
 double reference_pose_rate(uint64_t visits); // times the learning rate
-enum { REFERENCE_POSE_WARM_UP = 128 };       // steps that move no camera
+enum { REFERENCE_POSE_WARM_UP = 32 };        // steps that move no camera
 
 // The numbers of a view in a params block.
 void reference_pose_of(const struct model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]);

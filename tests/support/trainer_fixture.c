@@ -91,7 +91,6 @@ struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *
 }
 
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config) {
-    enum { FIRST_STEPS = 6 };
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct test_run *parts = vw_allocate(1, sizeof *parts);
@@ -100,7 +99,7 @@ struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw
     const struct vw_step_record *records;
     uint32_t count;
     uint64_t step;
-    vw_trainer_stop_after(first, FIRST_STEPS);
+    vw_trainer_stop_after(first, 2 * config->epochs);
     do {
         ASSERT_OK(vw_trainer_advance(first, &records, &count));
         test_run_keep(parts, records, count);

@@ -33,7 +33,7 @@ struct test_run {
 // A whole run, to be ended with test_run_free().
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                           uint32_t steps_per_batch);
-// The same, stopped after some steps and taken up by another trainer from a checkpoint.
+// The same, stopped after 2 steps per epoch and taken up by another trainer from a checkpoint.
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
 void test_run_free(struct test_run *run);
 // Adds records as the trainer lends them.

@@ -117,10 +117,10 @@ static void nothing_without_effects(void **state) {
     vw_scene_close(&scene);
 }
 
-// transient cannot be beside occupancy or visibility.
+// transient cannot be beside occupancy or visibility, nor pose beside unbounded.
 static bool is_in(const char *effect, bool beside_transient) {
-    if (!beside_transient) return strcmp(effect, "transient") != 0;
-    return strcmp(effect, "occupancy") && strcmp(effect, "visibility");
+    if (!beside_transient) return strcmp(effect, "transient") && strcmp(effect, "pose");
+    return strcmp(effect, "occupancy") && strcmp(effect, "visibility") && strcmp(effect, "unbounded");
 }
 
 // What each effect adds by itself is all that they add together.
