@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One ray per pixel: the camera model and the box, and the target colour composited on the background.
+// One ray per pixel: the camera model and the box, and the target colour composited on the background. In training the effect pose has its
+// say about the camera.
 #include "common.glsl"
 #include "background.glsl"
 #include "camera.glsl"

@@ -35,16 +35,11 @@ vec3 turn_gradient(vw_gpu_camera camera, vw_pose pose, vec3 torque) {
     return unit / (1.0 + dot(h, h)) * (torque - cross(h, torque));
 }
 
-#ifndef POSE_RATE0
-#define POSE_RATE0 0.5
-#define POSE_RIDGE0 0.01
-#define POSE_WARM0 32u
-#endif
 // Until the field has come that far, no camera moves.
-const uint POSE_WARM_UP = POSE_WARM0; // steps
+const uint POSE_WARM_UP = 32u; // steps
 // Times the learning rate.
-const float POSE_RATE = POSE_RATE0;
+const float POSE_RATE = 0.5;
 float pose_rate(uint visits) { return POSE_RATE * inversesqrt(float(visits)); }
-const float POSE_RIDGE = POSE_RIDGE0;
+const float POSE_RIDGE = 0.01;
 
 #endif

@@ -57,6 +57,18 @@ static void log_statistics(const struct vw_step_statistics *statistics) {
                     statistics->clamped);
 }
 
+static enum vw_status log_corrections(const struct vw_run *run) {
+    struct vw_camera_corrections by;
+    if (!vw_effects_is_on(run->effects, run->effect_count, "pose")) return VW_OK;
+    enum vw_status status = vw_trainer_camera_corrections(run->trainer, &by);
+    if (!status)
+        vw_log_info(
+            "pose     cameras are turned by %.2f degrees on average, at most %.2f; moved by %.2g of a box edge, "
+            "at most %.2g",
+            by.mean_deg, by.largest_deg, by.mean_edges, by.largest_edges);
+    return status;
+}
+
 // The ledger's end names the field by its hash.
 static enum vw_status save_field(struct vw_run *run) {
     uint8_t hash[VW_HASH_BYTES];
@@ -83,6 +95,7 @@ static enum vw_status end(struct vw_run *run) {
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // of a run that ends before its last step
     if (!status) log_statistics(&run->statistics);
+    if (!status) status = log_corrections(run);
     run->ended = !status;
     return status;
 }

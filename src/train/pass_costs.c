@@ -76,9 +76,10 @@ static void add_placing(const struct model *model, double rays, uint32_t chunks,
 
 static void add_pose(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
     double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n->encoding4;
-    pass_cost_add(costs, count,
-                  (struct vw_pass_cost){"gradient_positions", NULL, chunks, n->samples * 8 * n->gathers,
-                                        n->samples * (position + d_encoding + n->pair_bytes * n->gathers + d_position)});
+    pass_cost_add(
+        costs, count,
+        (struct vw_pass_cost){"gradient_positions", NULL, chunks, n->samples * 8 * n->gathers,
+                              n->samples * (position + d_encoding + n->pair_bytes * n->gathers + d_position)});
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"gradient_pose", NULL, chunks, n->samples * 9,
                                         n->samples * (position + d_position) + n->rays * sizeof(struct vw_pose)});

@@ -86,6 +86,13 @@ struct vw_trainer_stats {
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 
+// How far the effect pose has corrected the train cameras by now: by turns, and by shifts in box edges. 0 without it.
+struct vw_camera_corrections {
+    double mean_deg, largest_deg, mean_edges, largest_edges;
+};
+enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
+                                             struct vw_camera_corrections *corrections);
+
 // What a pass has to do in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
 // the device's peak throughput.
 struct vw_pass_cost {

@@ -49,6 +49,12 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
                                        .same_state_s = trainer->probes.same_state.taken_s};
 }
 
+enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
+                                             struct vw_camera_corrections *corrections) {
+    const struct schedule *schedule = &trainer->schedule;
+    return pose_measure(&trainer->field, schedule->train_views, schedule->train_count, corrections);
+}
+
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                            uint32_t *count) {
     const struct costed_passes passes = {

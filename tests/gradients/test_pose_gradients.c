@@ -1,5 +1,5 @@
-// The effect pose against its reference: rays of corrected cameras, the gradient by samples' positions, what rays say of
-// a camera, and how it moves. The gradient by the six numbers is held against finite differences of the reference's
+// The effect pose against its reference: rays of corrected cameras, the gradient by samples' positions, what rays say
+// of a camera, and how it moves. The gradient by the six numbers is held against finite differences of the reference's
 // loss, through the camera, the grid and the networks, in double.
 //
 // Kinks: a difference across a changed decision (another cell of the grid, a ReLU switching, the density reaching its
@@ -121,7 +121,8 @@ static void line_of(const struct taken *it, const double pose[REFERENCE_POSE], u
                     double direction[3]) {
     const struct vw_box *box = &it->bench->model.box;
     struct vw_view moved = reference_pose_apply(it->view, box, pose);
-    assert_true(reference_camera_line(&moved, box, pixel_of(it, ray)->x_px, pixel_of(it, ray)->y_px, origin, direction));
+    assert_true(
+        reference_camera_line(&moved, box, pixel_of(it, ray)->x_px, pixel_of(it, ray)->y_px, origin, direction));
 }
 
 // How far behind the corrected camera the ray's parameter 0 is.
@@ -161,7 +162,8 @@ static void check_position(const struct taken *it, uint32_t slot) {
     double d_encoding[REFERENCE_ENCODING_MAX], expected[3];
     for (uint32_t i = 0; i < it->bench->config.levels * it->bench->config.features; i++)
         d_encoding[i] = step_bench_row(it->bench, it->rows, row.d_encoding + i / 4, slot)[i % 4];
-    double size = reference_encode_back(&it->bench->model.specialization, it->params->grid, exact, d_encoding, expected);
+    double size =
+        reference_encode_back(&it->bench->model.specialization, it->params->grid, exact, d_encoding, expected);
     for (int axis = 0; axis < 3; axis++)
         check_value(it->bench->where, "gradient by the position", slot, it->d_positions[4 * (size_t)slot + axis],
                     expected[axis], POSITION_TOLERANCE * size + FLT_MIN);
@@ -248,9 +250,9 @@ static double loss_of(const struct taken *it, const double pose[REFERENCE_POSE],
         double position[3], along = behind + base->near + place_of(it, ray, i) * base->stride;
         for (int k = 0; k < 3; k++) position[k] = fmin(fmax(origin[k] + along * direction[k], 0.0), 1.0);
         points[i] = point_at(it, ray, i, position, made);
-        points[i].length = it->step->sample_places ? reference_listed_length(
-                                                         s, base, &it->step->sample_places[(size_t)ray * s->samples], i)
-                                                   : reference_stratum_length(s, base, i);
+        points[i].length = it->step->sample_places
+                               ? reference_listed_length(s, base, &it->step->sample_places[(size_t)ray * s->samples], i)
+                               : reference_stratum_length(s, base, i);
     }
     reference_backdrop(s, it->params->sky, base->direction, ray, model_key_of_step(&it->bench->model, STEP), backdrop);
     reference_composite(points, s->samples, backdrop, colour);
@@ -326,7 +328,8 @@ static void check_move(struct step_bench *bench, uint64_t number) {
     float *before = step_bench_read(bench, bench->field.params);
     struct vw_pose_moments *moments = step_bench_read(bench, bench->step.pose.moments);
     step_bench_step(bench, number);
-    float *after = step_bench_read(bench, bench->field.params), *d_poses = step_bench_read(bench, bench->step.pose.d_poses);
+    float *after = step_bench_read(bench, bench->field.params),
+          *d_poses = step_bench_read(bench, bench->step.pose.d_poses);
     struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.pose.moments);
     double pose[REFERENCE_POSE], moved[REFERENCE_POSE], gradient[REFERENCE_POSE], force[3], torque[3];
     reference_pose_of(&bench->model, before, bench->view, pose);

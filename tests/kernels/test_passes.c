@@ -86,8 +86,9 @@ static const struct vw_shader *const of_the_effect_transient[] = {
 };
 
 // And test_pose_gradients with these.
-static const struct vw_shader *const of_the_effect_pose[] = {
-    &vw_shader_gradient_positions, &vw_shader_gradient_positions_half, &vw_shader_gradient_pose, &vw_shader_update_pose};
+static const struct vw_shader *const of_the_effect_pose[] = {&vw_shader_gradient_positions,
+                                                             &vw_shader_gradient_positions_half,
+                                                             &vw_shader_gradient_pose, &vw_shader_update_pose};
 
 enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
@@ -160,7 +161,8 @@ static void every_shader_is_listed(void **state) {
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_field_mlp); k++) listed |= of_the_field_mlp[k] == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_transient); k++)
             listed |= of_the_effect_transient[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_pose); k++) listed |= of_the_effect_pose[k] == vw_shaders[i];
+        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_pose); k++)
+            listed |= of_the_effect_pose[k] == vw_shaders[i];
         if (!listed)
             fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }
@@ -227,8 +229,8 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     assert_true(count > 0);
     const struct effect *effects = effects_get(&count);
     for (uint32_t k = 0; k < count; k++)
-        if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") && effects[k].constant != SIZE_MAX &&
-            (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
+        if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") &&
+            effects[k].constant != SIZE_MAX && (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
             fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name,
                      on[k] ? "on" : "off");
 }

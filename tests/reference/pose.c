@@ -102,8 +102,8 @@ double reference_encode_back(const struct vw_specialization *s, const double *gr
         reference_grid_corners(s, position, level, corners);
         for (uint32_t i = 0; i < 8 * features; i++) {
             uint32_t corner = i / features, f = i % features;
-            double by = s->resolution[level] * grid[corners[corner].first_feature + f] *
-                        d_encoding[level * features + f];
+            double by =
+                s->resolution[level] * grid[corners[corner].first_feature + f] * d_encoding[level * features + f];
             size += fabs(by);
             for (int axis = 0; axis < 3; axis++)
                 d_position[axis] += (corner >> axis & 1 ? by : -by) * share_of(fraction, corner, (axis + 1) % 3) *

@@ -124,8 +124,8 @@ static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
-                  bench->model.visibility_codes.size_bytes ||
-                  bench->model.transient_codes.size_bytes || bench->model.poses.size_bytes; // not 0, where it matters
+                  bench->model.visibility_codes.size_bytes || bench->model.transient_codes.size_bytes ||
+                  bench->model.poses.size_bytes; // not 0, where it matters
     pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }

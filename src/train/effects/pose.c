@@ -1,6 +1,8 @@
 #include "train/effects/pose.h"
 
+#include <math.h>
 #include <stddef.h>
+#include <stdlib.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
@@ -87,4 +89,35 @@ void pose_record_update(const struct pose *pose, struct vw_batch *batch, struct 
                         uint32_t padded_rays) {
     push.count = padded_rays;
     if (pose->update) vw_batch_dispatch(batch, pose->update, &push, sizeof push, 1);
+}
+
+static double length_of(vw_float4 v) { return sqrt((double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z); }
+
+// Turns as shaders/pose.glsl has them.
+static void add_correction(const struct vw_gpu_camera *camera, const struct vw_pose *pose, double share,
+                           struct vw_camera_corrections *sum) {
+    double unit = 1.0 / fmax(1.0, camera->reference.w), edges = length_of(pose->shift),
+           deg = 2.0 * atan(0.5 * unit * length_of(pose->turn)) * 180.0 / M_PI;
+    sum->mean_edges += share * edges;
+    sum->mean_deg += share * deg;
+    sum->largest_edges = fmax(sum->largest_edges, edges);
+    sum->largest_deg = fmax(sum->largest_deg, deg);
+}
+
+enum vw_status pose_measure(const struct field *field, const uint32_t *views, uint32_t count,
+                            struct vw_camera_corrections *corrections) {
+    const struct param_range *range = &field->model->poses;
+    uint64_t cameras_bytes = vw_buffer_size_bytes(field->cameras);
+    *corrections = (struct vw_camera_corrections){0};
+    if (!range->size_bytes) return VW_OK;
+    struct vw_pose *poses = vw_allocate(1, range->size_bytes);
+    struct vw_gpu_camera *cameras = vw_allocate(1, cameras_bytes);
+    enum vw_status status = poses && cameras ? VW_OK : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = vw_buffer_read(field->params, range->offset_bytes, poses, range->size_bytes);
+    if (status == VW_OK) status = vw_buffer_read(field->cameras, 0, cameras, cameras_bytes);
+    for (uint32_t i = 0; i < count && status == VW_OK; i++)
+        add_correction(&cameras[views[i]], &poses[views[i]], 1.0 / count, corrections);
+    free(poses);
+    free(cameras);
+    return status;
 }

@@ -1,14 +1,17 @@
-// The effect `pose`: a small correction of each training camera, a shift and a turn, all 0 at first (shaders/pose.glsl).
-//   generate_rays: rays of the corrected camera -> ... -> gradient_positions: from the gradients by samples' encodings to
-//   those by their positions -> gradient_pose: force and torque of each ray -> update_pose: the photo's correction, lazily
-// Training alone uses it: validation and rendering see all cameras as the scene has them. It needs the field hash, whose
-// encoding has a gradient by the position, and a box.
+// The effect `pose`: a small correction of each training camera, a shift and a turn, all 0 at first
+// (shaders/pose.glsl).
+//   generate_rays: rays of the corrected camera -> ... -> gradient_positions: from the gradients by samples' encodings
+//   to those by their positions -> gradient_pose: force and torque of each ray -> update_pose: the photo's correction,
+//   lazily
+// Training alone uses it: validation and rendering see all cameras as the scene has them. It needs the field hash,
+// whose encoding has a gradient by the position, and a box.
 #ifndef VIEWWORTH_TRAIN_POSE_H
 #define VIEWWORTH_TRAIN_POSE_H
 
 #include "gpu/compute.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
+#include "train/trainer.h"
 
 struct pose { // all NULL when the effect is off
     struct vw_buffer *moments, *d_positions, *d_poses;
@@ -30,5 +33,9 @@ void pose_record_chunk(const struct pose *pose, const struct model *model, struc
                        const struct field_chunk *chunk);
 void pose_record_update(const struct pose *pose, struct vw_batch *batch, struct vw_push_update push,
                         uint32_t padded_rays);
+
+// How far the cameras of these views are corrected, 0 without the effect.
+enum vw_status pose_measure(const struct field *field, const uint32_t *views, uint32_t count,
+                            struct vw_camera_corrections *corrections);
 
 #endif

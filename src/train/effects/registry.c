@@ -159,11 +159,13 @@ enum vw_status effects_follow_pose(const struct vw_config *config, const struct 
                                    uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
     if (config->field != VW_FIELD_HASH)
-        return vw_fail(VW_ERROR_USAGE, "--effects: pose is not there with --field %s; leave it out, or take --field hash",
+        return vw_fail(VW_ERROR_USAGE,
+                       "--effects: pose is not there with --field %s; leave it out, or take --field hash",
                        vw_field_name(config->field));
     if (vw_effects_is_on(verdicts, count, "unbounded"))
-        return vw_fail(VW_ERROR_USAGE,
-                       "--effects: pose cannot be beside unbounded; leave one of them out (--effects +pose,-unbounded)");
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--effects: pose cannot be beside unbounded; leave one of them out (--effects +pose,-unbounded)");
     return VW_OK;
 }
 
