@@ -11,7 +11,7 @@ BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };
 BUFFER(VW_SLOT_POSES) buffer Poses { vw_pose poses[]; };
 BUFFER(VW_SLOT_POSE_MOMENTS) buffer Moments { vw_pose_moments moments[]; };
 BUFFER(VW_SLOT_D_POSES) readonly buffer DPoses { vw_pose d_poses[]; };
-BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
 PUSH uniform Push { vw_push_update push; };
 
@@ -27,16 +27,11 @@ void main() {
     forces[lane] = force;
     torques[lane] = torque;
     barrier();
-    if (lane != 0u || state.nonfinite != 0u) return; // the step is skipped
+    if (lane != 0u || state.nonfinite != 0u || push.step_low <= POSE_WARM_UP) return; // nonfinite: the step is skipped
     for (uint i = 1u; i < 64u; i++) {
         force += forces[i];
         torque += torques[i];
     }
-    if (!finite(force) || !finite(torque)) { // before any other param moves
-        state.nonfinite = 1u;
-        return;
-    }
-    if (push.step_low <= POSE_WARM_UP) return;
     vw_pose pose = poses[state.view];
     vw_pose_moments moment = moments[state.view];
     moment.visits = min(moment.visits, 0x7FFFFFFEu) + 1u; // saturated, as the grid's

@@ -15,13 +15,13 @@
 #include "reference/pose.h"
 #include "reference/step_bench.h"
 
-enum { STEP = 3, SAMPLES_MAX = 64 };
-static const double DIFFERENCE = 1e-7;         // of a number
-static const double POSITION_TOLERANCE = 4e-6; // of the sizes of what is summed
-static const double SUM_TOLERANCE = 1e-5;      // likewise
-static const double GRADIENT_TOLERANCE = 2e-3; // of the largest of a ray's, which floats have summed
-static const double LINE_TOLERANCE = 2e-6;     // box edges
-static const double MOVE_TOLERANCE = 1e-3;     // of a step
+enum { STEP = VW_OCCUPANCY_WARM_UP + 44, SAMPLES_MAX = 64 }; // where samples are skipped
+static const double DIFFERENCE = 1e-7;                       // of a number
+static const double POSITION_TOLERANCE = 4e-6;               // of the sizes of what is summed
+static const double SUM_TOLERANCE = 1e-5;                    // likewise
+static const double GRADIENT_TOLERANCE = 2e-3;               // of the largest of a ray's, which floats have summed
+static const double LINE_TOLERANCE = 2e-6;                   // box edges
+static const double MOVE_TOLERANCE = 1e-3;                   // of a step
 
 // `size`: of the corrections. `differs`: whether its loss is the reference's, against which differences are taken.
 static const struct {

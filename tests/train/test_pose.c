@@ -16,7 +16,7 @@
 static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();
     strcpy(config.effects, effects);
-    config.epochs = 12; // beyond the steps that move no camera
+    config.epochs = 20; // so that cameras move before a checkpoint, too
     return config;
 }
 

@@ -26,13 +26,12 @@ enum vw_status pose_create_buffers(const struct field *field, uint32_t padded_ra
 
 void pose_bind(const struct field *field, const struct pose *pose, struct vw_binding *bindings, uint32_t *count) {
     const struct param_range *poses = &field->model->poses;
-    bool on = pose && pose->moments;
     bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSES,
                                                .buffer = field->params,
                                                .offset_bytes = poses->offset_bytes,
                                                .size_bytes = poses->size_bytes,
-                                               .unused = !on};
-    if (!on) return;
+                                               .unused = !poses->size_bytes};
+    if (!pose || !pose->moments) return;
     bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSE_MOMENTS, .buffer = pose->moments};
     bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSITIONS, .buffer = pose->d_positions};
     bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSES, .buffer = pose->d_poses};

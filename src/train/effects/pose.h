@@ -9,9 +9,9 @@
 #define VIEWWORTH_TRAIN_POSE_H
 
 #include "gpu/compute.h"
+#include "train/camera_corrections.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
-#include "train/trainer.h"
 
 struct pose { // all NULL when the effect is off
     struct vw_buffer *moments, *d_positions, *d_poses;
@@ -19,7 +19,8 @@ struct pose { // all NULL when the effect is off
 };
 
 enum vw_status pose_create_buffers(const struct field *field, uint32_t padded_rays, struct pose *pose);
-// Binds what generate_rays declares; where the effect is off, or `pose` is NULL, a buffer that exists anyway.
+// Binds what generate_rays declares, where the effect is off a buffer that exists anyway; and behind it, unless `pose`
+// is NULL, what the effect's own passes do.
 void pose_bind(const struct field *field, const struct pose *pose, struct vw_binding *bindings, uint32_t *count);
 // `bindings` are those of the step, with pose_bind()'s among them.
 enum vw_status pose_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
@@ -28,7 +29,7 @@ void pose_destroy(struct pose *pose);
 // Appends the buffers that one step leaves to the next, beside the params.
 void pose_training_state(const struct pose *pose, struct vw_buffer **buffers, uint32_t *count);
 
-// Recorded behind the way back of each chunk, and before any other param is updated.
+// Recorded behind the way back of each chunk, and once the step is known to be taken.
 void pose_record_chunk(const struct pose *pose, const struct model *model, struct vw_batch *batch,
                        const struct field_chunk *chunk);
 void pose_record_update(const struct pose *pose, struct vw_batch *batch, struct vw_push_update push,
