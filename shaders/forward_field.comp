@@ -38,7 +38,7 @@ uint active_bits(vec4 value) {
 
 void main() {
     for (uint i = gl_LocalInvocationID.x; i < WEIGHT_COLUMNS; i += gl_WorkGroupSize.x) weight[i] = weights[i];
-    if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) { // see mix_code
+    if (EFFECT_APPEARANCE_ENCODER != 0u || (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u)) { // see mix_code, pool_photo
         barrier();
         uint unit4 = gl_LocalInvocationID.x;
         if (unit4 < WIDTH4) weight[SHIFT_COLUMN + SHIFT_STRIDE * unit4] += code_shift[unit4];

@@ -21,8 +21,8 @@ void main() {
     if (index == 0u) { // a step begins here
         state.nonfinite = 0u;
         state.clamped = 0u;
-        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u || EFFECT_VISIBILITY != 0u || EFFECT_TRANSIENT != 0u ||
-            EFFECT_POSE != 0u)
+        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u || EFFECT_APPEARANCE_ENCODER != 0u || EFFECT_VISIBILITY != 0u ||
+            EFFECT_TRANSIENT != 0u || EFFECT_POSE != 0u)
             state.view = pixels[push.first_pixel].view;
     }
     if (index < overflow.length() / VW_OVERFLOW_STRIDE) overflow[index * VW_OVERFLOW_STRIDE] = 0u;

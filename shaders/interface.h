@@ -72,7 +72,9 @@ typedef uint32_t vw_uint;
     X(77, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
     X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
     VW_TRANSIENT_CONSTANTS(X) \
-    X(88, EFFECT_POSE, effect_pose, uint, 0)
+    X(88, EFFECT_POSE, effect_pose, uint, 0) \
+    X(89, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
+    X(90, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
@@ -126,6 +128,7 @@ struct vw_specialization {
     float beta_min;
     uint transient_row, d_transient_row, d_feature_row, transient_code_row, transient_column, transient_bias, transient_width4;
     uint effect_pose;
+    uint effect_appearance_encoder, encoder_column;
 };
 // Word i of the struct is constant i, of the type declared above.
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
@@ -246,7 +249,11 @@ VW_ENUM(VW_SLOT_POSES, 70)        // vw_pose per view: a range of the params
 VW_ENUM(VW_SLOT_POSE_MOMENTS, 71) // vw_pose_moments per view
 VW_ENUM(VW_SLOT_D_POSITIONS, 72)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
 VW_ENUM(VW_SLOT_D_POSES, 73)      // vw_pose per ray: its force and its torque; overwritten
-VW_ENUM(VW_SLOT_COUNT, 74)
+// The rest only with the effect appearance_encoder, see encoder.glsl.
+VW_ENUM(VW_SLOT_THUMBNAILS, 74)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos
+VW_ENUM(VW_SLOT_ENCODER_ROWS, 75)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
+VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 76) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
+VW_ENUM(VW_SLOT_COUNT, 77)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -337,6 +344,26 @@ struct vw_pose_moments { // likewise
     vw_float4 shift1, shift2, turn1, turn2;
     vw_uint visits;
 };
+
+// The network of appearance_encoder, in vec4 columns behind all others that update_weights moves: its convolutions, each as blocks of 4x4
+// weights [place in the kernel][out / 4][in / 4], as in mlp.glsl, then its biases; the matrix from the mean to the code and its biases; the
+// matrix from the code to the shift of the colour network, without. Rows: what each convolution gives [pixel][out / 4], the mean, the code.
+VW_ENUM(THUMBNAIL_SIDE, 32)      // pixels of a thumbnail per axis
+VW_ENUM(THUMBNAIL_PIXELS, 1024)
+VW_ENUM(ENCODER_LAYERS, 3)       // convolutions, each of which halves the side
+VW_ENUM(ENCODER4, 4)             // channels of each / 4
+VW_ENUM(ENCODER_TAPS, 9)         // places in a kernel
+VW_ENUM(ENCODER_LAYER2, 148)     // first columns of the others
+VW_ENUM(ENCODER_LAYER3, 728)
+VW_ENUM(ENCODER_CODE, 1308)
+VW_ENUM(ENCODER_CODE_BIAS, 1500)
+VW_ENUM(ENCODER_SHIFT, 1512)
+#define VW_ENCODER_COLUMNS(width4) (ENCODER_SHIFT + 4u * CODE4 * (width4))
+VW_ENUM(ENCODER_ROW_LAYER2, 1024) // first rows of the others
+VW_ENUM(ENCODER_ROW_LAYER3, 1280)
+VW_ENUM(ENCODER_ROW_MEAN, 1344)
+VW_ENUM(ENCODER_ROW_CODE, 1348)
+VW_ENUM(ENCODER_ROWS, 1360)
 
 // Kept samples of a chunk stand in slots without gaps; the passes over them are dispatched by the workgroups listed here.
 struct vw_kept {
@@ -465,6 +492,11 @@ struct vw_push_slopes {      // normalise_slopes, slope_views
     vw_uint measure;         // slope_views: 0 PSNR, 1 minus L1
     vw_uint only_view;       // slope_views: index of the view that counts alone; VW_ALL_VIEWS: all of them count
     float unscale;           // normalise_slopes: what the slopes are to be multiplied by beside
+};
+
+struct vw_push_photo {       // convolve_photo
+    vw_uint layer;           // from 0
+    vw_uint view;            // outside of training, where it is the step's
 };
 
 struct vw_push_peak {     // multiply_registers

@@ -44,7 +44,7 @@ vec4 begin(uint to, uint place) {
     vec4 bias = vec4(0.0);
 #ifndef VW_BACK
     bias = weights[push.first_bias + to];
-    if (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u) // see mix_code
+    if (EFFECT_APPEARANCE_ENCODER != 0u || (EFFECT_APPEARANCE_CODE != 0u && TRAINING != 0u)) // see mix_code, pool_photo
         if ((push.form & VW_MULTIPLY_SHIFTS) != 0u) bias += code_shift[to];
 #endif
     return mix(bias, value_at(place), bvec4((push.form & VW_MULTIPLY_ADDS) != 0u));

@@ -161,6 +161,9 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
 // Whether an effect is on that fits each measured view on its left half, so that only the right half is scored.
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
+// Whether errors of whole views are of right halves: where such an effect is on, or appearance_encoder, which then sees
+// the left halves alone.
+bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count);
 
 VW_PUBLIC_END
 

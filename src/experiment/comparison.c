@@ -162,7 +162,7 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .interrupt = common->interrupt};
     enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
     if (status) return status;
-    work->comparison->half_views = vw_effects_fit_views(session->effects, session->effect_count);
+    work->comparison->half_views = vw_effects_halve_views(session->effects, session->effect_count);
     memcpy(work->comparison->scene_hash, work->retrainer.scene_hash, sizeof work->comparison->scene_hash);
     return VW_OK;
 }

@@ -88,7 +88,7 @@ static enum vw_status take_gradient(struct measuring *measuring, uint32_t pass) 
     const struct vw_push_rays rays = {.ray_count = step->rays, .key = model_key_of_step(step->field->model, pass)};
     vw_batch_begin(measuring->batch);
     vw_batch_dispatch(measuring->batch, measuring->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    appearance_record_forward(&step->appearance, step->field->model, measuring->batch);
+    step_record_appearance(step, measuring->batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
         gradient_record_chunk(step, &measuring->gradient, measuring->batch, &chunk);

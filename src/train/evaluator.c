@@ -1,5 +1,6 @@
 #include "train/evaluator.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -49,6 +50,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     field_bind(evaluator->field, false, bindings, &count);
     appearance_bind(evaluator->field, NULL, bindings, &count);
     pose_bind(evaluator->field, NULL, bindings, &count);
+    encoder_bind(&evaluator->field->encoder, NULL, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -70,8 +72,29 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
         .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
     evaluator->passes.specialization = specialization;
     if (status == VW_OK) status = importance_create(evaluator->field, &field, &evaluator->importance);
+    const struct vw_pass_params encoder = {.specialization = (const uint32_t *)&specialization,
+                                           .specialization_count = VW_SPECIALIZATION_COUNT,
+                                           .bindings = bindings,
+                                           .binding_count = count,
+                                           .role = evaluator_role};
+    if (status == VW_OK)
+        status =
+            encoder_create_passes(evaluator->field->gpu, &evaluator->field->encoder, &encoder, &evaluator->encoder);
     return status == VW_OK ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
                            : status;
+}
+
+static bool sees_photos(const struct evaluator *evaluator) { return evaluator->field->encoder.thumbnails; }
+
+// The last view's rays may begin within a group: behind them is room for another one.
+static enum vw_status make_room_for_views(uint32_t rays, struct evaluator *evaluator) {
+    if (!sees_photos(evaluator)) return VW_OK;
+    evaluator->views = vw_allocate(rays, sizeof *evaluator->views);
+    if (!evaluator->views) return VW_ERROR_MEMORY;
+    evaluator->views[0] = (struct view_rays){.count = evaluator->ray_count};
+    evaluator->view_count = 1;
+    evaluator->ray_count += evaluator->field->model->ray_group;
+    return VW_OK;
 }
 
 enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator) {
@@ -81,7 +104,8 @@ enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evalu
              chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
     evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
-    enum vw_status status = create_buffers(rays, evaluator);
+    enum vw_status status = make_room_for_views(rays, evaluator);
+    if (status == VW_OK) status = create_buffers(rays, evaluator);
     if (status == VW_OK) status = create_passes(evaluator);
     if (status == VW_OK) status = vw_batch_create(field->gpu, &evaluator->batch);
     if (status != VW_OK) evaluator_destroy(evaluator);
@@ -93,16 +117,29 @@ void evaluator_destroy(struct evaluator *evaluator) {
     vw_pass_destroy(&evaluator->generate);
     field_passes_destroy(&evaluator->passes);
     importance_destroy(&evaluator->importance);
+    encoder_destroy_passes(&evaluator->encoder);
     vw_pass_destroy(&evaluator->composite);
     vw_buffer_destroy(&evaluator->pixels);
     vw_buffer_destroy(&evaluator->rays);
     vw_buffer_destroy(&evaluator->samples);
     vw_buffer_destroy(&evaluator->colours);
     vw_buffer_destroy(&evaluator->places);
+    free(evaluator->views);
+    evaluator->views = NULL;
+}
+
+static void list_views(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+    evaluator->view_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (i == 0 || pixels[i].view != pixels[i - 1].view)
+            evaluator->views[evaluator->view_count++] = (struct view_rays){.view = pixels[i].view, .first = i};
+        evaluator->views[evaluator->view_count - 1].count++;
+    }
 }
 
 enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
     memcpy(vw_buffer_map(evaluator->pixels), pixels, count * sizeof *pixels);
+    if (sees_photos(evaluator)) list_views(evaluator, pixels, count);
     struct vw_push_rays push = {.first_pixel = 0, .ray_count = count};
     vw_batch_begin(evaluator->batch);
     vw_batch_dispatch(evaluator->batch, evaluator->generate, &push, sizeof push, evaluator->ray_count);
@@ -110,15 +147,26 @@ enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw
     return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
 }
 
-void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
+// The field renders whole groups, of which the last may reach into the next view's rays: only those of this view are
+// kept.
+static void record_rays(const struct evaluator *evaluator, struct vw_batch *batch, uint32_t first, uint32_t count) {
     const struct model *model = evaluator->field->model;
-    for (uint32_t first = 0; first < evaluator->ray_count; first += evaluator->chunk_rays) {
-        uint32_t left = evaluator->ray_count - first;
-        struct vw_push_samples push = {.first_ray = first,
-                                       .ray_count = left < evaluator->chunk_rays ? left : evaluator->chunk_rays};
+    const uint32_t end = first + count;
+    for (; first < end; first += evaluator->chunk_rays) {
+        uint32_t rays = end - first < evaluator->chunk_rays ? end - first : evaluator->chunk_rays;
+        struct vw_push_samples push = {.first_ray = first, .ray_count = model_pad_rays(model, rays)};
         importance_record(model, &evaluator->importance, batch, &push);
         model->kind->record_forward(model, &evaluator->passes, batch, &(struct field_chunk){.rays = &push});
-        vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, push.ray_count);
+        push.ray_count = rays;
+        vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, rays);
+    }
+}
+
+void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
+    if (!sees_photos(evaluator)) record_rays(evaluator, batch, 0, evaluator->ray_count);
+    for (uint32_t i = 0; i < evaluator->view_count; i++) {
+        encoder_record_forward(&evaluator->encoder, batch, evaluator->views[i].view);
+        record_rays(evaluator, batch, evaluator->views[i].first, evaluator->views[i].count);
     }
 }
 

@@ -9,6 +9,11 @@
 
 extern const char evaluator_role[]; // of its passes, in the timers
 
+// Rays of one view that follow one another.
+struct view_rays {
+    uint32_t view, first, count;
+};
+
 struct evaluator {
     struct field *field; // borrowed
     uint32_t ray_count;  // with padding
@@ -18,7 +23,11 @@ struct evaluator {
     struct vw_pass *generate, *composite;
     struct field_passes passes; // of the field
     struct importance importance;
+    struct encoder_passes encoder;
     struct vw_batch *batch; // for evaluator_set_pixels
+    // With the effect appearance_encoder, as the pixels are; owned. Until there are pixels, all rays are of view 0.
+    struct view_rays *views;
+    uint32_t view_count;
 };
 
 // An evaluator for up to `rays` rays.

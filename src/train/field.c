@@ -69,6 +69,7 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
                              &field->occupancy);
     if (status == VW_OK && model->specialization.effect_visibility)
         status = visibility_create_scales(gpu, scene, &field->photo_scales);
+    if (status == VW_OK) status = encoder_create(gpu, model, scene, &field->encoder);
     if (status != VW_OK) field_destroy(field);
     return status;
 }
@@ -83,6 +84,7 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
     vw_buffer_destroy(&field->photo_scales);
+    encoder_destroy(&field->encoder);
 }
 
 // Where there is no sky, shared passes declare it but do not read it.

@@ -3,6 +3,7 @@
 #define VIEWWORTH_TRAIN_FIELD_H
 
 #include "gpu/compute.h"
+#include "train/effects/appearance_encoder.h"
 #include "train/model.h"
 
 struct field {
@@ -16,6 +17,7 @@ struct field {
     struct vw_buffer *step_state;       // one vw_step_state
     struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
     struct vw_buffer *photo_scales;     // vec2 per view, with the effect visibility; else NULL
+    struct appearance_encoder encoder;
 };
 
 enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,

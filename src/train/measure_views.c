@@ -134,7 +134,12 @@ enum vw_status measure_views(const struct measured_field *measured, const uint32
 
 // ---- A whole view ---------------------------------------------------------------------------------------------------
 
-// All pixels of the view behind those to fit on. Where there are such, only the right half weighs anything.
+// Whether the photo's left half tells how its right half looks, which alone is scored.
+static bool halves(const struct measured_field *measured) {
+    return measured->fits || measured->field->encoder.thumbnails;
+}
+
+// All pixels of the view behind those to fit on. Where the left half is not scored, only the right one weighs anything.
 static void choose_all(const struct measured_field *measured, uint32_t view, struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
     bool fits = measured->fits;
@@ -147,7 +152,7 @@ static void choose_all(const struct measured_field *measured, uint32_t view, str
         seen->pixels[i] = pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
     }
     if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
-    for (uint32_t i = seen->fit_count; fits && i < seen->count; i++)
+    for (uint32_t i = seen->fit_count; halves(measured) && i < seen->count; i++)
         if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
 
@@ -159,6 +164,12 @@ static enum vw_status fit_code(const struct measured_field *measured, uint32_t v
     uint32_t count = pixels_stratify(scene, view, view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, seen->pixels);
     if (!measured->masks) pixels_unmask(scene, seen->pixels, count);
     return code_fit_apply(measured->field, seen->pixels, count, code);
+}
+
+// What the effect appearance_encoder sees of a view.
+static enum vw_status show_encoder(const struct measured_field *measured, uint32_t view, struct pixel_columns columns) {
+    const struct thumbnail_choice choice = {columns, measured->masks};
+    return encoder_set_thumbnail(&measured->field->encoder, measured->scene, view, &choice);
 }
 
 static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {
@@ -189,12 +200,15 @@ enum vw_status measure_whole_view(const struct measured_field *measured, uint32_
     if (status == VW_OK)
         status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) status = fit_code(measured, view, &seen, &code);
+    if (status == VW_OK) status = show_encoder(measured, view, view_fit_left_half(measured->scene, view));
     if (status == VW_OK) {
         choose_all(measured, view, &seen);
         status = see(measured, &evaluator, view, &seen, &whole->error);
     }
     if (status == VW_OK) status = keep_pixels(&seen, whole);
-    enum vw_status undone = code_fit_undo(measured->field, &code);
+    enum vw_status undone = code_fit_undo(measured->field, &code),
+                   shown = show_encoder(measured, view, pixels_all_columns(measured->scene, view));
+    if (status == VW_OK) status = shown;
     if (status == VW_OK) status = undone;
     evaluator_destroy(&evaluator);
     release(&seen);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "train/effects/appearance_encoder.h"
 #include "train/effects/contraction.h"
 #include "train/effects/registry.h"
 #include "train/effects/visibility_network.h"
@@ -85,6 +86,18 @@ static void lay_out_visibility(struct model *model) {
     model->visibility = (struct param_range){"visibility", model->param_bytes, sizeof(vw_float4) * VISIBILITY_COLUMNS};
     model->moved_columns += VISIBILITY_COLUMNS;
     model->param_bytes += model->visibility.size_bytes;
+}
+
+// Behind that of visibility, likewise.
+static void lay_out_encoder(struct model *model) {
+    struct vw_specialization *s = &model->specialization;
+    if (!s->effect_appearance_encoder) return;
+    uint32_t columns = VW_ENCODER_COLUMNS(s->width4);
+    s->encoder_column = model->moved_columns;
+    model->param_count += 4 * (uint64_t)columns;
+    model->encoder = (struct param_range){"encoder", model->param_bytes, sizeof(vw_float4) * (uint64_t)columns};
+    model->moved_columns += columns;
+    model->param_bytes += model->encoder.size_bytes;
 }
 
 // Behind all that is laid out already.
@@ -175,6 +188,9 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     effects_specialize(verdicts, scene, s);
+    uint32_t effect_count;
+    effects_get(&effect_count);
+    model->obeys_masks = effects_obey_masks(scene, verdicts, effect_count);
     assert(!s->effect_occupancy || (model->kind->skips_samples && !s->effect_transient)); // vw_effects_follow_field
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
@@ -184,6 +200,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
     lay_out_sky(model);
     lay_out_visibility(model);
+    lay_out_encoder(model);
     lay_out_photos(scene, trained, model);
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
@@ -206,4 +223,6 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
                     CODE4);
     if (model->visibility.size_bytes)
         visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
+    if (model->encoder.size_bytes)
+        encoder_initialise(model, (float *)((char *)params + model->encoder.offset_bytes), &drawn);
 }

@@ -38,10 +38,12 @@ struct model {
     // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
     // transient_codes: vec4 [view][TRANSIENT_CODE4].
     struct param_range appearance, code_weights, codes, transient_codes;
-    // Of the effect visibility, empty without it: its network, the last of what update_weights moves; vec4 [view]
+    // Of the effect visibility, empty without it: its network, behind the sky; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
     struct param_range visibility, visibility_codes;
     struct param_range poses; // of the effect pose, empty without it: vw_pose per view, likewise
+    struct param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
+    bool obeys_masks;           // its thumbnails leave out what mask files hide
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding

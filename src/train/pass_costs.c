@@ -3,7 +3,13 @@
 #include <assert.h>
 #include <string.h>
 
+#include "train/effects/appearance_encoder.h"
 #include "train/effects/visibility_network.h"
+
+// Multiply-adds of all convolutions of the effect appearance_encoder.
+#define ENCODER_PRODUCTS                                                                                               \
+    (16.0 * ENCODER_TAPS * ENCODER4 *                                                                                  \
+     (THUMBNAIL_PIXELS / 4 + ENCODER4 * (THUMBNAIL_PIXELS / 16 + THUMBNAIL_PIXELS / 64)))
 
 // Per sample, and sizes of the model; those of the grid are of the field hash.
 struct sizes {
@@ -57,6 +63,27 @@ static void add_visibility(const struct sizes *n, struct vw_pass_cost *costs, ui
         {"gradient_visibility", NULL, 1, 3 * n->rays * network, pixels + 2 * groups * columns},
         {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
         {"update_visibility", NULL, 1, 0, columns},
+    };
+    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
+}
+
+// A convolution reads a block of four columns and an input per product of 16.
+static void add_encoding(const struct model *model, double photos, const char *role, struct vw_pass_cost *costs,
+                         uint32_t *count) {
+    const double products = ENCODER_PRODUCTS * photos,
+                 matrices = 16.0 * CODE4 * (ENCODER4 + model->specialization.width4) * photos;
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"convolve_photo", role, ENCODER_LAYERS * photos, products, 5 * products});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"pool_photo", role, photos, matrices, 4 * matrices});
+}
+
+static void add_encoder_gradient(const struct model *model, struct vw_pass_cost *costs, uint32_t *count) {
+    const double all = ENCODER_PRODUCTS, behind_first = all - 16.0 * ENCODER_TAPS * ENCODER4 * (THUMBNAIL_PIXELS / 4),
+                 matrices = 16.0 * CODE4 * (ENCODER4 + model->specialization.width4);
+    const struct vw_pass_cost passes[] = {
+        {"spread_photo", NULL, 1, 2 * matrices, 8 * matrices},
+        {"convolve_photo", NULL, ENCODER_LAYERS - 1, behind_first, 5 * behind_first},
+        {"gradient_photo", NULL, 1, all, 8 * all},
     };
     for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
 }
@@ -125,6 +152,10 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     }
     if (step->pose.update) add_pose(&n, chunks, costs, count);
     if (step->visibility.predict) add_visibility(&n, costs, count);
+    if (step->encoder.pool) {
+        add_encoding(model, 1, NULL, costs, count);
+        add_encoder_gradient(model, costs, count);
+    }
     pass_cost_add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     if (windows)
         pass_cost_add(costs, count,
@@ -137,6 +168,7 @@ static void add_validation(const struct validation *validation, struct vw_pass_c
     const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
     uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
     const struct field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
+    if (evaluator->views) add_encoding(evaluator->field->model, evaluator->view_count, evaluator_role, costs, count);
     add_placing(evaluator->field->model, n.rays, chunks, evaluator_role, costs, count);
     evaluator->field->model->kind->list_forward_costs(evaluator->field->model, &work, costs, count);
     pass_cost_add(costs, count,

@@ -79,6 +79,7 @@ void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint
     visibility_bind(step->field, &step->visibility, bindings, count);
     transient_bind(step->field, &step->transient, bindings, count);
     pose_bind(step->field, &step->pose, bindings, count);
+    encoder_bind(&step->field->encoder, &step->encoder_gradient, bindings, count);
 }
 
 static enum vw_status create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
@@ -138,6 +139,17 @@ void gradient_destroy(struct gradient_passes *gradient) {
     importance_destroy(&gradient->importance);
 }
 
+static enum vw_status create_encoder_passes(struct step_passes *step, const struct vw_binding *bindings,
+                                            uint32_t count) {
+    const struct vw_pass_params params = {.specialization = (const uint32_t *)&step->field->model->specialization,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings,
+                                          .binding_count = count};
+    enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &step->encoder);
+    return status == VW_OK ? encoder_gradient_create_passes(step->field->gpu, &params, &step->encoder_gradient)
+                           : status;
+}
+
 static enum vw_status create_update_passes(struct step_passes *step) {
     const struct vw_specialization *specialization = &step->field->model->specialization;
     struct vw_binding bindings[VW_SLOT_COUNT];
@@ -154,6 +166,7 @@ static enum vw_status create_update_passes(struct step_passes *step) {
     if (status == VW_OK) status = appearance_create_passes(step->field, bindings, count, &step->appearance);
     if (status == VW_OK) status = transient_create_passes(step->field, bindings, count, &step->transient);
     if (status == VW_OK) status = pose_create_passes(step->field, bindings, count, &step->pose);
+    if (status == VW_OK) status = create_encoder_passes(step, bindings, count);
     return status == VW_OK ? visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
 }
 
@@ -200,6 +213,7 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
     if (status == VW_OK) status = transient_create_buffers(field, &step->transient);
     if (status == VW_OK) status = pose_create_buffers(field, step->padded_rays, &step->pose);
+    if (status == VW_OK) status = encoder_gradient_create_buffers(field->gpu, field->model, &step->encoder_gradient);
     if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
     if (status == VW_OK) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
@@ -222,6 +236,8 @@ void step_destroy(struct step_passes *step) {
     visibility_destroy(&step->visibility);
     transient_destroy(&step->transient);
     pose_destroy(&step->pose);
+    encoder_destroy_passes(&step->encoder);
+    encoder_gradient_destroy(&step->encoder_gradient);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
@@ -269,13 +285,18 @@ void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch
         vw_batch_dispatch(batch, gradient->gradient_sky, &push, sizeof push, 64ull * VW_SKY_COLUMNS);
 }
 
+void step_record_appearance(const struct step_passes *step, struct vw_batch *batch) {
+    appearance_record_forward(&step->appearance, step->field->model, batch);
+    encoder_record_forward(&step->encoder, batch, 0);
+}
+
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel) {
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
     vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    appearance_record_forward(&step->appearance, step->field->model, batch);
+    step_record_appearance(step, batch);
     visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
@@ -284,6 +305,7 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     }
     gradient_record_sky(&step->gradient, batch, step->padded_rays);
     visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
+    encoder_gradient_record(&step->encoder_gradient, batch);
 }
 
 void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {

@@ -39,6 +39,8 @@ struct step_passes {
     struct visibility visibility;
     struct transient transient;
     struct pose pose;
+    struct encoder_passes encoder;
+    struct encoder_gradient encoder_gradient;
 };
 
 // `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
@@ -71,6 +73,8 @@ struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t r
 // What follows the last chunk of `rays`.
 void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch *batch, uint32_t rays);
 
+// Records, behind generate_rays, what the step's photo makes of the field's colours.
+void step_record_appearance(const struct step_passes *step, struct vw_batch *batch);
 // Records the first part of a step, up to the loss of each ray and the gradients.
 void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel);

@@ -25,6 +25,10 @@ static enum vw_status check(const struct probe_context *context) {
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit: does not know how the effect pose moves cameras; value the scene with "
                        "--effects -pose");
+    if (model->specialization.effect_appearance_encoder)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit: does not go back through the effect appearance_encoder; value the scene with "
+                       "--effects -appearance_encoder");
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "lasting credit: the params of %llu bytes exceed this device's binding range; value the scene "

@@ -37,8 +37,9 @@ void appearance_bind(const struct field *field, const struct appearance *appeara
         uint32_t slot;
         struct vw_buffer *buffer;
     } buffers[] = {
-        {VW_SLOT_D_APPEARANCE, it->d_appearance}, {VW_SLOT_APPEARANCE_MOMENTS, it->moments},
-        {VW_SLOT_CODE_SHIFT, it->code_shift},     {VW_SLOT_CODE_WEIGHT_MOMENTS, it->code_weight_moments},
+        {VW_SLOT_D_APPEARANCE, it->d_appearance},
+        {VW_SLOT_APPEARANCE_MOMENTS, it->moments},
+        {VW_SLOT_CODE_WEIGHT_MOMENTS, it->code_weight_moments},
         {VW_SLOT_CODE_MOMENTS, it->code_moments},
     };
     const struct {
@@ -50,6 +51,9 @@ void appearance_bind(const struct field *field, const struct appearance *appeara
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++)
         bindings[(*count)++] =
             (struct vw_binding){.slot = buffers[i].slot, .buffer = buffers[i].buffer, .unused = !buffers[i].buffer};
+    if (!field->encoder.code_shift) // else encoder_bind() does it
+        bindings[(*count)++] =
+            (struct vw_binding){.slot = VW_SLOT_CODE_SHIFT, .buffer = it->code_shift, .unused = !it->code_shift};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ranges); i++) {
         const struct param_range *range = ranges[i].range;
         struct vw_binding binding = {.slot = ranges[i].slot, .buffer = field->params, .unused = !range->size_bytes};

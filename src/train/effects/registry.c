@@ -35,6 +35,7 @@ static const struct effect effects[] = {
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
     {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true},
     {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true},
+    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .meaning = on_request, .on_request = true},
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
@@ -95,6 +96,10 @@ bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, 
 
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
     return vw_effects_is_on(verdicts, count, "appearance") || vw_effects_is_on(verdicts, count, "appearance_code");
+}
+
+bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
+    return vw_effects_fit_views(verdicts, count) || vw_effects_is_on(verdicts, count, "appearance_encoder");
 }
 
 bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
@@ -166,6 +171,20 @@ enum vw_status effects_follow_pose(const struct vw_config *config, const struct 
         return vw_fail(
             VW_ERROR_USAGE,
             "--effects: pose cannot be beside unbounded; leave one of them out (--effects +pose,-unbounded)");
+    return VW_OK;
+}
+
+enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                      uint32_t count) {
+    if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
+    for (uint32_t i = 0; i < count; i++) {
+        bool other = strcmp(verdicts[i].name, "appearance") && strcmp(verdicts[i].name, "appearance_code");
+        if (!verdicts[i].on || other) continue;
+        if (effects_names(config->effects, verdicts[i].name))
+            return vw_fail(VW_ERROR_USAGE, "--effects: appearance_encoder replaces %s; leave one of them out",
+                           verdicts[i].name);
+        verdicts[i].on = false;
+    }
     return VW_OK;
 }
 

@@ -37,6 +37,11 @@ enum vw_status effects_follow_transient(const struct vw_config *config, struct v
 enum vw_status effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
                                    uint32_t count);
 
+// Where the effect appearance_encoder is on: switches off the others that photos have colours of their own by, or
+// refuses them, VW_ERROR_USAGE, where --effects names them.
+enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                      uint32_t count);
+
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
 void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                         struct vw_specialization *specialization);

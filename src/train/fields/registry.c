@@ -25,7 +25,8 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
         verdicts[i].on = false;
     }
     enum vw_status status = effects_follow_pose(config, verdicts, count);
-    return status == VW_OK ? effects_follow_transient(config, verdicts, count) : status;
+    if (status == VW_OK) status = effects_follow_transient(config, verdicts, count);
+    return status == VW_OK ? effects_follow_encoder(config, verdicts, count) : status;
 }
 
 void field_passes_destroy(struct field_passes *passes) {

@@ -1,0 +1,162 @@
+#include "train/effects/appearance_encoder.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+
+enum { BLOCK = 16, LAYER_BLOCKS = ENCODER_TAPS * ENCODER4 };
+_Static_assert(THUMBNAIL_PIXELS == THUMBNAIL_SIDE * THUMBNAIL_SIDE && ENCODER_LAYERS == 3 &&
+                   ENCODER_LAYER2 == 4 * LAYER_BLOCKS + ENCODER4 &&
+                   ENCODER_LAYER3 == ENCODER_LAYER2 + 4 * LAYER_BLOCKS * ENCODER4 + ENCODER4 &&
+                   ENCODER_CODE == ENCODER_LAYER3 + 4 * LAYER_BLOCKS * ENCODER4 + ENCODER4 &&
+                   ENCODER_CODE_BIAS == ENCODER_CODE + 4 * CODE4 * ENCODER4 &&
+                   ENCODER_SHIFT == ENCODER_CODE_BIAS + CODE4,
+               "the network's parts do not follow one another");
+_Static_assert(ENCODER_ROW_LAYER2 == ENCODER4 * THUMBNAIL_PIXELS / 4 &&
+                   ENCODER_ROW_LAYER3 == ENCODER_ROW_LAYER2 + ENCODER4 * THUMBNAIL_PIXELS / 16 &&
+                   ENCODER_ROW_MEAN == ENCODER_ROW_LAYER3 + ENCODER4 * THUMBNAIL_PIXELS / 64 &&
+                   ENCODER_ROW_CODE == ENCODER_ROW_MEAN + ENCODER4 && ENCODER_ROWS == ENCODER_ROW_CODE + CODE4,
+               "its rows do not follow one another");
+
+// He's bound by what a convolution sums; biases and the matrix to the code stay 0.
+static void draw_convolution(float *values, const struct drawn *drawn, uint32_t inputs) {
+    fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
+}
+
+void encoder_initialise(const struct model *model, float *values, const struct drawn *drawn) {
+    draw_convolution(values, drawn, 4);
+    draw_convolution(values + 4 * ENCODER_LAYER2, drawn, 4 * ENCODER4);
+    draw_convolution(values + 4 * ENCODER_LAYER3, drawn, 4 * ENCODER4);
+    fill_matrix(values + 4 * ENCODER_SHIFT, drawn, model->specialization.width4, CODE4);
+}
+
+// ---- What the field has ---------------------------------------------------------------------------------------------
+
+static enum vw_status create_thumbnails(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene,
+                                        struct appearance_encoder *encoder) {
+    uint64_t size_bytes = (uint64_t)scene->view_count * THUMBNAIL_PIXELS * sizeof(vw_float4);
+    if (size_bytes > vw_gpu_get_limits(gpu)->storage_binding_bytes)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--effects: appearance_encoder: the thumbnails of %u photos exceed this device's binding range; "
+                       "leave it out, or exclude photos",
+                       scene->view_count);
+    vw_float4 *thumbnails = vw_allocate(size_bytes, 1); // of excluded photos, which have no pixels: 0
+    if (!thumbnails) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        const struct thumbnail_choice whole = {pixels_all_columns(scene, i), model->obeys_masks};
+        if (scene->views[i].image.pixels)
+            thumbnail_make(&scene->views[i], &whole, thumbnails + (size_t)THUMBNAIL_PIXELS * i);
+    }
+    const struct vw_buffer_params buffer = {.name = "thumbnails", .size_bytes = size_bytes};
+    enum vw_status status = vw_buffer_create(gpu, &buffer, &encoder->thumbnails);
+    if (status == VW_OK) status = vw_buffer_write(encoder->thumbnails, 0, thumbnails, size_bytes);
+    free(thumbnails);
+    return status;
+}
+
+enum vw_status encoder_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene,
+                              struct appearance_encoder *encoder) {
+    const struct vw_buffer_params rows = {.name = "encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS},
+                                  shift = {.name = "code_shift",
+                                           .size_bytes = sizeof(vw_float4) * (uint64_t)model->specialization.width4};
+    if (!model->encoder.size_bytes) return VW_OK;
+    enum vw_status status = create_thumbnails(gpu, model, scene, encoder);
+    if (status == VW_OK) status = vw_buffer_create(gpu, &rows, &encoder->rows);
+    return status == VW_OK ? vw_buffer_create(gpu, &shift, &encoder->code_shift) : status;
+}
+
+void encoder_destroy(struct appearance_encoder *encoder) {
+    vw_buffer_destroy(&encoder->thumbnails);
+    vw_buffer_destroy(&encoder->rows);
+    vw_buffer_destroy(&encoder->code_shift);
+}
+
+enum vw_status encoder_set_thumbnail(const struct appearance_encoder *encoder, const struct vw_scene *scene,
+                                     uint32_t view, const struct thumbnail_choice *choice) {
+    vw_float4 thumbnail[THUMBNAIL_PIXELS];
+    if (!encoder->thumbnails) return VW_OK;
+    thumbnail_make(&scene->views[view], choice, thumbnail);
+    return vw_buffer_write(encoder->thumbnails, (uint64_t)view * sizeof thumbnail, thumbnail, sizeof thumbnail);
+}
+
+void encoder_bind(const struct appearance_encoder *encoder, const struct encoder_gradient *gradient,
+                  struct vw_binding *bindings, uint32_t *count) {
+    if (!encoder->thumbnails) return; // only passes of its own declare these
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_THUMBNAILS, .buffer = encoder->thumbnails};
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_ENCODER_ROWS, .buffer = encoder->rows};
+    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_CODE_SHIFT, .buffer = encoder->code_shift};
+    if (gradient)
+        bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_ENCODER_ROWS, .buffer = gradient->d_rows};
+}
+
+// ---- Forward --------------------------------------------------------------------------------------------------------
+
+static enum vw_status create_pass(struct vw_gpu *gpu, struct vw_pass_params params, const struct vw_shader *shader,
+                                  struct vw_pass **pass) {
+    params.shader = shader;
+    return vw_pass_create(gpu, &params, pass);
+}
+
+enum vw_status encoder_create_passes(struct vw_gpu *gpu, const struct appearance_encoder *encoder,
+                                     const struct vw_pass_params *params, struct encoder_passes *passes) {
+    if (!encoder->thumbnails) return VW_OK;
+    enum vw_status status = create_pass(gpu, *params, &vw_shader_convolve_photo, &passes->convolve);
+    return status == VW_OK ? create_pass(gpu, *params, &vw_shader_pool_photo, &passes->pool) : status;
+}
+
+void encoder_destroy_passes(struct encoder_passes *passes) {
+    vw_pass_destroy(&passes->convolve);
+    vw_pass_destroy(&passes->pool);
+}
+
+void encoder_record_forward(const struct encoder_passes *passes, struct vw_batch *batch, uint32_t view) {
+    struct vw_push_photo push = {.view = view};
+    if (!passes->convolve) return;
+    for (; push.layer < ENCODER_LAYERS; push.layer++)
+        vw_batch_dispatch(batch, passes->convolve, &push, sizeof push,
+                          (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * (push.layer + 1));
+    vw_batch_dispatch(batch, passes->pool, NULL, 0, 1);
+}
+
+// ---- Back -----------------------------------------------------------------------------------------------------------
+
+enum vw_status encoder_gradient_create_buffers(struct vw_gpu *gpu, const struct model *model,
+                                               struct encoder_gradient *gradient) {
+    const struct vw_buffer_params rows = {.name = "d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN};
+    return model->encoder.size_bytes ? vw_buffer_create(gpu, &rows, &gradient->d_rows) : VW_OK;
+}
+
+enum vw_status encoder_gradient_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *params,
+                                              struct encoder_gradient *gradient) {
+    const struct {
+        const struct vw_shader *shader;
+        struct vw_pass **pass;
+    } passes[] = {
+        {&vw_shader_spread_photo, &gradient->spread},
+        {&vw_shader_convolve_photo_back, &gradient->convolve_back},
+        {&vw_shader_gradient_photo, &gradient->gradient},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && gradient->d_rows && status == VW_OK; i++)
+        status = create_pass(gpu, *params, passes[i].shader, passes[i].pass);
+    return status;
+}
+
+void encoder_gradient_destroy(struct encoder_gradient *gradient) {
+    vw_pass_destroy(&gradient->spread);
+    vw_pass_destroy(&gradient->convolve_back);
+    vw_pass_destroy(&gradient->gradient);
+    vw_buffer_destroy(&gradient->d_rows);
+}
+
+void encoder_gradient_record(const struct encoder_gradient *gradient, struct vw_batch *batch) {
+    struct vw_push_photo push = {.layer = ENCODER_LAYERS - 1};
+    if (!gradient->spread) return;
+    vw_batch_dispatch(batch, gradient->spread, NULL, 0, 1);
+    for (; push.layer > 0; push.layer--)
+        vw_batch_dispatch(batch, gradient->convolve_back, &push, sizeof push,
+                          (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * push.layer);
+    vw_batch_dispatch(batch, gradient->gradient, NULL, 0, ENCODER_CODE);
+}

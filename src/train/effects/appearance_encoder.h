@@ -1,0 +1,62 @@
+// The effect `appearance_encoder` (HA-NeRF, Chen et al., CVPR 2022, section 3.1): photos that differ in exposure, white
+// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail
+// (effects/thumbnails.h); the code enters the colour network as those of appearance_code do. The network's weights
+// stand behind all others that update_weights moves.
+//   convolve_photo, pool_photo: the photo's code and the shift of the colour network -> the field, forward and back ->
+//   spread_photo, convolve_photo_back, gradient_photo: gradients of the network
+// A photo that nothing was trained on has a code as well: validation and renders of a view see it by the view's own
+// photo. They remain a function of the params alone: thumbnails are the scene's.
+#ifndef VIEWWORTH_TRAIN_APPEARANCE_ENCODER_H
+#define VIEWWORTH_TRAIN_APPEARANCE_ENCODER_H
+
+#include "gpu/compute.h"
+#include "train/effects/thumbnails.h"
+#include "train/fields/initial_values.h"
+#include "train/model.h"
+
+struct appearance_encoder { // of a field; all NULL when the effect is off, as below
+    struct vw_buffer *thumbnails, *rows, *code_shift;
+};
+
+struct encoder_passes { // of a step or an evaluator: forward
+    struct vw_pass *convolve, *pool;
+};
+
+struct encoder_gradient { // of a step
+    struct vw_buffer *d_rows;
+    struct vw_pass *spread, *convolve_back, *gradient;
+};
+
+// Initial values of the network, of which `values` is the first number: codes of 0, so that the field starts as it
+// would without them.
+void encoder_initialise(const struct model *model, float *values, const struct drawn *drawn);
+
+// Makes the thumbnails of all photos. VW_ERROR_USAGE where they are too many for the device.
+enum vw_status encoder_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene,
+                              struct appearance_encoder *encoder);
+void encoder_destroy(struct appearance_encoder *encoder);
+// Another thumbnail of a view from here on.
+enum vw_status encoder_set_thumbnail(const struct appearance_encoder *encoder, const struct vw_scene *scene,
+                                     uint32_t view, const struct thumbnail_choice *choice);
+
+// Binds what its passes and the field's declare; nothing where the effect is off. `gradient`: NULL outside of a step.
+void encoder_bind(const struct appearance_encoder *encoder, const struct encoder_gradient *gradient,
+                  struct vw_binding *bindings, uint32_t *count);
+
+// `params` has no shader yet; its bindings have encoder_bind()'s among them.
+enum vw_status encoder_create_passes(struct vw_gpu *gpu, const struct appearance_encoder *encoder,
+                                     const struct vw_pass_params *params, struct encoder_passes *passes);
+void encoder_destroy_passes(struct encoder_passes *passes);
+// Recorded before the field renders rays of the view; in a step, whose view it is, behind generate_rays. Does nothing
+// when the effect is off.
+void encoder_record_forward(const struct encoder_passes *passes, struct vw_batch *batch, uint32_t view);
+
+enum vw_status encoder_gradient_create_buffers(struct vw_gpu *gpu, const struct model *model,
+                                               struct encoder_gradient *gradient);
+enum vw_status encoder_gradient_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *params,
+                                              struct encoder_gradient *gradient);
+void encoder_gradient_destroy(struct encoder_gradient *gradient);
+// Recorded behind the field's way back.
+void encoder_gradient_record(const struct encoder_gradient *gradient, struct vw_batch *batch);
+
+#endif
