@@ -227,6 +227,25 @@ double reference_visibility(const double *network, const double *code, const dou
 void reference_visibility_gradient(const double *network, const double *code, const double place[2], double d_visible,
                                    double *d_network, double *d_code);
 
+// ---- encoder.c: the effect appearance_encoder -----------------------------------------------------------------------
+
+enum { REFERENCE_ENCODER_OUTPUTS = 16 * 16 * 4 * ENCODER4 }; // of the first convolution; each next one has a quarter
+struct reference_photo_encoding {
+    double thumbnail[THUMBNAIL_PIXELS][4];
+    double outputs[ENCODER_LAYERS][REFERENCE_ENCODER_OUTPUTS], mean[4 * ENCODER4], code[REFERENCE_CODE],
+        shift[REFERENCE_WIDTH_MAX];
+};
+// Of columns `first` to `end` of a photo.
+void reference_thumbnail(const struct vw_view *view, uint32_t first, uint32_t end, bool masks,
+                         double thumbnail[THUMBNAIL_PIXELS][4]);
+// Fills all but the thumbnail. The network's numbers stand at the places that the device has; `width`: units of the
+// colour network.
+void reference_encode_photo(const double *network, uint32_t width, struct reference_photo_encoding *encoding);
+// Accumulates.
+void reference_encode_photo_gradient(const double *network, uint32_t width,
+                                     const struct reference_photo_encoding *encoding, const double *d_shift,
+                                     double *d_network);
+
 // ---- fixed_point.c --------------------------------------------------------------------------------------------------
 
 // What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's

@@ -33,6 +33,7 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
                    {"visibility", c->visibility},
                    {"transient", c->transient},
                    {"pose", c->pose},
+                   {"appearance_encoder", c->appearance_encoder},
                    {"masks", c->masks}};
     char *text = config->effects;
     text[0] = 0;
@@ -118,6 +119,7 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     draw_photos(bench, &bench->model.visibility_codes, 0.5f, &random);
     draw_photos(bench, &bench->model.transient_codes, 0.5f, &random);
     draw_photos(bench, &bench->model.poses, 0.05f, &random);
+    draw_photos(bench, &bench->model.encoder, 0.15f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
@@ -125,7 +127,7 @@ static void make_pixels(struct step_bench *bench) {
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
                   bench->model.visibility_codes.size_bytes || bench->model.transient_codes.size_bytes ||
-                  bench->model.poses.size_bytes; // not 0, where it matters
+                  bench->model.poses.size_bytes || bench->model.encoder.size_bytes; // not 0, where it matters
     pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
     pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
 }

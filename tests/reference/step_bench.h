@@ -27,7 +27,7 @@ struct step_case {
     enum vw_optimizer optimizer;
     double learning_rate; // [0.003]
     double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks;
+    bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks, appearance_encoder;
     bool random_background; // its form
     bool transient, pose;
     double beta_min;           // of it [0.1]

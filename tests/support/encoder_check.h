@@ -1,0 +1,16 @@
+// The passes of the effect appearance_encoder held against the reference, in a step of a bench.
+#ifndef TESTS_SUPPORT_ENCODER_CHECK_H
+#define TESTS_SUPPORT_ENCODER_CHECK_H
+
+#include "reference/step_bench.h"
+#include "support/hard_case.h"
+
+// The network's numbers in double, from a params block in floats; owned by the caller, as the next.
+double *encoder_network(const struct step_bench *bench, const float *params);
+// What the reference makes of the thumbnail of `view` that the device holds.
+struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view);
+// Runs step `number` up to the gradients, and holds what the network gives, and its gradient by that of the colour
+// network's weights, against the reference. All must be finite.
+void encoder_check(struct hard_finding *finding, struct step_bench *bench, uint64_t number);
+
+#endif

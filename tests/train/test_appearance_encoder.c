@@ -1,0 +1,230 @@
+// The effect `appearance_encoder` in whole trainings: that off it takes no room, that bits do not depend on batches,
+// that every view has the code of its own photo, that whole views show it their left halves alone, what it replaces and
+// refuses, and that it learns photos that differ in exposure.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/compute.h"
+#include "support/trainer_fixture.h"
+#include "train/sweep_passes.h"
+#include "train/trainer.h"
+
+static struct vw_config config_with(const char *effects) {
+    struct vw_config config = test_config();
+    strcpy(config.effects, effects);
+    return config;
+}
+
+static void what_is_off_takes_no_room(void **state) {
+    (void)state;
+    static const struct appearance_encoder nothing;
+    static const struct encoder_passes no_passes;
+    static const struct encoder_gradient no_gradient;
+    struct vw_scene *scene = test_scene();
+    struct vw_config off = config_with("none"), on = config_with("appearance_encoder");
+    struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
+                      *with = test_trainer_create(scene, &on, true, 1);
+    uint64_t width = 4 * with->model.specialization.width4;
+    assert_memory_equal(&without->field.encoder, &nothing, sizeof nothing);
+    assert_memory_equal(&without->step.encoder, &no_passes, sizeof no_passes);
+    assert_memory_equal(&without->step.encoder_gradient, &no_gradient, sizeof no_gradient);
+    assert_null(without->validation.evaluator.views);
+    assert_int_equal(with->model.param_count - without->model.param_count,
+                     9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * width);
+    assert_int_equal(with->model.param_bytes - without->model.param_bytes,
+                     4 * (with->model.param_count - without->model.param_count));
+    assert_int_equal(with->validation.view_fit.fits != NULL, 0);
+    vw_trainer_destroy(&without);
+    vw_trainer_destroy(&with);
+    vw_scene_close(&scene);
+}
+
+static void bits_do_not_depend_on_batches(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    for (int other = 0; other < 2; other++) {
+        struct vw_config config = other ? test_config_of(VW_FIELD_MLP) : test_config();
+        strcpy(config.effects, other ? "appearance_encoder,visibility,sky" : "appearance_encoder");
+        config.beta1 = other ? 0.9 : 0.0;
+        config.importance_samples = other ? 8 : 0;
+        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
+        test_run_assert_same(one, many);
+        assert_int_equal(one->stats.nonfinite_steps, 0);
+        test_run_free(one);
+        test_run_free(many);
+    }
+    vw_scene_close(&scene);
+}
+
+// ---- Codes of views -------------------------------------------------------------------------------------------------
+
+static struct vw_trainer *train(const struct vw_scene *scene, const struct vw_config *config) {
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
+    test_run_finish(trainer, run);
+    test_run_free(run);
+    return trainer;
+}
+
+static void read_colours(struct vw_trainer *trainer, vw_float4 *colours, uint32_t count) {
+    struct evaluator *evaluator = &trainer->validation.evaluator;
+    ASSERT_OK(evaluator_run(evaluator));
+    ASSERT_OK(vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours));
+}
+
+// Views whose rays fill no whole groups: validation sees each pixel as a render of its view does, and another photo's
+// thumbnail changes its own view alone.
+static void every_view_has_the_code_of_its_photo(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
+        struct vw_config config = test_config_of(field);
+        strcpy(config.effects, "appearance_encoder");
+        config.val_rays = 101;
+        config.samples = 7;
+        struct vw_trainer *trainer = train(scene, &config);
+        uint32_t count = trainer->validation.ray_count, changed = 0;
+        vw_float4 *before = vw_allocate(count, sizeof *before), *after = vw_allocate(count, sizeof *after),
+                  colour = {0};
+        const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
+        struct evaluator one = {0};
+        ASSERT_OK(evaluator_create(&trainer->field, 1, &one));
+        read_colours(trainer, before, count);
+        for (uint32_t i = 0; i < count; i += 5) {
+            ASSERT_OK(evaluator_render(&one, &pixels[i], 1, &colour));
+            assert_memory_equal(&colour, &before[i], sizeof colour);
+        }
+        uint32_t view = trainer->validation.views[1];
+        const struct thumbnail_choice corner = {{0, 1}, true};
+        ASSERT_OK(encoder_set_thumbnail(&trainer->field.encoder, scene, view, &corner));
+        read_colours(trainer, after, count);
+        for (uint32_t i = 0; i < count; i++) {
+            bool differs = memcmp(&before[i], &after[i], sizeof *before) != 0;
+            if (pixels[i].view != view) assert_false(differs);
+            changed += differs;
+        }
+        assert_true(changed > 20);
+        evaluator_destroy(&one);
+        vw_trainer_destroy(&trainer);
+        free(before);
+        free(after);
+    }
+    vw_scene_close(&scene);
+}
+
+static void brighten(struct vw_scene *scene, uint32_t view, uint32_t first, uint32_t end) {
+    const struct vw_image *image = &scene->views[view].image;
+    for (uint32_t i = 0; i < image->width_px * image->height_px; i++)
+        if (i % image->width_px >= first && i % image->width_px < end) memset((uint8_t *)image->pixels + 4 * i, 250, 3);
+}
+
+// What is rendered depends on the left half alone; afterwards the whole photo is seen again.
+static void whole_views_show_their_left_halves(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_with("appearance_encoder");
+    struct vw_trainer *trainer = train(scene, &config);
+    struct vw_whole_view seen[3] = {0};
+    float *renders[2] = {NULL};
+    uint32_t view = trainer->validation.views[0], width = scene->views[view].image.width_px,
+             count = width * scene->views[view].image.height_px;
+    ASSERT_OK(vw_trainer_render(trainer, view, &renders[0]));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &seen[0]));
+    ASSERT_OK(vw_trainer_render(trainer, view, &renders[1]));
+    assert_memory_equal(renders[0], renders[1], 3 * count * sizeof *renders[0]);
+    brighten(scene, view, width / 2 + 1, width);
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &seen[1]));
+    assert_memory_equal(seen[0].rendered, seen[1].rendered, 3 * count * sizeof *seen[0].rendered);
+    assert_true(seen[0].error.mse != seen[1].error.mse);
+    brighten(scene, view, 0, width / 2);
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &seen[2]));
+    assert_memory_not_equal(seen[0].rendered, seen[2].rendered, 3 * count * sizeof *seen[0].rendered);
+    for (uint32_t i = 0; i < count; i++) assert_int_equal(seen[0].counts[i], i % width >= (width + 1) / 2);
+    for (int i = 0; i < 3; i++) vw_whole_view_free(&seen[i]);
+    free(renders[0]);
+    free(renders[1]);
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+// ---- Beside others --------------------------------------------------------------------------------------------------
+
+static void it_replaces_other_appearance(void **state) {
+    (void)state;
+    static const char *const others[] = {"appearance", "appearance_code"};
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    for (int named = 0; named < 2; named++)
+        for (size_t i = 0; i < VW_ARRAY_COUNT(others); i++) {
+            struct vw_config config = config_with("+appearance_encoder");
+            if (named) strcat(strcat(config.effects, ",+"), others[i]);
+            vw_effects_list(verdicts, &count);
+            for (uint32_t k = 0; k < count; k++)
+                verdicts[k].on =
+                    !strcmp(verdicts[k].name, "appearance_encoder") || !strcmp(verdicts[k].name, others[i]);
+            assert_int_equal(vw_effects_follow_field(&config, verdicts, count), named ? VW_ERROR_USAGE : VW_OK);
+            if (named) assert_non_null(strstr(vw_error_message(), "appearance_encoder replaces appearance"));
+            else assert_false(vw_effects_is_on(verdicts, count, others[i]));
+            assert_true(vw_effects_is_on(verdicts, count, "appearance_encoder"));
+        }
+}
+
+static void the_sweep_refuses_it(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_with("appearance_encoder");
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    struct sweep_passes sweep;
+    const struct sweep_params params = {.batch_steps = 1};
+    assert_int_equal(sweep_passes_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "--effects -appearance_encoder"));
+    vw_trainer_destroy(&trainer);
+    vw_scene_close(&scene);
+}
+
+// ---- Learning -------------------------------------------------------------------------------------------------------
+
+static double trained_psnr(const struct vw_scene *scene, const char *effects) {
+    struct vw_config config = config_with(effects);
+    config.epochs = 20;
+    config.rays = 100;
+    config.levels = 6;
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    double psnr = 0.0;
+    test_run_finish(trainer, run);
+    for (uint32_t i = run->count - 20; i < run->count; i++) psnr += run->records[i].val_psnr / 20.0;
+    vw_trainer_destroy(&trainer);
+    test_run_free(run);
+    return psnr;
+}
+
+static void photos_of_their_own_exposure_are_learned(void **state) {
+    (void)state;
+    struct vw_scene *scene = NULL;
+    const struct vw_scene_params params = {
+        .path = VW_SOURCE_FOLDER "/scenes/exposure.json", .downscale = 2, .gpu = test_gpu()};
+    ASSERT_OK(vw_scene_open(&params, &scene));
+    double without = trained_psnr(scene, "none"), with = trained_psnr(scene, "appearance_encoder");
+    print_message("%.2f dB with the encoder, %.2f without\n", with, without);
+    assert_true(with > without + 1.0);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_off_takes_no_room),
+        cmocka_unit_test(bits_do_not_depend_on_batches),
+        cmocka_unit_test(every_view_has_the_code_of_its_photo),
+        cmocka_unit_test(whole_views_show_their_left_halves),
+        cmocka_unit_test(it_replaces_other_appearance),
+        cmocka_unit_test(the_sweep_refuses_it),
+        cmocka_unit_test(photos_of_their_own_exposure_are_learned),
+    };
+    return cmocka_run_group_tests_name("appearance_encoder", tests, NULL, test_gpu_close);
+}
