@@ -63,7 +63,7 @@ static const struct {
                             {"loss", "l2"},
                             {"lr", "0.0005"},
                             {"learning-rate-decay", "0.1"},
-                            {"effects", "+appearance_code,+visibility,-appearance,-sky"},
+                            {"effects", "+appearance_encoder,+visibility,-appearance,-appearance_code,-sky"},
                             {NULL, NULL}}},
     // The valuation of Cheimariotis et al. (CAIP 2025): 500 pixels of one photo a step, L1, the first epoch left out
     [VW_PRESET_PAPER] = {"paper",

@@ -162,6 +162,13 @@ static void record_rays(const struct evaluator *evaluator, struct vw_batch *batc
     }
 }
 
+uint32_t evaluator_count_chunks(const struct evaluator *evaluator) {
+    uint32_t chunk = evaluator->chunk_rays, sum = 0;
+    if (!sees_photos(evaluator)) return (evaluator->ray_count + chunk - 1) / chunk;
+    for (uint32_t i = 0; i < evaluator->view_count; i++) sum += (evaluator->views[i].count + chunk - 1) / chunk;
+    return sum;
+}
+
 void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
     if (!sees_photos(evaluator)) record_rays(evaluator, batch, 0, evaluator->ray_count);
     for (uint32_t i = 0; i < evaluator->view_count; i++) {

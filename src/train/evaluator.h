@@ -42,5 +42,7 @@ enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pix
                                 vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
 void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
+// In how many chunks.
+uint32_t evaluator_count_chunks(const struct evaluator *evaluator);
 
 #endif

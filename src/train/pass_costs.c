@@ -166,7 +166,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
 static void add_validation(const struct validation *validation, struct vw_pass_cost *costs, uint32_t *count) {
     const struct evaluator *evaluator = &validation->evaluator;
     const struct sizes n = sizes_of(evaluator->field->model, evaluator->ray_count);
-    uint32_t chunks = (evaluator->ray_count + evaluator->chunk_rays - 1) / evaluator->chunk_rays;
+    uint32_t chunks = evaluator_count_chunks(evaluator);
     const struct field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
     if (evaluator->views) add_encoding(evaluator->field->model, evaluator->view_count, evaluator_role, costs, count);
     add_placing(evaluator->field->model, n.rays, chunks, evaluator_role, costs, count);

@@ -24,7 +24,7 @@ check "and keeps an explicit depth" holds nerf '"mlp_depth":2'
 check "the preset nerf-w trains" run value nerf-w "${mlp[@]}"
 check "it has codes and transients" holds nerf-w '+appearance_code,+transient'
 check "the preset ha-nerf trains" run value ha-nerf "${mlp[@]}"
-check "it has HA-NeRF's visibility" holds ha-nerf '+visibility'
+check "it has HA-NeRF's encoder and visibility" holds ha-nerf '+appearance_encoder,+visibility'
 check "the preset paper trains" run value paper "${mlp[@]}"
 check "by L1" holds paper '"loss":"l1"'
 conclude "$@"

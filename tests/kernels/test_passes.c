@@ -90,6 +90,12 @@ static const struct vw_shader *const of_the_effect_pose[] = {&vw_shader_gradient
                                                              &vw_shader_gradient_positions_half,
                                                              &vw_shader_gradient_pose, &vw_shader_update_pose};
 
+// test_encoder_gradients does it with these.
+static const struct vw_shader *const of_the_encoder[] = {
+    &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo,
+    &vw_shader_spread_photo,   &vw_shader_gradient_photo,
+};
+
 enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
 
@@ -163,6 +169,7 @@ static void every_shader_is_listed(void **state) {
             listed |= of_the_effect_transient[k] == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_pose); k++)
             listed |= of_the_effect_pose[k] == vw_shaders[i];
+        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_encoder); k++) listed |= of_the_encoder[k] == vw_shaders[i];
         if (!listed)
             fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }
@@ -230,6 +237,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     const struct effect *effects = effects_get(&count);
     for (uint32_t k = 0; k < count; k++)
         if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") &&
+            strcmp(effects[k].name, "appearance_encoder") &&
             effects[k].constant != SIZE_MAX && (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
             fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name,
                      on[k] ? "on" : "off");

@@ -19,7 +19,7 @@ static struct vw_config configs[] = {
     {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
     {.noise_floor = true, .effects = "appearance,appearance_code"},
-    {.beta1 = 0.9, .same_state = 2},
+    {.beta1 = 0.9, .same_state = 2, .effects = "appearance_encoder"},
     {.noise_floor = true, .same_state = 3, .effects = "appearance,sky,visibility"},
     {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
 

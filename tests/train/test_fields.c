@@ -28,7 +28,7 @@ static void a_run_in_parts_is_the_run(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
     static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
-                                          "sky,appearance,appearance_code,transient"};
+                                          "sky,appearance_encoder,transient"};
     for (uint32_t i = 0; i < VW_FIELD_COUNT * VW_ARRAY_COUNT(effects); i++) {
         struct vw_config config = test_config_of((enum vw_field)(i / VW_ARRAY_COUNT(effects)));
         config.beta1 = 0.9;

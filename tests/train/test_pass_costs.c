@@ -64,7 +64,7 @@ static void every_dispatch_is_accounted_for(void **state) {
     check_dispatches(VW_FIELD_HASH, 16, "sky,unbounded,appearance,appearance_code", 3);
     check_dispatches(VW_FIELD_HASH, 0, "occupancy", 16); // 80 steps: 5 refreshes
     check_dispatches(VW_FIELD_MLP, 16, "sky,appearance,appearance_code", 3);
-    check_dispatches(VW_FIELD_HASH, 16, "transient", 3);
+    check_dispatches(VW_FIELD_HASH, 16, "transient,appearance_encoder", 3);
     check_dispatches(VW_FIELD_HASH, 0, "pose,occupancy", 16);
     check_dispatches(VW_FIELD_MLP, 0, "sky,appearance_code,transient", 3);
 }

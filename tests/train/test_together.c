@@ -100,7 +100,7 @@ static void assert_as_alone(struct group *group, uint32_t index) {
 
 static void bits_are_those_of_a_training_alone(void **state) {
     (void)state;
-    static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_code,transient"};
+    static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient"};
     static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0};
     for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {
         struct group group;

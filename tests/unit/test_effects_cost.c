@@ -117,10 +117,16 @@ static void nothing_without_effects(void **state) {
     vw_scene_close(&scene);
 }
 
-// transient cannot be beside occupancy or visibility, nor pose beside unbounded.
+// transient cannot be beside occupancy or visibility, nor pose beside unbounded, nor appearance_encoder beside other
+// appearance.
 static bool is_in(const char *effect, bool beside_transient) {
-    if (!beside_transient) return strcmp(effect, "transient") && strcmp(effect, "pose");
-    return strcmp(effect, "occupancy") && strcmp(effect, "visibility") && strcmp(effect, "unbounded");
+    static const char *const not_beside[] = {"occupancy", "visibility", "unbounded", "appearance", "appearance_code"},
+                             *const apart[] = {"transient", "pose", "appearance_encoder"};
+    bool left_out = false;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(not_beside) && beside_transient; i++)
+        left_out |= !strcmp(effect, not_beside[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(apart) && !beside_transient; i++) left_out |= !strcmp(effect, apart[i]);
+    return !left_out;
 }
 
 // What each effect adds by itself is all that they add together.
