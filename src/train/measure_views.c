@@ -206,9 +206,8 @@ enum vw_status measure_whole_view(const struct measured_field *measured, uint32_
         status = see(measured, &evaluator, view, &seen, &whole->error);
     }
     if (status == VW_OK) status = keep_pixels(&seen, whole);
-    enum vw_status undone = code_fit_undo(measured->field, &code),
-                   shown = show_encoder(measured, view, pixels_all_columns(measured->scene, view));
-    if (status == VW_OK) status = shown;
+    enum vw_status undone = code_fit_undo(measured->field, &code);
+    if (undone == VW_OK) undone = show_encoder(measured, view, pixels_all_columns(measured->scene, view));
     if (status == VW_OK) status = undone;
     evaluator_destroy(&evaluator);
     release(&seen);

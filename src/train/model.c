@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "train/effects/appearance_encoder.h"
 #include "train/effects/contraction.h"
+#include "train/effects/encoder_network.h"
 #include "train/effects/registry.h"
 #include "train/effects/visibility_network.h"
 #include "train/effects/wide_box.h"
@@ -224,5 +224,6 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     if (model->visibility.size_bytes)
         visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
     if (model->encoder.size_bytes)
-        encoder_initialise(model, (float *)((char *)params + model->encoder.offset_bytes), &drawn);
+        encoder_initialise(model->specialization.width4, (float *)((char *)params + model->encoder.offset_bytes),
+                           &drawn);
 }

@@ -11,7 +11,6 @@
 
 #include "gpu/compute.h"
 #include "train/effects/thumbnails.h"
-#include "train/fields/initial_values.h"
 #include "train/model.h"
 
 struct appearance_encoder { // of a field; all NULL when the effect is off, as below
@@ -26,10 +25,6 @@ struct encoder_gradient { // of a step
     struct vw_buffer *d_rows;
     struct vw_pass *spread, *convolve_back, *gradient;
 };
-
-// Initial values of the network, of which `values` is the first number: codes of 0, so that the field starts as it
-// would without them.
-void encoder_initialise(const struct model *model, float *values, const struct drawn *drawn);
 
 // Makes the thumbnails of all photos. VW_ERROR_USAGE where they are too many for the device.
 enum vw_status encoder_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene,
