@@ -7,7 +7,7 @@
 #include "base/json.h"
 
 const char vw_effects_heading[] =
-    "effect          on   called for  evidence          threshold  ms per step  bytes      which is";
+    "effect             on   called for  evidence          threshold  ms per step  bytes      which is";
 
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]) {
     char evidence[32] = "unknown", threshold[16] = "", cost_ms[16] = "", cost_bytes[16] = "";
@@ -17,7 +17,7 @@ void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFF
     if (isfinite(verdict->threshold)) snprintf(threshold, sizeof threshold, "%.4g", verdict->threshold);
     if (isfinite(verdict->ms_per_step)) snprintf(cost_ms, sizeof cost_ms, "%+.2g", verdict->ms_per_step);
     if (isfinite(verdict->device_bytes)) snprintf(cost_bytes, sizeof cost_bytes, "%+.0f", verdict->device_bytes);
-    snprintf(line, VW_EFFECT_LINE_BYTES, "%-15s %-4s %-11s %-17s %-10s %-12s %-10s %s%s%s", verdict->name,
+    snprintf(line, VW_EFFECT_LINE_BYTES, "%-18s %-4s %-11s %-17s %-10s %-12s %-10s %s%s%s", verdict->name,
              verdict->on ? "yes" : "no", verdict->called_for ? "yes" : "no", evidence, threshold, cost_ms, cost_bytes,
              verdict->meaning, verdict->measured_on[0] ? "; " : "", verdict->measured_on);
 }

@@ -32,7 +32,7 @@ struct vw_comparison {
     struct vw_photo_sets sets;         // owned; by the first valuation
     struct vw_photo_sets *other_sets;  // owned; by valuation, from the second one on
     uint32_t training_count;           // of every list
-    bool half_views;                   // right halves are measured: an effect is fitted to the left ones
+    bool half_views;                   // right halves are measured: appearance is taken from the left ones
     struct vw_retrain_result *results; // owned; [list][training]; the seed of a training is common.config->seed + its
                                        // number; the trainings of a valuation are neighbours
     struct vw_set_pair *pairs;         // owned; every list against the first one, then against each random one

@@ -277,7 +277,7 @@ function renderFigure(render, pictures) {
     element('figcaption', {}, render.view + ' (' + render.split + ')'));
 }
 
-const HALF_VIEWS = ' Appearance effects fit a gain and a bias on the left half of each photo: all figures are of the right halves.';
+const HALF_VIEWS = ' Appearance is taken from the left half of each photo: all figures are of the right halves.';
 
 function fillComparisons() {
   data.documents.filter(one => one.kind === 'compare').forEach(({content: compare, pictures, thumbnails, label}, place) => {

@@ -171,6 +171,7 @@ static void it_replaces_other_appearance(void **state) {
             if (named) assert_non_null(strstr(vw_error_message(), "appearance_encoder replaces appearance"));
             else assert_false(vw_effects_is_on(verdicts, count, others[i]));
             assert_true(vw_effects_is_on(verdicts, count, "appearance_encoder"));
+            if (!named) assert_true(vw_effects_halve_views(verdicts, count) && !vw_effects_fit_views(verdicts, count));
         }
 }
 

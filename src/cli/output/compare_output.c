@@ -113,7 +113,7 @@ static void print_heading(const struct vw_comparison *comparison) {
              comparison->training_count > 1 ? "s" : "", common->config->seed,
              vw_equal_name(comparison->params->sets.equal), scene->split_count[VW_SPLIT_VAL],
              scene->split_count[VW_SPLIT_TEST],
-             comparison->half_views ? "their right halves: appearance is fitted to the left ones" : "whole");
+             comparison->half_views ? "their right halves: appearance is taken from the left ones" : "whole");
     if (comparison->sets.by_scores)
         vw_print("lists selected by --scores depend on the validation photos: only test metrics are out of sample\n");
 }
