@@ -41,7 +41,7 @@ struct model {
     // Of the effect visibility, empty without it: its network, behind the sky; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
     struct param_range visibility, visibility_codes;
-    struct param_range poses; // of the effect pose, empty without it: vw_pose per view, likewise
+    struct param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
     struct param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
     bool obeys_masks;           // its thumbnails leave out what mask files hide
     uint64_t param_bytes;

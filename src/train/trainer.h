@@ -98,7 +98,7 @@ struct vw_pass_cost {
     double dispatches;           // per step, on average
     double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
 };
-enum { VW_PASS_COSTS_MAX = 32 };
+enum { VW_PASS_COSTS_MAX = 48 };
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                            uint32_t *count);
 

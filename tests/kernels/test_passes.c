@@ -237,8 +237,8 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
     const struct effect *effects = effects_get(&count);
     for (uint32_t k = 0; k < count; k++)
         if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") &&
-            strcmp(effects[k].name, "appearance_encoder") &&
-            effects[k].constant != SIZE_MAX && (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
+            strcmp(effects[k].name, "appearance_encoder") && effects[k].constant != SIZE_MAX &&
+            (on[k] == 0 || on[k] == step_case_count)) // else the host's alone
             fail_msg("effect %s is %s in every case of tests/reference/step_cases.c", verdicts[k].name,
                      on[k] ? "on" : "off");
 }
