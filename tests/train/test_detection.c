@@ -94,6 +94,23 @@ static void a_hidden_sky_goes(void **state) {
     vw_scene_close(&scene);
 }
 
+// Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
+static void pose_is_beside_what_pilots_call_for(void **state) {
+    (void)state;
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    struct vw_config config = small_config();
+    struct vw_scene *scene = detection_sky_scene();
+    config.pilot_steps = 8;
+    strcpy(config.effects, "+pose,-appearance");
+    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+    const struct vw_effect_verdict *unbounded = verdict_of(verdicts, count, "unbounded");
+    assert_true(verdict_of(verdicts, count, "pose")->on);
+    assert_true(isnan(unbounded->evidence) && !unbounded->on);
+    assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
+    vw_scene_close(&scene);
+}
+
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
 static void verdicts_repeat_bit_for_bit(void **state) {
     (void)state;
@@ -307,6 +324,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(recipes_show_their_facts),
         cmocka_unit_test(a_bright_sky_is_measured),
         cmocka_unit_test(a_hidden_sky_goes),
+        cmocka_unit_test(pose_is_beside_what_pilots_call_for),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
         cmocka_unit_test(pilots_keep_to_a_tenth),

@@ -34,7 +34,7 @@ static const struct effect effects[] = {
          "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
     {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true},
-    {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true},
+    {.name = "pose", .constant = CONSTANT(pose), .conflicts = "unbounded", .meaning = on_request, .on_request = true},
     {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .meaning = on_request, .on_request = true},
 };
 // clang-format on
