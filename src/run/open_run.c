@@ -18,6 +18,7 @@
 #include "run/run_private.h"
 #include "run/stop_rules.h"
 #include "base/clock.h"
+#include "train/lasting.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -164,6 +165,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     if (status) return status;
     log_effects(run);
     status = create_trainer(run);
+    if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
     if (!status) status = start_watch(run);
     if (status) return status;
     log_field(run);

@@ -129,6 +129,10 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
     return lasting->starts && lasting->credits && lasting->view_psnr ? VW_OK : VW_ERROR_MEMORY;
 }
 
+enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer) {
+    return sweep_passes_check(vw_trainer_context(trainer));
+}
+
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {
     struct vw_lasting *lasting = vw_allocate(1, sizeof *lasting);
     if (!lasting) return VW_ERROR_MEMORY;

@@ -32,6 +32,8 @@ struct vw_lasting_credit {
 // `psnr` is the mean of view_psnr but for rounding, and for the differences of colours: the steps at which they are
 // taken depend on what is carried back.
 struct vw_lasting;
+// VW_ERROR_USAGE, with the remedy, for a training that vw_lasting_create refuses: before it takes its steps.
+enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer);
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **lasting);
 void vw_lasting_destroy(struct vw_lasting **lasting);
 

@@ -12,7 +12,7 @@ static const char sweep_role[] = "sweep"; // of its passes, in the timers
 
 static const struct model *model_of(const struct sweep_passes *sweep) { return sweep->context->field->model; }
 
-static enum vw_status check(const struct probe_context *context) {
+enum vw_status sweep_passes_check(const struct probe_context *context) {
     const struct model *model = context->field->model;
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
@@ -276,7 +276,7 @@ enum vw_status sweep_passes_create(const struct probe_context *context, const st
                                    .measure_count = SWEEP_OF_VIEWS + views};
     sweep->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     sweep->padded_rays = model_pad_rays(context->field->model, sweep->rays);
-    enum vw_status status = check(context);
+    enum vw_status status = sweep_passes_check(context);
     if (status == VW_OK) status = create_buffers(sweep, params->batch_steps);
     if (status == VW_OK) status = create_kept(sweep);
     if (status == VW_OK) status = create_val_rays(sweep);

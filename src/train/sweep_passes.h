@@ -58,7 +58,10 @@ struct sweep_params {
     // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
-// VW_ERROR_USAGE, naming what stands against it, for half tables and for params beyond one binding.
+// VW_ERROR_USAGE, naming what stands against it, for a training that cannot be swept: with half tables, with an effect
+// that the sweep does not go back through, or with params beyond one binding.
+enum vw_status sweep_passes_check(const struct probe_context *context);
+// Checks that first.
 enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
                                    struct sweep_passes *sweep);
 // What the adjoints of single views take of the device.

@@ -274,13 +274,17 @@ static void an_edited_sweep_is_found(void **state) {
 }
 
 static void what_cannot_be_swept_is_refused(void **state) {
-    struct vw_config config = small_config(0, EPOCHS), halves = small_config(0, EPOCHS);
+    struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
     char out[300];
     halves.table_precision = VW_TABLE_FLOAT16;
     snprintf(out, sizeof out, "%s/refused", (const char *)*state);
     assert_refused(make_run(out, &halves, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
                    "--table-precision float32");
+    strcpy(posed.effects, "pose");
+    assert_refused(make_run(out, &posed, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
+                   "--effects -pose");
+    assert_false(is_there(out, "ledger.db")); // before the first step
     assert_refused(make_run(out, &config, (struct vw_run_params){.lasting = true, .train_only = true}, &observer),
                    VW_ERROR_USAGE, "lasting, which need validation");
     config.epochs = 2;
