@@ -111,6 +111,28 @@ static void pose_is_beside_what_pilots_call_for(void **state) {
     vw_scene_close(&scene);
 }
 
+// Nor do they try what a run switches off beside an effect that is named: all that they could measure is no gain.
+static void what_goes_off_beside_a_named_effect_is_not_tried(void **state) {
+    (void)state;
+    static const struct {
+        const char *effects, *not_tried; // the only one that is left to try
+    } cases[] = {{"+appearance_encoder,-sky,-unbounded,-wide_box,-occupancy", "appearance"},
+                 {"+transient,-sky,-unbounded,-wide_box,-appearance", "occupancy"}};
+    struct vw_scene *scene = detection_sky_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count;
+        struct vw_config config = small_config();
+        config.pilot_steps = 8;
+        config.loss = VW_LOSS_L2;
+        strcpy(config.effects, cases[i].effects);
+        ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+        const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, cases[i].not_tried);
+        assert_true(isnan(not_tried->evidence) && !not_tried->on);
+    }
+    vw_scene_close(&scene);
+}
+
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
 static void verdicts_repeat_bit_for_bit(void **state) {
     (void)state;
@@ -325,6 +347,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_bright_sky_is_measured),
         cmocka_unit_test(a_hidden_sky_goes),
         cmocka_unit_test(pose_is_beside_what_pilots_call_for),
+        cmocka_unit_test(what_goes_off_beside_a_named_effect_is_not_tried),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
         cmocka_unit_test(pilots_keep_to_a_tenth),

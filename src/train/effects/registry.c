@@ -33,9 +33,11 @@ static const struct effect effects[] = {
      .meaning =
          "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
-    {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true},
+    {.name = "transient", .constant = CONSTANT(transient), .conflicts = "occupancy", .meaning = on_request,
+     .on_request = true},
     {.name = "pose", .constant = CONSTANT(pose), .conflicts = "unbounded", .meaning = on_request, .on_request = true},
-    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .meaning = on_request, .on_request = true},
+    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .conflicts = "appearance",
+     .meaning = on_request, .on_request = true},
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
