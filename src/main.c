@@ -121,7 +121,7 @@ static const struct vw_command commands[] = {
 
     {VW_COMMANDS_EXPERIMENT, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",
      "Trains on every --list with the same seeds. Measures PSNR, SSIM and L1 of whole validation and test photos, "
-     "and whether lists differ by more than noise. If an appearance effect is on, it is fitted on the left half of a "
+     "and whether lists differ by more than noise. If an appearance effect is on, it comes from the left half of a "
      "photo, and only the right half is measured.\n"
      "Lists that use --scores were selected with the validation photos: only the test photos are a fair comparison, "
      "with other seeds than those of the valued run. The list random draws as many photos as the list before it, "

@@ -24,8 +24,7 @@ struct fitting {
     double *rendered, *jacobian; // per value; [NUMBERS][value]
 };
 
-// ---- The constant input's weights
-// ------------------------------------------------------------------------------------
+// ---- The constant input's weights -----------------------------------------------------------------------------------
 
 // From the first to the last column that a code shifts.
 static struct param_range shifted_range(const struct field *field) {
@@ -47,8 +46,7 @@ static enum vw_status shift(struct fitting *fitting, const double *code) {
     return vw_buffer_write(fitting->field->params, range.offset_bytes, fitting->shifted, range.size_bytes);
 }
 
-// ---- Objective
-// -------------------------------------------------------------------------------------------------------
+// ---- Objective ------------------------------------------------------------------------------------------------------
 
 // What is rendered with `code`, 0 at pixels that weigh nothing.
 static enum vw_status render(struct fitting *fitting, const double *code, double *rendered) {
@@ -78,8 +76,7 @@ static double objective(const struct fitting *fitting, const double *rendered, c
     return 0.5 * (squares / (3.0 * fitting->count) + RIDGE * ridge);
 }
 
-// ---- One step
-// --------------------------------------------------------------------------------------------------------
+// ---- One step -------------------------------------------------------------------------------------------------------
 
 static enum vw_status differentiate(struct fitting *fitting, double *code) {
     uint32_t values = 3 * fitting->count;
@@ -142,8 +139,7 @@ static enum vw_status take_step(struct fitting *fitting, double *code, double *r
     return status;
 }
 
-// ---- All of it
-// -------------------------------------------------------------------------------------------------------
+// ---- All of it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status open_fitting(struct fitting *fitting) {
     const struct model *model = fitting->field->model;
