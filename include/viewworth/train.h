@@ -45,6 +45,12 @@ enum vw_field {
     VW_FIELD_COUNT,
 };
 
+// What looks at the even samples to place importance samples.
+enum vw_coarse_network {
+    VW_COARSE_NETWORK_SHARED, // the field itself
+    VW_COARSE_NETWORK_OWN,    // a network of its shape, trained beside it by its own colours (NeRF); of VW_FIELD_MLP
+};
+
 // How the hash grid's features are stored and read; there is no other copy of them. Arithmetic and moments are float32
 // in both.
 enum vw_table_precision {
@@ -70,7 +76,8 @@ struct vw_config {
     // Per ray, up to 4096, placed where the even ones show matter: training and rendering take these alone then. 0:
     // none
     uint32_t importance_samples;
-    uint32_t val_rays; // in total; the rays that appearance is fitted on are not counted
+    enum vw_coarse_network coarse_network; // VW_COARSE_NETWORK_SHARED without importance samples
+    uint32_t val_rays;                     // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double beta_min;     // least uncertainty of a colour with the effect transient, 0.001 to 10
@@ -119,7 +126,8 @@ struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 // Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
 // without `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are
-// absent; without `importance_samples` there are none, without `learning_rate_decay` the rate is constant.
+// absent; without `importance_samples` there are none, without `coarse_network` it is shared,
+// without `learning_rate_decay` the rate is constant.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
@@ -128,6 +136,7 @@ const char *vw_loss_name(enum vw_loss loss);                            // "l1",
 const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"
 const char *vw_vary_name(enum vw_vary vary);                            // "all", "order", ..., "all,validation"
+const char *vw_coarse_network_name(enum vw_coarse_network network);     // "shared", "own"
 const char *vw_table_precision_name(enum vw_table_precision precision); // "float32", "float16"
 
 // ---- Effects (decision 7) ----

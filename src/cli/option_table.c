@@ -12,6 +12,9 @@ static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_l
 static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *coarse_network_choice(uint32_t choice) {
+    return vw_coarse_network_name((enum vw_coarse_network)choice);
+}
 static const char *table_precision_choice(uint32_t choice) {
     return vw_table_precision_name((enum vw_table_precision)choice);
 }
@@ -21,7 +24,7 @@ static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name(
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
                    sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
                    sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
-                   sizeof(enum vw_field) == sizeof(uint32_t),
+                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) .kind = VW_OPTION_##type, .offset = offsetof(struct vw_options, field)
@@ -215,6 +218,11 @@ const struct vw_option vw_option_table[] = {
      "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and rendering "
      "take these alone then; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
+    {"coarse-network", NULL,
+     "What shows where --importance-samples go: the field itself, or with --field mlp a coarse network of its shape, "
+     "which is trained beside it, as in NeRF",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     CHOICE(config.coarse_network, coarse_network_choice, VW_COARSE_NETWORK_OWN)},
     {"val-rays", "N", "Validation rays in total; every validation photo gets at least 32", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,

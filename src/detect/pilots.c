@@ -40,6 +40,7 @@ struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) 
         config.width = vw_config_default.width;
         config.mlp_depth = vw_config_default.mlp_depth;
         config.frequencies = vw_config_default.frequencies;
+        config.coarse_network = VW_COARSE_NETWORK_SHARED;
     }
     config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
     config.learning_rate_decay = 1.0;

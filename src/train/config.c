@@ -50,6 +50,7 @@ static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
 static const char *const vary_names[] = {"all", "order", "pixels", "init", "validation", "all,validation"};
+static const char *const coarse_network_names[] = {"shared", "own"};
 static const char *const table_precision_names[] = {"float32", "float16"};
 
 const char *vw_field_name(enum vw_field field) { return field_names[field]; }
@@ -57,6 +58,7 @@ const char *vw_loss_name(enum vw_loss loss) { return loss_names[loss]; }
 const char *vw_optimizer_name(enum vw_optimizer optimizer) { return optimizer_names[optimizer]; }
 const char *vw_background_name(enum vw_background_form form) { return background_names[form]; }
 const char *vw_vary_name(enum vw_vary vary) { return vary_names[vary]; }
+const char *vw_coarse_network_name(enum vw_coarse_network network) { return coarse_network_names[network]; }
 const char *vw_table_precision_name(enum vw_table_precision precision) { return table_precision_names[precision]; }
 
 static bool varies_all(const struct vw_config *config) {
@@ -173,6 +175,12 @@ static enum vw_status check_together(const struct vw_config *config) {
          config->growth != grid->growth || config->table_precision != grid->table_precision))
         return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution, --growth and "
                                        "--table-precision: need --field hash");
+    if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP)
+        return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; take --coarse-network shared",
+                       vw_field_name(config->field));
+    if (config->coarse_network == VW_COARSE_NETWORK_OWN && !config->importance_samples)
+        return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --importance-samples above 0, which it places; "
+                                       "take --coarse-network shared");
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
@@ -239,6 +247,9 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     }
     if (config->field != VW_FIELD_HASH) // likewise
         failed = failed || json_object_set_new(object, "field", json_string(vw_field_name(config->field)));
+    if (config->coarse_network != VW_COARSE_NETWORK_SHARED) // likewise
+        failed = failed || json_object_set_new(object, "coarse_network",
+                                               json_string(vw_coarse_network_name(config->coarse_network)));
     if (config->table_precision != VW_TABLE_FLOAT32) // likewise
         failed = failed || json_object_set_new(object, "table_precision",
                                                json_string(vw_table_precision_name(config->table_precision)));
@@ -302,6 +313,11 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     if (status == VW_OK && json_object_get(object, "field")) {
         status = name_from_json(object, "field", field_names, VW_ARRAY_COUNT(field_names), &choice);
         if (status == VW_OK) parsed.field = (enum vw_field)choice;
+    }
+    if (status == VW_OK && json_object_get(object, "coarse_network")) {
+        status = name_from_json(object, "coarse_network", coarse_network_names, VW_ARRAY_COUNT(coarse_network_names),
+                                &choice);
+        if (status == VW_OK) parsed.coarse_network = (enum vw_coarse_network)choice;
     }
     if (status == VW_OK && json_object_get(object, "table_precision")) {
         status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names),

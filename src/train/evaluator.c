@@ -71,7 +71,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
     const struct field_pass_params field = {
         .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
     evaluator->passes.specialization = specialization;
-    if (status == VW_OK) status = importance_create(evaluator->field, &field, &evaluator->importance);
+    if (status == VW_OK) status = importance_create(evaluator->field, &field, NULL, &evaluator->importance);
     const struct vw_pass_params encoder = {.specialization = (const uint32_t *)&specialization,
                                            .specialization_count = VW_SPECIALIZATION_COUNT,
                                            .bindings = bindings,

@@ -11,19 +11,29 @@ enum vw_status importance_create_places(const struct field *field, uint32_t rays
     return vw_buffer_create(field->gpu, &params, places);
 }
 
-enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
-                                 struct importance *importance) {
-    struct vw_specialization even = *params->specialization;
-    if (!even.importance) return VW_OK;
-    struct field_pass_params of_even = *params;
+static struct vw_specialization specialise(const struct model *model, const struct vw_specialization *of_step) {
+    struct vw_specialization even = *of_step;
     even.samples = even.strata;
     even.importance = even.stores_rows = 0;
     even.effect_transient = 0; // places are where the field itself has matter, as in NeRF-W
+    if (model->coarse_columns) even.effect_appearance_code = even.effect_appearance_encoder = 0; // no codes, as there
+    return even;
+}
+
+enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
+                                 const struct vw_shader *backward_rays, struct importance *importance) {
+    const struct model *model = field->model;
+    if (!params->specialization->importance) return VW_OK;
+    const struct vw_specialization even = specialise(model, params->specialization);
+    struct field_pass_params of_even = *params;
     of_even.specialization = &even;
-    of_even.backward = false;
+    of_even.backward = backward_rays && model->coarse_columns;
     of_even.role = params->role ? even_validation_role : even_role;
     importance->even.specialization = even;
-    enum vw_status status = field->model->kind->create_passes(field, &of_even, &importance->even);
+    importance->even.first_column = model->coarse_column;
+    enum vw_status status = model->kind->create_passes(field, &of_even, &importance->even);
+    if (status == VW_OK && of_even.backward)
+        status = field_pass_create(field->gpu, &of_even, backward_rays, &even, &importance->backward_rays);
     return status == VW_OK ? field_pass_create(field->gpu, params, &vw_shader_place_samples, params->specialization,
                                                &importance->place)
                            : status;
@@ -32,11 +42,18 @@ enum vw_status importance_create(const struct field *field, const struct field_p
 void importance_destroy(struct importance *importance) {
     field_passes_destroy(&importance->even);
     vw_pass_destroy(&importance->place);
+    vw_pass_destroy(&importance->backward_rays);
 }
 
 void importance_record(const struct model *model, const struct importance *importance, struct vw_batch *batch,
                        const struct vw_push_samples *chunk) {
     if (!importance->place) return;
-    model->kind->record_forward(model, &importance->even, batch, &(struct field_chunk){.rays = chunk});
+    const struct field_chunk samples = {.rays = chunk};
+    model->kind->record_forward(model, &importance->even, batch, &samples);
     vw_batch_dispatch(batch, importance->place, chunk, sizeof *chunk, chunk->ray_count);
+    if (!importance->backward_rays) return;
+    // Into the buffers of the step, which its own backward_rays overwrites: so the step's loss, and the gradients of
+    // the sky and of what belongs to photos, are those of the placed samples.
+    vw_batch_dispatch(batch, importance->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    model->kind->record_backward(model, &importance->even, batch, &samples);
 }

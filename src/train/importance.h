@@ -1,7 +1,8 @@
 // Samples placed where the field has matter (--importance-samples). Before a chunk of rays goes forward, its even
-// samples are rendered without a way back, and place_samples lists all places of the chunk, which the passes behind it
-// read. NeRF (Mildenhall et al., ECCV 2020, section 5.2) renders the even samples by a network of their own; here one
-// field serves both.
+// samples are rendered, and place_samples lists all places of the chunk, which the passes behind it read. The field
+// itself renders them, without a way back; or, as in NeRF (Mildenhall et al., ECCV 2020, section 5.2), a coarse network
+// of the same shape (--coarse-network own), which a step trains by the loss of its own colours against the same pixels,
+// NeRF's equation 6. No gradient goes through the places.
 #ifndef VIEWWORTH_TRAIN_IMPORTANCE_H
 #define VIEWWORTH_TRAIN_IMPORTANCE_H
 
@@ -13,16 +14,19 @@ extern const char even_role[], even_validation_role[]; // of the field's passes 
 
 struct importance {
     struct field_passes even;
-    struct vw_pass *place; // NULL without importance samples
+    struct vw_pass *place;         // NULL without importance samples
+    struct vw_pass *backward_rays; // of the even samples; NULL where no coarse network is trained
 };
 
 // The listed places of a chunk; NULL without importance samples. To be bound at VW_SLOT_KEPT_SAMPLES.
 enum vw_status importance_create_places(const struct field *field, uint32_t rays, struct vw_buffer **places);
-// For passes of this specialization over these bindings, with `role` as theirs.
+// For passes of this specialization over these bindings, with `role` as theirs. `backward_rays`: what trains a coarse
+// network, if there is one; NULL where nothing is trained.
 enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
-                                 struct importance *importance);
+                                 const struct vw_shader *backward_rays, struct importance *importance);
 void importance_destroy(struct importance *importance);
-// Records the placing of a chunk's samples. Does nothing without importance samples.
+// Records the placing of a chunk's samples, and the way back of a coarse network. Does nothing without importance
+// samples.
 void importance_record(const struct model *model, const struct importance *importance, struct vw_batch *batch,
                        const struct vw_push_samples *chunk);
 

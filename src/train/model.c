@@ -79,6 +79,15 @@ static void lay_out_sky(struct model *model) {
 }
 
 // Behind the sky: update_weights moves this too.
+static void lay_out_coarse(struct model *model) {
+    if (!model->coarse_columns) return;
+    model->coarse_column = model->moved_columns;
+    model->coarse = (struct param_range){"coarse", model->param_bytes, 16 * (uint64_t)model->coarse_columns};
+    model->moved_columns += model->coarse_columns;
+    model->param_bytes += model->coarse.size_bytes;
+}
+
+// Behind the coarse network, likewise.
 static void lay_out_visibility(struct model *model) {
     if (!model->specialization.effect_visibility) return;
     model->specialization.visibility_column = model->moved_columns;
@@ -199,6 +208,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     s->field_columns = model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
     lay_out_sky(model);
+    lay_out_coarse(model);
     lay_out_visibility(model);
     lay_out_encoder(model);
     lay_out_photos(scene, trained, model);
@@ -214,8 +224,8 @@ void model_initialise(const struct model *model, uint64_t seed, void *params) {
     uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
     const struct drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
                                 seed};
-    model->kind->initialise(model, &drawn, params);
     memset((char *)params + end, 0, model->param_bytes - end);
+    model->kind->initialise(model, &drawn, params);
     // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
     // second visit on.
     if (model->code_weights.size_bytes)

@@ -34,11 +34,15 @@ struct model {
     struct param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
     struct param_range
         sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
+    // Of a network of their own for the even samples (--coarse-network own), empty without it: behind the sky, vec4
+    // columns as the field lays them out, moved as weights are.
+    struct param_range coarse;
+    uint32_t coarse_columns, coarse_column; // how many, which the field says; which is its first
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
     // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
     // transient_codes: vec4 [view][TRANSIENT_CODE4].
     struct param_range appearance, code_weights, codes, transient_codes;
-    // Of the effect visibility, empty without it: its network, behind the sky; vec4 [view]
+    // Of the effect visibility, empty without it: its network, behind these; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
     struct param_range visibility, visibility_codes;
     struct param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
@@ -54,7 +58,7 @@ struct model {
     bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // of the networks, the head of the effect transient among them
-    uint32_t moved_columns;        // by update_weights: theirs, the sky's and those of visibility
+    uint32_t moved_columns;        // by update_weights: theirs, the sky's, coarse ones and those of visibility
     uint32_t partial_columns;      // whose partial sums are held at a time
     uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one

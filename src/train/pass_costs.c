@@ -88,14 +88,22 @@ static void add_encoder_gradient(const struct model *model, struct vw_pass_cost 
     for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
 }
 
-// Of the even samples of `rays`, by which importance samples are placed.
+// Of the even samples of `rays`, by which importance samples are placed. None of them has transients.
 static void add_placing(const struct model *model, double rays, uint32_t chunks, const char *role,
                         struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;
     if (!s->importance) return;
-    const struct field_work work = {
-        .samples = rays * s->strata, .chunks = chunks, .role = role ? even_validation_role : even_role};
-    model->kind->list_forward_costs(model, &work, costs, count);
+    struct model even = *model;
+    even.specialization.effect_transient = 0;
+    const struct field_work work = {.samples = rays * s->strata,
+                                    .chunks = chunks,
+                                    .role = role ? even_validation_role : even_role,
+                                    .stores_rows = model->coarse_columns && !role};
+    model->kind->list_forward_costs(&even, &work, costs, count);
+    if (work.stores_rows) {
+        pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", work.role, chunks, 0, work.samples * 56});
+        model->kind->list_backward_costs(&even, &work, costs, count);
+    }
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"place_samples", role, chunks, 0,
                                         rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});

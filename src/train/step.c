@@ -97,8 +97,8 @@ bool step_has_ray_effects(const struct vw_specialization *s) {
     return s->effect_sky || s->effect_appearance || s->effect_visibility;
 }
 
-static const struct vw_shader *backward_shader(const struct vw_specialization *s) {
-    if (s->effect_transient)
+static const struct vw_shader *backward_shader(const struct vw_specialization *s, bool transient) {
+    if (transient)
         return step_has_ray_effects(s) ? &vw_shader_backward_transient_effects : &vw_shader_backward_transient;
     return step_has_ray_effects(s) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
 }
@@ -115,7 +115,7 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_generate_rays, &gradient->generate},
-        {backward_shader(specialization), &gradient->backward_rays},
+        {backward_shader(specialization, specialization->effect_transient), &gradient->backward_rays},
         {&vw_shader_gradient_sky, step->d_sky ? &gradient->gradient_sky : NULL},
     };
     enum vw_status status = VW_OK;
@@ -127,7 +127,9 @@ enum vw_status gradient_create(const struct step_passes *step, const struct vw_s
                                             .binding_count = count,
                                             .d_grid = step->d_grid,
                                             .backward = true};
-    if (status == VW_OK) status = importance_create(step->field, &field, &gradient->importance);
+    // Slopes that are given are of the field's colours.
+    const struct vw_shader *coarse = specialization->loss == LOSS_GIVEN ? NULL : backward_shader(specialization, false);
+    if (status == VW_OK) status = importance_create(step->field, &field, coarse, &gradient->importance);
     return status == VW_OK ? step->field->model->kind->create_passes(step->field, &field, &gradient->field) : status;
 }
 

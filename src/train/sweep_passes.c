@@ -327,9 +327,11 @@ uint64_t sweep_views_bytes(const struct sweep_passes *sweep) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Without those of visibility, which the sweep holds fixed: their adjoint and their part of gradients stay 0.
+// Without those of visibility and of a coarse network, which the sweep holds fixed: their adjoint and their part of
+// gradients stay 0. The mask and the places of samples do not follow what a step moved.
 static uint32_t moved_columns(const struct model *model) {
-    return model->moved_columns - (uint32_t)(model->visibility.size_bytes / sizeof(vw_float4));
+    uint64_t held_bytes = model->coarse.size_bytes + model->visibility.size_bytes;
+    return model->moved_columns - (uint32_t)(held_bytes / sizeof(vw_float4));
 }
 
 // `photos`: also what belongs to photos, of `rays` rays of one of them.

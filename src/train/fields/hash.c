@@ -288,7 +288,7 @@ static void record_head_back(const struct model *model, const struct field_passe
                              const struct field_chunk *chunk) {
     struct mlp_list head;
     list_head(model, &head);
-    mlp_record_layers_back(model, &head, head_of(passes), batch, chunk->rays);
+    mlp_record_layers_back(&passes->specialization, &head, head_of(passes), batch, chunk->rays);
 }
 
 void hash_record_scatter(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,

@@ -98,12 +98,13 @@ void mlp_specialise_head(const struct mlp_list *list, struct vw_specialization *
 }
 
 // Gradients by what layers give out stand in two places in turn, since one layer's is needed while the next is found.
-void mlp_list(const struct model *model, bool transient, struct mlp_list *list) {
+void mlp_list(const struct model *model, bool transient, uint32_t first_column, struct mlp_list *list) {
     const uint32_t width4 = model->trunk4, places[2] = {2, 2 + width4},
                    frequencies = model->specialization.position_frequencies;
     const struct mlp_operand none = {0}, position = {0, 3 + 6 * frequencies, MLP_NONE},
                              direction = {VW_ENCODED4(frequencies), 3 + 6 * VW_DIRECTION_FREQUENCIES, MLP_NONE};
-    *list = (struct mlp_list){.row_count = direction.row + VW_ENCODED4(VW_DIRECTION_FREQUENCIES),
+    *list = (struct mlp_list){.columns = first_column,
+                              .row_count = direction.row + VW_ENCODED4(VW_DIRECTION_FREQUENCIES),
                               .d_row_count = 2 + 2 * width4,
                               .d_heads = {0, 1}};
     struct mlp_operand trunk = position;
@@ -146,7 +147,12 @@ static void lay_out(const struct vw_config *config, struct model *model) {
     model->trunk4 = config->width / 4;
     s->width4 = model->trunk4 / 2; // of the colour layer, which codes shift
     s->position_frequencies = config->frequencies;
-    mlp_list(model, s->effect_transient, &list);
+    if (config->coarse_network == VW_COARSE_NETWORK_OWN) {
+        mlp_list(model, false, 0, &list);
+        mlp_count(&list, &model->partial_columns, &model->param_count);
+        model->coarse_columns = list.columns;
+    }
+    mlp_list(model, s->effect_transient, 0, &list);
     mlp_count(&list, &model->partial_columns, &model->param_count);
     if (s->effect_transient) mlp_specialise_head(&list, s);
     model->weight_columns = list.columns;
@@ -163,8 +169,8 @@ static enum vw_status fit(const struct vw_config *config, const struct device_ch
     (void)choices;
     model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
-             partials = 16 * model->partial_columns * slices;
-    if (model->weights.size_bytes > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)
+             partials = 16 * model->partial_columns * slices, moved = 16 * (uint64_t)model->moved_columns;
+    if (moved > limits->storage_binding_bytes || partials > limits->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
                        "--width: the layers' gradients take %llu bytes, the device binds %llu; lower it",
                        (unsigned long long)partials, (unsigned long long)limits->storage_binding_bytes);
@@ -192,8 +198,11 @@ void mlp_initialise(const struct mlp_list *list, const struct drawn *drawn, floa
 static void initialise(const struct model *model, const struct drawn *drawn, void *params) {
     struct mlp_list list;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    mlp_list(model, model->specialization.effect_transient, &list);
+    mlp_list(model, model->specialization.effect_transient, 0, &list);
     memset(weights, 0, model->weights.size_bytes);
+    mlp_initialise(&list, drawn, weights);
+    if (!model->coarse_columns) return;
+    mlp_list(model, false, model->coarse_column, &list);
     mlp_initialise(&list, drawn, weights);
 }
 
@@ -295,7 +304,7 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
     for (size_t i = 0; i < VW_ARRAY_COUNT(others) && status == VW_OK; i++)
         if (others[i].needed)
             status = field_pass_create(field->gpu, params, others[i].shader, s, &passes->passes[others[i].place]);
-    mlp_list(field->model, s->effect_transient, &list);
+    mlp_list(field->model, s->effect_transient, passes->first_column, &list);
     return status == VW_OK ? mlp_create_layers(field, params, &list, layers_of(passes)) : status;
 }
 
@@ -341,17 +350,18 @@ static void record_forward(const struct model *model, const struct field_passes 
                            const struct field_chunk *chunk) {
     struct mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    mlp_list(model, passes->specialization.effect_transient, &list);
+    mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
     vw_batch_dispatch(batch, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
     if (passes->passes[FEED]) vw_batch_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
     mlp_record_layers(&list, layers_of(passes), batch, samples);
     vw_batch_dispatch(batch, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
 }
 
-static void record_gradient(const struct model *model, struct mlp_passes places, struct vw_batch *batch,
-                            const struct vw_push_samples *rays, const struct mlp_matrix *matrix) {
-    uint32_t samples = rays->ray_count * model->specialization.samples;
-    uint64_t slices = samples / model->specialization.slice_samples;
+static void record_gradient(const struct vw_specialization *specialization, struct mlp_passes places,
+                            struct vw_batch *batch, const struct vw_push_samples *rays,
+                            const struct mlp_matrix *matrix) {
+    uint32_t samples = rays->ray_count * specialization->samples;
+    uint64_t slices = samples / specialization->slice_samples;
     const struct vw_push_matrix push = {.first_weight = matrix->first_weight,
                                         .in_row = matrix->in_row,
                                         .out_row = matrix->d_out_row,
@@ -380,14 +390,14 @@ static void record_back(const struct vw_pass *pass, struct vw_batch *batch, uint
     record_multiply(batch, pass, backward_tile(matrix), matrix->out4, push, samples);
 }
 
-void mlp_record_layers_back(const struct model *model, const struct mlp_list *list, struct mlp_passes places,
-                            struct vw_batch *batch, const struct vw_push_samples *rays) {
+void mlp_record_layers_back(const struct vw_specialization *specialization, const struct mlp_list *list,
+                            struct mlp_passes places, struct vw_batch *batch, const struct vw_push_samples *rays) {
     struct tiles tiles = list_tiles(list, true);
     struct vw_pass **back = places.passes + MLP_MULTIPLY + places.multiply_count;
-    uint64_t samples = (uint64_t)rays->ray_count * model->specialization.samples;
+    uint64_t samples = (uint64_t)rays->ray_count * specialization->samples;
     for (uint32_t i = list->count; i-- > 0;) {
         const struct mlp_matrix *matrix = &list->matrices[i];
-        record_gradient(model, places, batch, rays, matrix);
+        record_gradient(specialization, places, batch, rays, matrix);
         if (matrix->d_in_row != MLP_NONE)
             record_back(back[find_tile(&tiles, backward_tile(matrix))], batch, samples, matrix);
     }
@@ -397,9 +407,9 @@ static void record_backward(const struct model *model, const struct field_passes
                             const struct field_chunk *chunk) {
     struct mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    mlp_list(model, passes->specialization.effect_transient, &list);
+    mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
     vw_batch_dispatch(batch, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
-    mlp_record_layers_back(model, &list, layers_of(passes), batch, chunk->rays);
+    mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), batch, chunk->rays);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------
@@ -438,7 +448,7 @@ static void list_forward_costs(const struct model *model, const struct field_wor
     struct mlp_list list;
     bool transient = work->stores_rows && model->specialization.effect_transient;
     double encoded = VW_ENCODED4(model->specialization.position_frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
-    mlp_list(model, transient, &list);
+    mlp_list(model, transient, 0, &list);
     uint32_t ways = work->stores_rows ? 2 : 1;
     const struct vw_pass_cost encode = {"encode_samples", work->role, work->chunks, 0,
                                         work->samples * VW_LAYER_ROW_BYTES * encoded},
@@ -471,7 +481,7 @@ void mlp_add_backward_costs(const struct model *model, const struct mlp_list *li
 static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
                                 uint32_t *count) {
     struct mlp_list list;
-    mlp_list(model, model->specialization.effect_transient, &list);
+    mlp_list(model, model->specialization.effect_transient, 0, &list);
     mlp_add_backward_costs(model, &list, work, costs, count);
 }
 

@@ -34,7 +34,7 @@ struct mlp_matrix {
 struct mlp_list {
     struct mlp_matrix matrices[MLP_MATRICES_MAX];
     uint32_t count;
-    uint32_t columns, row_count, d_row_count; // vec4 of weights; rows of a sample
+    uint32_t columns, row_count, d_row_count; // vec4 of weights, where the list ends; rows of a sample
     struct vw_push_heads heads, d_heads;      // raw density and logits, and their gradients
     uint32_t shift_column;                    // first bias that a code shifts
     uint32_t head_depth;                      // of the head of the effect transient: layers before its last
@@ -46,8 +46,9 @@ struct mlp_operand {
 };
 
 // A function of model->depth, model->trunk4 and the frequencies of the specialization. `transient`: with the head of
-// that effect behind the other matrices, in further rows; it says where it is in the specialization.
-void mlp_list(const struct model *model, bool transient, struct mlp_list *list);
+// that effect behind the other matrices, in further rows; it says where it is in the specialization. `first_column`:
+// with which the network begins; 0, or model->coarse_column for the coarse one.
+void mlp_list(const struct model *model, bool transient, uint32_t first_column, struct mlp_list *list);
 
 // ---- Layers, also of the head of the effect transient, which both fields have
 // ----------------------------------------
@@ -71,10 +72,11 @@ struct mlp_passes {
 };
 enum vw_status mlp_create_layers(const struct field *field, const struct field_pass_params *params,
                                  const struct mlp_list *list, struct mlp_passes places);
-// Records all layers of a list forward, for so many samples; or back, through those of a chunk of rays.
+// Records all layers of a list forward, for so many samples; or back, through those of a chunk of rays, as many per ray
+// as the specialization says.
 void mlp_record_layers(const struct mlp_list *list, struct mlp_passes places, struct vw_batch *batch, uint64_t samples);
-void mlp_record_layers_back(const struct model *model, const struct mlp_list *list, struct mlp_passes places,
-                            struct vw_batch *batch, const struct vw_push_samples *rays);
+void mlp_record_layers_back(const struct vw_specialization *specialization, const struct mlp_list *list,
+                            struct mlp_passes places, struct vw_batch *batch, const struct vw_push_samples *rays);
 // Appends the head of the effect transient: code and outputs take the next rows, then come `depth` layers of `width`
 // with ReLU, and one of logits of rgb, raw density, and raw uncertainty.
 void mlp_append_head(struct mlp_list *list, struct mlp_operand features, uint32_t depth, uint32_t width);

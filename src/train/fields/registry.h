@@ -21,6 +21,7 @@ enum { FIELD_PASSES_MAX = 32 };
 // buffers of a step.
 struct field_passes {
     struct vw_specialization specialization;
+    uint32_t first_column; // of weights, of the network that they are of: 0, or model->coarse_column
     struct vw_pass *passes[FIELD_PASSES_MAX];
 };
 
@@ -53,13 +54,13 @@ struct field_kind {
     const char *name;     // as --field takes it
     bool skips_samples;   // it can do without the samples that the effect occupancy leaves out
     bool renders_in_rows; // it needs the rows of a training chunk to render, too
-    // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has. The first
-    // to be called; the specialization has config and effects.
+    // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
+    // many columns a coarse network. The first to be called; the specialization has config and effects.
     void (*lay_out)(const struct vw_config *config, struct model *model);
     // What depends on the device and on the samples of a chunk, which are known by then.
     enum vw_status (*fit)(const struct vw_config *config, const struct device_choices *choices,
                           const struct vw_gpu_limits *limits, struct model *model);
-    // Initial values of both ranges.
+    // Initial values of both ranges, and of the range coarse.
     void (*initialise)(const struct model *model, const struct drawn *drawn, void *params);
     enum vw_status (*create_passes)(const struct field *field, const struct field_pass_params *params,
                                     struct field_passes *passes);
