@@ -20,6 +20,7 @@ check "and keeps an explicit size of it" holds hash '"log2_table":8'
 check "the preset nerf trains" run value nerf "${mlp[@]}"
 check "its learning rate decays" holds nerf '"learning_rate_decay":0.1'
 check "it is of the field mlp" holds nerf '"field":"mlp"'
+check "it has a coarse network" holds nerf '"coarse_network":"own"'
 check "and keeps an explicit depth" holds nerf '"mlp_depth":2'
 check "the preset nerf-w trains" run value nerf-w "${mlp[@]}"
 check "it has codes and transients" holds nerf-w '+appearance_code,+transient'

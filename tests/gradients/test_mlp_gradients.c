@@ -1,5 +1,6 @@
-// The field mlp against its reference: what a step makes of rays, forward and back, and what validation renders. The
-// slope of the reference's loss is held against the device's gradients by finite differences.
+// The field mlp against its reference: what a step makes of rays, forward and back, and what validation renders; and
+// likewise the coarse network that shows where importance samples go, by its own colours of the even samples. The slope
+// of the reference's loss is held against the device's gradients by finite differences.
 #include "support/cmocka_test.h"
 
 #include <math.h>
@@ -40,11 +41,43 @@ static const struct step_case cases[] = {
     {.name = "whole tiles, two of them", .seed = 306, .mlp_depth = 2, .width = 128, .rays = 8, .samples = 32},
     {.name = "the highest frequencies", .seed = 307, .mlp_depth = 2, .width = 16, .frequencies = 16},
     {.name = "large weights", .seed = 308, .mlp_depth = 3, .width = 16, .weight_scale = 1.5f, .samples = 4, .rays = 64},
+    {.name = "importance samples",
+     .seed = 309,
+     .mlp_depth = 2,
+     .width = 24,
+     .frequencies = 3,
+     .samples = 7,
+     .importance_samples = 20},
+    {.name = "a coarse network with a skip, of more samples",
+     .seed = 310,
+     .mlp_depth = 6,
+     .width = 24,
+     .frequencies = 3,
+     .samples = 20,
+     .importance_samples = 8,
+     .own_coarse = true,
+     .sky = true},
+    {.name = "a coarse network beside codes, by storage buffers",
+     .seed = 311,
+     .mlp_depth = 2,
+     .width = 40,
+     .frequencies = 4,
+     .samples = 8,
+     .importance_samples = 20,
+     .own_coarse = true,
+     .appearance = true,
+     .appearance_code = true,
+     .unbounded = true,
+     .as_on_gpus = true,
+     .loss = VW_LOSS_L2},
 };
 
 struct mlp_step { // the reference of a step
     struct reference_mlp mlp;
     struct step_bench *bench;
+    bool coarse;                // of the coarse network
+    struct vw_specialization s; // with its samples
+    uint32_t first;             // float of the weights, of this network
     struct reference_step *rays;
     struct reference_mlp_sample *samples;
     double *params, *d_params, *shift;
@@ -53,9 +86,7 @@ struct mlp_step { // the reference of a step
     double loss, d_photo_shift;
 };
 
-static uint32_t sample_count(const struct mlp_step *step) {
-    return step->rays->ray_count * step->bench->config.samples;
-}
+static uint32_t sample_count(const struct mlp_step *step) { return step->rays->ray_count * step->s.samples; }
 
 static struct reference_params *read_others(const struct model *model, const float *params) {
     struct reference_params *others = vw_allocate(1, sizeof *others);
@@ -68,10 +99,30 @@ static struct reference_params *read_others(const struct model *model, const flo
     return others;
 }
 
+// The gradients of the device's step, and the loss and the activations of the field or of the coarse network, which
+// goes again, since the field's take their place.
+static void take_step(struct step_bench *bench, bool coarse) {
+    step_bench_gradients(bench, STEP);
+    if (!coarse) return;
+    const struct vw_push_samples push = step_bench_push(bench, STEP);
+    vw_batch_begin(bench->batch);
+    importance_record(&bench->model, &bench->step.gradient.importance, bench->batch, &push);
+    step_record_loss(&bench->step, bench->batch, 0);
+    step_bench_submit(bench);
+}
+
 // Of the rays that the device has made for its last step.
-static struct mlp_step *open_step(struct step_bench *bench) {
+static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
     struct mlp_step *step = vw_allocate(1, sizeof *step);
     step->bench = bench;
+    step->coarse = coarse;
+    step->s = bench->model.specialization;
+    if (coarse) {
+        step->s.samples = bench->config.samples;
+        step->s.importance = 0;
+        step->first = 4 * bench->model.coarse_column;
+        assert_int_equal(bench->model.coarse.size_bytes, bench->model.weights.size_bytes);
+    }
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &step->mlp);
     assert_int_equal(step->mlp.param_count, 4 * bench->model.weight_columns);
     step->rays = step_bench_reference(bench);
@@ -81,7 +132,7 @@ static struct mlp_step *open_step(struct step_bench *bench) {
     step->shift = vw_allocate(bench->config.width, sizeof(double));
     step->others = read_others(&bench->model, bench->params);
     const float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
-    for (uint32_t i = 0; i < step->mlp.param_count; i++) step->params[i] = weights[i];
+    for (uint32_t i = 0; i < step->mlp.param_count; i++) step->params[i] = weights[step->first + i];
     return step;
 }
 
@@ -96,19 +147,26 @@ static void close_step(struct mlp_step *step) {
     free(step);
 }
 
+// Where the importance samples of a ray are; NULL where samples are even.
+static const double *places_of(const struct mlp_step *step, uint32_t ray) {
+    return step->s.importance ? &step->rays->sample_places[ray * step->s.samples] : NULL;
+}
+
 static void list_points(const struct mlp_step *step, uint32_t ray, struct reference_point *points) {
-    const struct vw_specialization *s = &step->bench->model.specialization;
+    const struct vw_specialization *s = &step->s;
+    const struct reference_ray *line = &step->rays->rays[ray];
+    const double *places = places_of(step, ray);
     for (uint32_t i = 0; i < s->samples; i++) {
         const struct reference_mlp_sample *sample = &step->samples[ray * s->samples + i];
         memcpy(points[i].rgb, sample->rgb, sizeof points[i].rgb);
         points[i].density = sample->density;
-        points[i].length = reference_stratum_length(s, &step->rays->rays[ray], i);
+        points[i].length = places ? reference_listed_length(s, line, places, i) : reference_stratum_length(s, line, i);
     }
 }
 
 // `training`: jittered samples of step STEP, the photo's gain, bias and code, and the loss.
 static void forward(struct mlp_step *step, bool training) {
-    struct vw_specialization s = step->bench->model.specialization;
+    struct vw_specialization s = step->s;
     vw_uint4 key = model_key_of_step(&step->bench->model, STEP);
     const struct reference_photo *photo =
         training && step->others->photos ? &step->others->photos[step->bench->view] : NULL;
@@ -116,13 +174,15 @@ static void forward(struct mlp_step *step, bool training) {
     s.training = training;
     step->loss = 0.0;
     memset(step->shift, 0, step->bench->config.width * sizeof(double));
-    if (photo) reference_mix_code(4 * s.width4, step->others->code_weights, photo->code, step->shift);
+    if (photo && !step->coarse) reference_mix_code(4 * s.width4, step->others->code_weights, photo->code, step->shift);
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) {
         const struct reference_ray *line = &step->rays->rays[ray];
+        const double *places = places_of(step, ray);
         double seen[3], unused;
         for (uint32_t i = 0; i < s.samples; i++) {
             struct reference_mlp_sample *sample = &step->samples[ray * s.samples + i];
-            reference_sample_position(&s, line, i, reference_stratum_offset(&s, ray, i, key), sample->position);
+            double place = places ? places[i] : i + reference_stratum_offset(&s, ray, i, key);
+            reference_position_at(&s, line, place, sample->position);
             memcpy(sample->direction, line->direction, sizeof sample->direction);
             reference_mlp_forward(&step->mlp, step->params, step->shift, sample);
         }
@@ -140,7 +200,7 @@ static void forward(struct mlp_step *step, bool training) {
 }
 
 static void backward(struct mlp_step *step) {
-    const struct vw_specialization *s = &step->bench->model.specialization;
+    const struct vw_specialization *s = &step->s;
     struct reference_point points[64];
     struct reference_d_point d_points[64];
     struct reference_photo d_photo = {0};
@@ -176,8 +236,8 @@ static void encodings_match_the_reference(void **state) {
     (void)state;
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
-        step_bench_gradients(bench, STEP);
-        struct mlp_step *step = open_step(bench);
+        take_step(bench, false);
+        struct mlp_step *step = open_step(bench, false);
         forward(step, true);
         float *rows = step_bench_read(bench, bench->field.rows);
         uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies,
@@ -227,66 +287,74 @@ static void adopt_gates(struct mlp_step *step) {
     free(rows);
 }
 
-static void gradients_match_the_reference(void **state) {
-    (void)state;
+static void check_gradients(struct step_bench *bench, bool coarse) {
+    take_step(bench, coarse);
+    struct mlp_step *step = open_step(bench, coarse);
+    forward(step, true);
+    adopt_gates(step);
+    backward(step);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    assert_true(scalars->z == 0.0f);
+    double tolerance = tolerance_of(bench);
+    check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, step->loss, 0.2 * tolerance * step->loss);
+    for (uint32_t l = 0; l < step->mlp.count; l++) {
+        const struct reference_layer *layer = &step->mlp.layers[l];
+        uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
+        double most = largest(step->d_params + layer->first_at, end - layer->first_at);
+        assert_true(most > 0.0);
+        for (uint32_t i = layer->first_at; i < end; i++)
+            check_value(bench->where, layer->name, i, d_weights[step->first + i], step->d_params[i], tolerance * most);
+    }
+    free(d_weights);
+    free(scalars);
+    close_step(step);
+}
+
+static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
-        step_bench_gradients(bench, STEP);
-        struct mlp_step *step = open_step(bench);
-        forward(step, true);
-        adopt_gates(step);
-        backward(step);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
-        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        assert_true(scalars->z == 0.0f);
-        double tolerance = tolerance_of(bench);
-        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, step->loss, 0.2 * tolerance * step->loss);
-        for (uint32_t l = 0; l < step->mlp.count; l++) {
-            const struct reference_layer *layer = &step->mlp.layers[l];
-            uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
-            double most = largest(step->d_params + layer->first_at, end - layer->first_at);
-            assert_true(most > 0.0);
-            for (uint32_t i = layer->first_at; i < end; i++)
-                check_value(bench->where, layer->name, i, d_weights[i], step->d_params[i], tolerance * most);
-        }
-        free(d_weights);
-        free(scalars);
-        close_step(step);
+        for (int coarse = 0; coarse <= (int)cases[c].own_coarse; coarse++) check(bench, coarse);
         step_bench_close(bench);
     }
 }
 
+static void gradients_match_the_reference(void **state) {
+    (void)state;
+    in_every_case(check_gradients);
+}
+
 // Moving each weight up where the device says that the loss rises, and down where it says that it falls, raises the
 // reference's loss by the sum of all magnitudes.
+static void check_slopes(struct step_bench *bench, bool coarse) {
+    take_step(bench, coarse);
+    struct mlp_step *step = open_step(bench, coarse);
+    float *all = step_bench_read(bench, bench->step.d_weights), *d_weights = all + step->first;
+    for (uint32_t l = 0; l < step->mlp.count && bench->config.frequencies <= 10; l++) {
+        const struct reference_layer *layer = &step->mlp.layers[l];
+        uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
+        double magnitudes = 0.0, losses[2];
+        const double distance = 1e-6;
+        for (uint32_t i = layer->first_at; i < end; i++) magnitudes += fabs(d_weights[i]);
+        for (int ahead = 0; ahead < 2; ahead++) {
+            double by = ahead ? distance : -distance;
+            for (uint32_t i = layer->first_at; i < end; i++)
+                step->params[i] += by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
+            forward(step, true);
+            losses[ahead] = step->loss;
+            for (uint32_t i = layer->first_at; i < end; i++)
+                step->params[i] -= by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
+        }
+        check_value(bench->where, layer->name, l, magnitudes, (losses[1] - losses[0]) / (2.0 * distance),
+                    0.01 * magnitudes);
+    }
+    free(all);
+    close_step(step);
+}
+
 static void the_loss_changes_as_the_gradients_say(void **state) {
     (void)state;
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        step_bench_gradients(bench, STEP);
-        struct mlp_step *step = open_step(bench);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
-        for (uint32_t l = 0; l < step->mlp.count && bench->config.frequencies <= 10; l++) {
-            const struct reference_layer *layer = &step->mlp.layers[l];
-            uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
-            double magnitudes = 0.0, losses[2];
-            const double distance = 1e-6;
-            for (uint32_t i = layer->first_at; i < end; i++) magnitudes += fabs(d_weights[i]);
-            for (int ahead = 0; ahead < 2; ahead++) {
-                double by = ahead ? distance : -distance;
-                for (uint32_t i = layer->first_at; i < end; i++)
-                    step->params[i] += by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
-                forward(step, true);
-                losses[ahead] = step->loss;
-                for (uint32_t i = layer->first_at; i < end; i++)
-                    step->params[i] -= by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
-            }
-            check_value(bench->where, layer->name, l, magnitudes, (losses[1] - losses[0]) / (2.0 * distance),
-                        0.01 * magnitudes);
-        }
-        free(d_weights);
-        close_step(step);
-        step_bench_close(bench);
-    }
+    in_every_case(check_slopes);
 }
 
 // ---- Rendering and chunks -------------------------------------------------------------------------------------------
@@ -299,8 +367,10 @@ static void rendering_matches_the_reference(void **state) {
         vw_float4 *colours = vw_allocate(bench->config.rays, sizeof *colours);
         step_bench_gradients(bench, STEP); // makes the rays, too
         assert_int_equal(evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
-        struct mlp_step *step = open_step(bench);
+        struct mlp_step *step = open_step(bench, false);
         struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+        free(step->rays->sample_places);
+        step->rays->sample_places = step_bench_sample_places(bench, evaluator->places);
         for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
         forward(step, false);
         for (uint32_t ray = 0; ray < bench->config.rays; ray++)
@@ -314,7 +384,7 @@ static void rendering_matches_the_reference(void **state) {
     }
 }
 
-static float *gradient_in_chunks(uint32_t chunk_samples, size_t *bytes) {
+static float *gradient_in_chunks(uint32_t importance_samples, uint32_t chunk_samples, size_t *bytes) {
     const struct step_case setup = {.name = "chunks",
                                     .seed = 320,
                                     .field = VW_FIELD_MLP,
@@ -322,6 +392,8 @@ static float *gradient_in_chunks(uint32_t chunk_samples, size_t *bytes) {
                                     .width = 24,
                                     .rays = 60,
                                     .samples = 16,
+                                    .importance_samples = importance_samples,
+                                    .own_coarse = importance_samples > 0,
                                     .chunk_samples = chunk_samples};
     struct step_bench *bench = step_bench_open(&setup);
     step_bench_step(bench, STEP);
@@ -333,11 +405,14 @@ static float *gradient_in_chunks(uint32_t chunk_samples, size_t *bytes) {
 
 static void the_bits_do_not_depend_on_the_chunk(void **state) {
     (void)state;
-    size_t bytes;
-    float *whole = gradient_in_chunks(0, &bytes), *parts = gradient_in_chunks(256, &bytes);
-    check_same_bits("chunks of 256 samples", "d_weights", parts, whole, bytes);
-    free(whole);
-    free(parts);
+    for (uint32_t importance_samples = 0; importance_samples <= 8; importance_samples += 8) {
+        size_t bytes; // 512: both kinds of samples fill whole workgroups
+        float *whole = gradient_in_chunks(importance_samples, 0, &bytes),
+              *parts = gradient_in_chunks(importance_samples, importance_samples ? 512 : 256, &bytes);
+        check_same_bits("chunks", "d_weights", parts, whole, bytes);
+        free(whole);
+        free(parts);
+    }
 }
 
 // ---- What is not finite ---------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@
 
 #include "support/hard_step.h"
 #include "base/memory.h"
+#include "train/fields/mlp.h"
 
 // A share of the whole weight is a sum of floats near 1; a stratum's own weight magnifies what that is off by.
 static const double SHARE_TOLERANCE = 6e-6;
@@ -146,6 +147,66 @@ static void whole_steps(struct hard_finding *finding) {
     }
 }
 
+static const struct step_case coarse_setup = {.name = "coarse network",
+                                              .seed = 322,
+                                              .rays = 70,
+                                              .field = VW_FIELD_MLP,
+                                              .mlp_depth = 2,
+                                              .width = 16,
+                                              .frequencies = 3,
+                                              .samples = 7,
+                                              .importance_samples = 20,
+                                              .own_coarse = true,
+                                              .loss = VW_LOSS_L2};
+
+// All params of the coarse network are 0, and then the bias of its raw density: the same density everywhere.
+static void make_coarse_network(struct step_bench *bench, float bias) {
+    struct mlp_list list;
+    mlp_list(&bench->model, false, bench->model.coarse_column, &list);
+    memset((char *)bench->params + bench->model.coarse.offset_bytes, 0, bench->model.coarse.size_bytes);
+    for (uint32_t i = 0; i < list.count; i++)
+        if (list.matrices[i].out == 1) bench->params[4 * (size_t)list.matrices[i].first_bias] = bias;
+    step_bench_write_params(bench);
+}
+
+// Where a step put its samples.
+static void check_places(struct hard_finding *finding, struct step_bench *bench, double density) {
+    const struct vw_specialization *s = &bench->model.specialization;
+    const struct vw_push_samples push = step_bench_push(bench, STEP);
+    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    float *places = step_bench_read(bench, bench->step.places);
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
+        const struct reference_ray line = reference_ray_of(&rays[ray]);
+        double taus[7];
+        for (uint32_t i = 0; i < 7; i++) taus[i] = density * reference_stratum_length(s, &line, i);
+        check_ray(finding, s, ray, taus, push.key, &places[ray * s->samples]);
+    }
+    free(rays);
+    free(places);
+}
+
+static void coarse_network_of(struct hard_finding *finding, float bias, bool learns) {
+    struct step_bench *bench = step_bench_open(&coarse_setup);
+    const struct param_range *field = &bench->model.weights, *coarse = &bench->model.coarse;
+    make_coarse_network(bench, bias);
+    step_bench_step(bench, STEP);
+    check_places(finding, bench, exp(bias));
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    char *after = step_bench_read(bench, bench->field.params), *before = (char *)bench->params;
+    hard_require(finding, scalars->z == 0.0f && scalars->x > 0.0f, "the step is sound");
+    for (size_t i = 0; i < bench->model.param_bytes / sizeof(float); i++)
+        hard_require(finding, isfinite(((const float *)after)[i]), "params are finite");
+    bool learned = memcmp(after + coarse->offset_bytes, before + coarse->offset_bytes, coarse->size_bytes) != 0;
+    hard_require(finding, learned == learns, "the coarse network learns where it has matter");
+    hard_require(finding, memcmp(after, before, field->size_bytes) != 0, "the field learns");
+    free(scalars);
+    free(after);
+    step_bench_close(bench);
+}
+
+static void coarse_zeros(struct hard_finding *finding) { coarse_network_of(finding, 0.0f, true); }
+static void coarse_without_matter(struct hard_finding *finding) { coarse_network_of(finding, -1e4f, false); }
+
 // A bench without importance samples has nothing of them.
 static void off(struct hard_finding *finding) {
     struct step_case plain = setup;
@@ -168,6 +229,8 @@ static const struct hard_case cases[] = {
     {"densities beyond exp", "weights that overflow", overflow},
     {"densities that are not numbers", "places that are not, and hide it", nonfinite},
     {"whole steps", "positions, lengths or chunks of other places", whole_steps},
+    {"coarse network of zeros", "gradients that stay 0 or are not finite", coarse_zeros},
+    {"coarse network without matter", "0/0 in weights and moments, a field that stands still", coarse_without_matter},
     {"no importance samples", "buffers or passes that are not needed", off},
 };
 

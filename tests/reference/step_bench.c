@@ -50,6 +50,7 @@ static struct vw_config make_config(const struct step_case *c) {
     config.rays = c->rays ? c->rays : 20;
     config.samples = c->samples ? c->samples : 32;
     config.importance_samples = c->importance_samples;
+    config.coarse_network = c->own_coarse ? VW_COARSE_NETWORK_OWN : VW_COARSE_NETWORK_SHARED;
     config.levels = c->levels ? c->levels : 8;
     config.features = c->features ? c->features : 2;
     config.log2_table = c->one_entry ? 0 : c->log2_table ? c->log2_table : 14;

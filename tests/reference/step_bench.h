@@ -15,6 +15,7 @@ struct step_case {
     uint64_t seed;
     uint32_t rays, samples;          // [20], [32]
     uint32_t importance_samples;     // [none]
+    bool own_coarse;                 // --coarse-network own
     uint32_t levels, features;       // [8], [2]
     uint32_t log2_table;             // [14]
     bool one_entry;                  // log2_table is 0: every sample falls into the same entry

@@ -179,6 +179,20 @@ static void folds_share_no_photo(void **state) {
     vw_scene_close(&scene);
 }
 
+// What the field mlp alone has is off in them.
+static void pilots_are_of_the_hash_grid(void **state) {
+    (void)state;
+    struct vw_config planned = vw_config_of_field(VW_FIELD_MLP);
+    planned.mlp_depth = 2;
+    planned.frequencies = 4;
+    planned.importance_samples = 8;
+    planned.coarse_network = VW_COARSE_NETWORK_OWN;
+    ASSERT_OK(vw_config_check(&planned));
+    const struct vw_config pilot = pilots_config(&planned, 8);
+    assert_int_equal(pilot.field, VW_FIELD_HASH);
+    ASSERT_OK(vw_config_check(&pilot));
+}
+
 // Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few
 // steps.
 static void pilots_keep_to_a_tenth(void **state) {
@@ -350,6 +364,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(what_goes_off_beside_a_named_effect_is_not_tried),
         cmocka_unit_test(verdicts_repeat_bit_for_bit),
         cmocka_unit_test(folds_share_no_photo),
+        cmocka_unit_test(pilots_are_of_the_hash_grid),
         cmocka_unit_test(pilots_keep_to_a_tenth),
         cmocka_unit_test(a_wide_box_is_seen),
         cmocka_unit_test(no_pilots_where_they_cannot_tell),

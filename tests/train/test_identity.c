@@ -40,11 +40,19 @@ static void change_epochs_of_decay(struct parts *parts) {
     parts->config.epochs++;
 }
 static void change_importance_samples(struct parts *parts) { parts->config.importance_samples = 16; }
+static void change_field(struct parts *parts) { parts->config = test_config_of(VW_FIELD_MLP); }
+static void change_importance_samples_of_mlp(struct parts *parts) {
+    change_field(parts);
+    change_importance_samples(parts);
+}
+static void change_coarse_network(struct parts *parts) {
+    change_importance_samples_of_mlp(parts);
+    parts->config.coarse_network = VW_COARSE_NETWORK_OWN;
+}
 static void change_burn_in(struct parts *parts) { parts->config.burn_in_epochs++; }
 static void change_validation(struct parts *parts) { parts->validate = false; }
 static void change_effects(struct parts *parts) { strcpy(parts->config.effects, "+background"); }
 static void change_table_precision(struct parts *parts) { parts->config.table_precision = VW_TABLE_FLOAT16; }
-static void change_field(struct parts *parts) { parts->config = test_config_of(VW_FIELD_MLP); }
 static void change_mlp_depth(struct parts *parts) {
     change_field(parts);
     parts->config.mlp_depth = 2;
@@ -98,7 +106,9 @@ static void every_part_of_a_run_names_it(void **state) {
                                                       change_frequencies,
                                                       change_decay,
                                                       change_epochs_of_decay,
-                                                      change_importance_samples};
+                                                      change_importance_samples,
+                                                      change_importance_samples_of_mlp,
+                                                      change_coarse_network};
     struct vw_gpu_info *device = (struct vw_gpu_info *)vw_gpu_get_info(test_gpu()), kept = *device;
     uint8_t ids[VW_ARRAY_COUNT(changes) + 1][VW_HASH_BYTES];
     for (size_t i = 0; i <= VW_ARRAY_COUNT(changes); i++) {

@@ -174,7 +174,7 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
     const struct model *model = step->field->model;
     const struct param_range moved = {.offset_bytes = model->weights.offset_bytes,
                                       .size_bytes = 16ull * model->moved_columns};
-    nudge_range(lasting, place, &model->grid, step->grid_moment1, extra);
+    if (step->grid_moment1) nudge_range(lasting, place, &model->grid, step->grid_moment1, extra);
     nudge_range(lasting, place, &moved, step->weight_moments, extra);
 }
 
@@ -230,12 +230,15 @@ static void a_step_says_what_it_leaves(void **state) {
         uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
         enum vw_field field;
         uint32_t importance_samples; // with which the learning rate decays
-    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
-                 {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
-                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0}, // the first 256 steps skip nothing
-                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0},
-                 {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0},
-                 {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8}};
+        enum vw_coarse_network coarse_network;
+    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED},
+                 {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED},
+                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED}, // 256 steps skip nothing
+                 {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED},
+                 {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED},
+                 {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8, VW_COARSE_NETWORK_SHARED},
+                 {"none", 0, EPOCHS, 2 << 20, VW_FIELD_MLP, 8, VW_COARSE_NETWORK_OWN},
+                 {"none", 0.9, EPOCHS, 2 << 20, VW_FIELD_MLP, 8, VW_COARSE_NETWORK_OWN}};
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config config = lasting_config_of(cases[i].field);
@@ -244,6 +247,7 @@ static void a_step_says_what_it_leaves(void **state) {
         config.epochs = cases[i].epochs;
         config.beta1 = cases[i].beta1;
         config.importance_samples = cases[i].importance_samples;
+        config.coarse_network = cases[i].coarse_network;
         if (config.importance_samples) config.samples = 8, config.learning_rate_decay = 0.3;
         strcpy(config.effects, cases[i].effects);
         struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, cases[i].memory_bytes, NULL);

@@ -21,7 +21,8 @@ static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, ui
     return NULL;
 }
 
-static void check_dispatches(enum vw_field field, uint32_t importance_samples, const char *effects, uint32_t epochs) {
+static void check_dispatches(enum vw_field field, uint32_t importance_samples, enum vw_coarse_network coarse_network,
+                             const char *effects, uint32_t epochs) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config_of(field);
     struct vw_gpu *gpu = NULL;
@@ -31,6 +32,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, c
     uint32_t cost_count = 0, timer_count = 0, matched = 0;
     config.rays = 1200; // several chunks
     config.importance_samples = importance_samples;
+    config.coarse_network = coarse_network;
     config.epochs = epochs;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
@@ -60,13 +62,14 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, c
 
 static void every_dispatch_is_accounted_for(void **state) {
     (void)state;
-    check_dispatches(VW_FIELD_HASH, 0, "none", 3);
-    check_dispatches(VW_FIELD_HASH, 16, "sky,unbounded,appearance,appearance_code", 3);
-    check_dispatches(VW_FIELD_HASH, 0, "occupancy", 16); // 80 steps: 5 refreshes
-    check_dispatches(VW_FIELD_MLP, 16, "sky,appearance,appearance_code", 3);
-    check_dispatches(VW_FIELD_HASH, 16, "transient,appearance_encoder", 3);
-    check_dispatches(VW_FIELD_HASH, 0, "pose,occupancy", 16);
-    check_dispatches(VW_FIELD_MLP, 0, "sky,appearance_code,transient", 3);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
+    check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "sky,unbounded,appearance,appearance_code", 3);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "occupancy", 16); // 80 steps: 5 refreshes
+    check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_SHARED, "sky,appearance,appearance_code", 3);
+    check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "sky,appearance,appearance_code,transient", 3);
+    check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "transient,appearance_encoder", 3);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose,occupancy", 16);
+    check_dispatches(VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance_code,transient", 3);
 }
 
 // Of a pass, for a number of rays.

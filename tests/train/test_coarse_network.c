@@ -1,0 +1,342 @@
+// The coarse network of importance samples (--coarse-network own): it learns as a field of the even samples alone does,
+// bit for bit, and the field as with the places that it shows; and through the whole trainer, files and settings.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "reference/step_bench.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+
+enum { STEPS = 4 };
+
+// ---- Steps ----------------------------------------------------------------------------------------------------------
+
+static struct step_case coarse_case(void) {
+    return (struct step_case){.name = "coarse",
+                              .seed = 601,
+                              .field = VW_FIELD_MLP,
+                              .mlp_depth = 6,
+                              .width = 24,
+                              .frequencies = 3,
+                              .rays = 60,
+                              .samples = 8,
+                              .importance_samples = 12,
+                              .own_coarse = true,
+                              .loss = VW_LOSS_L2};
+}
+
+// The case without importance samples: a field of the even ones alone.
+static struct step_case even_case(struct step_case setup) {
+    setup.importance_samples = 0;
+    setup.own_coarse = setup.appearance_code = setup.transient = setup.appearance_encoder = false;
+    return setup;
+}
+
+static float *first_of(float *params, const struct param_range *range) {
+    return params + range->offset_bytes / sizeof *params;
+}
+
+static void copy_range(const struct step_bench *from, const struct param_range *source, struct step_bench *to,
+                       const struct param_range *target) {
+    assert_int_equal(source->size_bytes, target->size_bytes);
+    memcpy(first_of(to->params, target), first_of(from->params, source), source->size_bytes);
+}
+
+// The field `even` gets the params of the coarse network of `own`, and what stands behind and before a field.
+static void take_over(const struct step_bench *own, struct step_bench *even) {
+    copy_range(own, &own->model.coarse, even, &even->model.weights);
+    copy_range(own, &own->model.sky, even, &even->model.sky);
+    copy_range(own, &own->model.appearance, even, &even->model.appearance);
+    copy_range(own, &own->model.visibility, even, &even->model.visibility);
+    copy_range(own, &own->model.visibility_codes, even, &even->model.visibility_codes);
+    step_bench_write_params(even);
+}
+
+// Its gradient is that of a field of the even samples, beside every effect: neither codes nor transients are in it.
+static void its_gradient_is_that_of_a_field_of_even_samples(void **state) {
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        struct step_case setup = coarse_case();
+        setup.sky = setup.appearance = i > 0 && i < 3;
+        setup.appearance_code = setup.visibility = i == 1;
+        setup.transient = i == 2;
+        setup.appearance_encoder = i == 3;
+        const struct step_case plain = even_case(setup);
+        struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
+        take_over(own, even);
+        step_bench_write(even, even->pixel_buffer, own->pixels); // of one photo in both
+        step_bench_gradients(own, 3);
+        step_bench_gradients(even, 3);
+        float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
+        check_same_bits(own->where, "gradient of the coarse network", d_own + 4 * (size_t)own->model.coarse_column,
+                        d_even, own->model.coarse.size_bytes);
+        free(d_own);
+        free(d_even);
+        step_bench_close(own);
+        step_bench_close(even);
+    }
+}
+
+// Also through the optimiser, step after step.
+static void it_learns_as_a_field_of_even_samples(void **state) {
+    (void)state;
+    const struct step_case setup = coarse_case(), plain = even_case(setup);
+    struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
+    take_over(own, even);
+    for (uint64_t number = 1; number <= STEPS; number++) {
+        step_bench_step(own, number);
+        step_bench_step(even, number);
+    }
+    float *params = step_bench_read(own, own->field.params), *expected = step_bench_read(even, even->field.params);
+    float *coarse = first_of(params, &own->model.coarse);
+    check_same_bits(own->where, "coarse network", coarse, expected, own->model.coarse.size_bytes);
+    assert_memory_not_equal(coarse, first_of(own->params, &own->model.coarse), own->model.coarse.size_bytes);
+    free(params);
+    free(expected);
+    step_bench_close(own);
+    step_bench_close(even);
+}
+
+// Gradients of the field and of the coarse network at these params, and the step's loss.
+struct taken {
+    float *d_weights;
+    vw_float4 *scalars;
+};
+
+static struct taken take(struct step_bench *bench) {
+    step_bench_write_params(bench);
+    step_bench_gradients(bench, 3);
+    return (struct taken){step_bench_read(bench, bench->step.d_weights), step_bench_read(bench, bench->scalars)};
+}
+
+static void forget(struct taken *taken) {
+    free(taken->d_weights);
+    free(taken->scalars);
+}
+
+// What the coarse network's colours are, changes its own gradient, and not a bit of the field's or of the step's loss.
+static void the_field_sees_nothing_of_its_colours(void **state) {
+    (void)state;
+    struct step_case setup = coarse_case();
+    setup.sky = setup.appearance = setup.visibility = true; // whose gradients are those of the field's colours
+    struct step_bench *bench = step_bench_open(&setup);
+    const struct model *model = &bench->model;
+    uint32_t end = model->coarse_column + model->coarse_columns;
+    struct taken before = take(bench);
+    float *last_bias = first_of(bench->params, &model->weights) + 4 * (size_t)(end - 1); // of the logits of rgb
+    last_bias[0] += 0.5f;
+    struct taken after = take(bench);
+    check_same_bits(bench->where, "loss", after.scalars, before.scalars, sizeof *before.scalars);
+    check_same_bits(bench->where, "gradient of field and sky", after.d_weights, before.d_weights,
+                    16 * (size_t)model->coarse_column);
+    check_same_bits(bench->where, "gradient of visibility", after.d_weights + 4 * (size_t)end,
+                    before.d_weights + 4 * (size_t)end, 16 * (size_t)(model->moved_columns - end));
+    assert_memory_not_equal(after.d_weights + 4 * (size_t)model->coarse_column,
+                            before.d_weights + 4 * (size_t)model->coarse_column, model->coarse.size_bytes);
+    forget(&before);
+    forget(&after);
+    step_bench_close(bench);
+}
+
+// With the same params in both networks, a step has the places, the loss and the gradient of one that shares them.
+static void equal_networks_place_as_one(void **state) {
+    (void)state;
+    struct step_case setup = coarse_case(), shared = setup;
+    shared.own_coarse = false;
+    struct step_bench *two = step_bench_open(&setup), *one = step_bench_open(&shared);
+    copy_range(two, &two->model.coarse, two, &two->model.weights);
+    copy_range(two, &two->model.weights, one, &one->model.weights);
+    struct taken of_two = take(two), of_one = take(one);
+    check_same_bits(two->where, "loss", of_two.scalars, of_one.scalars, sizeof *of_one.scalars);
+    check_same_bits(two->where, "gradient", of_two.d_weights, of_one.d_weights, one->model.weights.size_bytes);
+    forget(&of_two);
+    forget(&of_one);
+    step_bench_close(two);
+    step_bench_close(one);
+}
+
+// Both networks are drawn: not the same numbers.
+static void both_networks_are_drawn(void **state) {
+    (void)state;
+    const struct step_case setup = coarse_case();
+    struct step_bench *bench = step_bench_open(&setup);
+    const struct model *model = &bench->model;
+    float *params = vw_allocate(1, model->param_bytes);
+    model_initialise(model, 5, params);
+    const float *field = first_of(params, &model->weights), *coarse = first_of(params, &model->coarse);
+    uint32_t equal = 0, drawn = 0;
+    for (uint64_t i = 0; i < model->coarse.size_bytes / sizeof *params; i++) {
+        drawn += field[i] != 0.0f;
+        equal += field[i] != 0.0f && field[i] == coarse[i];
+        assert_true((field[i] == 0.0f) == (coarse[i] == 0.0f)); // biases and padding
+    }
+    assert_true(drawn > 1000 && equal < 5);
+    free(params);
+    step_bench_close(bench);
+}
+
+static void one_that_is_not_finite_marks_the_step(void **state) {
+    (void)state;
+    const struct step_case setup = coarse_case();
+    static const float wrong[] = {INFINITY, NAN, 3e38f};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
+        struct step_bench *bench = step_bench_open(&setup);
+        float *coarse = first_of(bench->params, &bench->model.coarse);
+        for (uint32_t k = 0; k < 64; k++) coarse[k] = wrong[i];
+        step_bench_write_params(bench);
+        step_bench_step(bench, 3);
+        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+        float *after = step_bench_read(bench, bench->field.params);
+        assert_true(scalars->z != 0.0f);
+        check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
+        free(scalars);
+        free(after);
+        step_bench_close(bench);
+    }
+}
+
+// ---- The whole trainer ----------------------------------------------------------------------------------------------
+
+static struct vw_config coarse_config(void) {
+    struct vw_config config = test_config_of(VW_FIELD_MLP);
+    config.samples = 8;
+    config.importance_samples = 12;
+    config.coarse_network = VW_COARSE_NETWORK_OWN;
+    return config;
+}
+
+static void a_run_learns_whatever_its_batches(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = coarse_config();
+    config.epochs = 12;
+    test_run_assert_learns(scene, &config, 0.7);
+    vw_scene_close(&scene);
+}
+
+static void a_run_in_parts_is_the_run(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
+                                          "sky,appearance_encoder,transient"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
+        struct vw_config config = coarse_config();
+        config.beta1 = 0.9;
+        config.burn_in_epochs = 0;
+        config.noise_floor = true; // which saves and restores the state on the device
+        strcpy(config.effects, effects[i]);
+        struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
+        test_run_assert_same(whole, parts);
+        test_run_free(whole);
+        test_run_free(parts);
+    }
+    vw_scene_close(&scene);
+}
+
+// Decision 1.
+static void validation_leaves_no_trace(void **state) {
+    (void)state;
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = coarse_config();
+    struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
+    assert_memory_equal(with->params, without->params, 4 * with->param_words);
+    test_run_free(with);
+    test_run_free(without);
+    vw_scene_close(&scene);
+}
+
+static float *render(struct vw_trainer *trainer) {
+    float *rgb = NULL;
+    ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
+    return rgb;
+}
+
+// The file holds both networks: another render follows when it is written from a trainer whose coarse one differs.
+static void a_saved_field_places_as_the_trained_one(void **state) {
+    (void)state;
+    char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "field.vwf");
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = coarse_config();
+    struct vw_config shared = config;
+    shared.coarse_network = VW_COARSE_NETWORK_SHARED;
+    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
+                      *loaded = test_trainer_create(scene, &config, false, 0),
+                      *wrong = test_trainer_create(scene, &shared, false, 0);
+    size_t bytes = 3 * sizeof(float) * scene->views[0].image.width_px * scene->views[0].image.height_px;
+    test_run_finish(trainer, run);
+    ASSERT_OK(vw_trainer_save_field(trainer, path));
+    ASSERT_OK(vw_trainer_load_field(loaded, path));
+    assert_int_equal(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT);
+    float *of_trained = render(trainer), *of_loaded = render(loaded);
+    assert_memory_equal(of_trained, of_loaded, bytes);
+    float *zeros = vw_allocate(1, loaded->model.coarse.size_bytes);
+    ASSERT_OK(vw_buffer_write(loaded->field.params, loaded->model.coarse.offset_bytes, zeros,
+                              loaded->model.coarse.size_bytes));
+    float *elsewhere = render(loaded);
+    assert_memory_not_equal(elsewhere, of_trained, bytes);
+    free(of_trained);
+    free(of_loaded);
+    free(zeros);
+    free(elsewhere);
+    vw_trainer_destroy(&trainer);
+    vw_trainer_destroy(&loaded);
+    vw_trainer_destroy(&wrong);
+    test_run_free(run);
+    vw_scene_close(&scene);
+    temporary_folder_remove(folder);
+}
+
+// ---- Settings -------------------------------------------------------------------------------------------------------
+
+static void a_config_survives_json(void **state) {
+    (void)state;
+    struct vw_config config = coarse_config(), back;
+    char *text = vw_config_to_json(&config, true), *whole = vw_config_to_json(&config, false);
+    assert_non_null(strstr(text, "\"coarse_network\":\"own\""));
+    ASSERT_OK(vw_config_from_json(whole, &back));
+    assert_int_equal(back.coarse_network, VW_COARSE_NETWORK_OWN);
+    free(text);
+    free(whole);
+    config.coarse_network = VW_COARSE_NETWORK_SHARED; // older runs keep their names
+    text = vw_config_to_json(&config, true);
+    assert_null(strstr(text, "coarse_network"));
+    free(text);
+}
+
+static void what_cannot_be_is_refused_by_name(void **state) {
+    (void)state;
+    struct vw_config config = coarse_config();
+    ASSERT_OK(vw_config_check(&config));
+    config.importance_samples = 0;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "--coarse-network own: needs --importance-samples above 0"));
+    config = test_config();
+    config.importance_samples = 8;
+    config.coarse_network = VW_COARSE_NETWORK_OWN;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+    assert_non_null(strstr(vw_error_message(), "--coarse-network own: needs --field mlp, not hash"));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(its_gradient_is_that_of_a_field_of_even_samples),
+        cmocka_unit_test(it_learns_as_a_field_of_even_samples),
+        cmocka_unit_test(the_field_sees_nothing_of_its_colours),
+        cmocka_unit_test(equal_networks_place_as_one),
+        cmocka_unit_test(both_networks_are_drawn),
+        cmocka_unit_test(one_that_is_not_finite_marks_the_step),
+        cmocka_unit_test(a_run_learns_whatever_its_batches),
+        cmocka_unit_test(a_run_in_parts_is_the_run),
+        cmocka_unit_test(validation_leaves_no_trace),
+        cmocka_unit_test(a_saved_field_places_as_the_trained_one),
+        cmocka_unit_test(a_config_survives_json),
+        cmocka_unit_test(what_cannot_be_is_refused_by_name),
+    };
+    return cmocka_run_group_tests_name("coarse_network", tests, NULL, step_bench_teardown);
+}
