@@ -9,38 +9,25 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 PUSH uniform Push { vw_push_photo push; };
 
-mat4 block_at(uint tap, uint out4, uint in4) {
-    uint at = ENCODER_COLUMN + column_of(push.layer) + block_of(push.layer, tap, out4, in4);
-    return mat4(weights[at], weights[at + 1u], weights[at + 2u], weights[at + 3u]);
-}
-
 #ifdef VW_BACK
 BUFFER(VW_SLOT_ENCODER_ROWS) readonly buffer Rows { vec4 rows[]; };
 BUFFER(VW_SLOT_D_ENCODER_ROWS) buffer DRows { vec4 d_rows[]; };
 
-// From the pixels whose kernels have this one at a place.
-vec4 gradient_at(uvec2 at, uint in4) {
-    vec4 sum = vec4(0.0);
-    for (uint tap = 0u; tap < ENCODER_TAPS; tap++) {
-        ivec2 twice = ivec2(at) + 1 - ivec2(tap % 3u, tap / 3u);
-        if ((twice.x & 1) != 0 || (twice.y & 1) != 0 || !is_within(twice, 2u * side_of(push.layer))) continue;
-        for (uint out4 = 0u; out4 < ENCODER4; out4++)
-            sum += d_rows[row_of(push.layer, uvec2(twice) / 2u, out4)] * block_at(tap, out4, in4);
-    }
-    return sum;
-}
+#include "kernels.glsl"
 
 void main() {
     uint index = invocation_index(), before = push.layer - 1u, side = side_of(before);
     if (index >= side * side * ENCODER4) return;
     uint pixel = index / ENCODER4, in4 = index % ENCODER4, row = row_of(before, uvec2(pixel % side, pixel / side), in4);
-    vec4 gradient = gradient_at(uvec2(pixel % side, pixel / side), in4);
+    vec4 gradient = input_gradient(push.layer, uvec2(pixel % side, pixel / side), in4);
     d_rows[row] = mix(vec4(0.0), gradient, greaterThan(rows[row], vec4(0.0)));
 }
 #else
 BUFFER(VW_SLOT_THUMBNAILS) readonly buffer Thumbnails { vec4 thumbnails[]; };
 BUFFER(VW_SLOT_ENCODER_ROWS) buffer Rows { vec4 rows[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
+
+#include "kernels.glsl"
 
 vec4 input_at(uint view, uvec2 place, uint in4) {
     if (push.layer == 0u) return thumbnails[THUMBNAIL_PIXELS * view + THUMBNAIL_SIDE * place.y + place.x];
@@ -56,7 +43,8 @@ void main() {
     for (uint tap = 0u; tap < ENCODER_TAPS; tap++) {
         ivec2 place = place_of(at, tap);
         if (!is_within(place, 2u * side)) continue;
-        for (uint in4 = 0u; in4 < inputs4_of(push.layer); in4++) sum += block_at(tap, out4, in4) * input_at(view, uvec2(place), in4);
+        for (uint in4 = 0u; in4 < inputs4_of(push.layer); in4++)
+            sum += kernel_block(push.layer, tap, out4, in4) * input_at(view, uvec2(place), in4);
     }
     rows[row_of(push.layer, at, out4)] = rectify(sum);
 }

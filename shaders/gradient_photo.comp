@@ -12,8 +12,11 @@ BUFFER(VW_SLOT_D_ENCODER_ROWS) readonly buffer DRows { vec4 d_rows[]; };
 BUFFER(VW_SLOT_D_WEIGHTS) writeonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 
+// Outside of training it is what the step has rendered.
+uint first_pixel() { return TRAINING != 0u ? THUMBNAIL_PIXELS * state.view : 0u; }
+
 vec4 input_at(uint layer, uvec2 place, uint in4) {
-    if (layer == 0u) return thumbnails[THUMBNAIL_PIXELS * state.view + THUMBNAIL_SIDE * place.y + place.x];
+    if (layer == 0u) return thumbnails[first_pixel() + THUMBNAIL_SIDE * place.y + place.x];
     return rows[row_of(layer - 1u, place, in4)];
 }
 

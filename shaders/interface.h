@@ -227,7 +227,7 @@ VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments,
 VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
 VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint
 VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
-VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction
+VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
 VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
 // The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
@@ -250,10 +250,13 @@ VW_ENUM(VW_SLOT_POSE_MOMENTS, 71) // vw_pose_moments per view
 VW_ENUM(VW_SLOT_D_POSITIONS, 72)  // vec4 per sample of a chunk: gradient by its position, of the sum over rays; overwritten
 VW_ENUM(VW_SLOT_D_POSES, 73)      // vw_pose per ray: its force and its torque; overwritten
 // The rest only with the effect appearance_encoder, see encoder.glsl.
-VW_ENUM(VW_SLOT_THUMBNAILS, 74)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos
+VW_ENUM(VW_SLOT_THUMBNAILS, 74)     // vec4 [view][THUMBNAIL_PIXELS]: what the encoder sees of photos; or of a picture alone
 VW_ENUM(VW_SLOT_ENCODER_ROWS, 75)   // vec4 [ENCODER_ROWS]: activations of the photo that was encoded last; overwritten
 VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 76) // vec4 [ENCODER_ROW_MEAN]: gradients by the sums in its convolutions; overwritten
-VW_ENUM(VW_SLOT_COUNT, 77)
+// And of the consistency loss:
+VW_ENUM(VW_SLOT_GIVEN_ROWS, 77)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
+VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 78)  // as VW_SLOT_D_WEIGHTS: of this loss alone
+VW_ENUM(VW_SLOT_COUNT, 79)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -497,6 +500,13 @@ struct vw_push_slopes {      // normalise_slopes, slope_views
 struct vw_push_photo {       // convolve_photo
     vw_uint layer;           // from 0
     vw_uint view;            // outside of training, where it is the step's
+};
+
+struct vw_push_picture {     // shrink_colours, spread_colours
+    vw_uint side;            // of the square picture that the first side^2 rays make, row by row from the top
+};
+struct vw_push_codes {       // spread_photo in its codes form
+    float slope;             // of the sum over rays by one number of a code
 };
 
 struct vw_push_peak {     // multiply_registers

@@ -1,11 +1,15 @@
 # Every compute shader that is embedded, in the order the data passes through them.
 viewworth_add_shader(generate_rays)
 viewworth_add_shader(mix_code)
-viewworth_add_shader(convolve_photo) # of the effect appearance_encoder, as the four that follow
+viewworth_add_shader(convolve_photo) # of the effect appearance_encoder, as the eight that follow
 viewworth_add_shader(convolve_photo VARIANT back DEFINE VW_BACK)
 viewworth_add_shader(pool_photo)
 viewworth_add_shader(spread_photo)
 viewworth_add_shader(gradient_photo)
+viewworth_add_shader(shrink_colours) # of its consistency loss, as the three that follow
+viewworth_add_shader(spread_photo VARIANT codes DEFINE VW_CODES)
+viewworth_add_shader(spread_colours DEFINE VW_BACK)
+viewworth_add_shader(add_gradients)
 viewworth_add_shader(predict_visibility) # of the effect, as three below
 viewworth_add_shader(refresh_occupancy) # the four that skip empty space
 viewworth_add_shader(refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two

@@ -81,6 +81,7 @@ struct vw_config {
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double beta_min;     // least uncertainty of a colour with the effect transient, 0.001 to 10
+    double consistency_weight; // of that loss beside the effect appearance_encoder, 0 to 1000; 0: none
     enum vw_optimizer optimizer;
     double learning_rate; // 1e-12 to 1e6; at the first step
     // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6

@@ -66,6 +66,7 @@ static const struct {
                             {"loss", "l2"},
                             {"lr", "0.0005"},
                             {"learning-rate-decay", "0.1"},
+                            {"consistency-weight", "0.001"},
                             {"effects", "+appearance_encoder,+visibility,-appearance,-appearance_code,-sky"},
                             {NULL, NULL}}},
     // The valuation of Cheimariotis et al. (CAIP 2025): 500 pixels of one photo a step, L1, the first epoch left out

@@ -231,6 +231,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.huber_length)},
     {"beta-min", "X", "Least uncertainty of a colour with the effect transient, a standard deviation; NeRF-W has 0.03",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.beta_min)},
+    {"consistency-weight", "X",
+     "Weight of the consistency loss beside the effect appearance_encoder: what is rendered with a photo's code has "
+     "that code again; HA-NeRF has 0.001; 0: none",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.consistency_weight)},
     {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
      VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),

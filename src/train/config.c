@@ -97,6 +97,8 @@ static const struct number {
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
     {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
     {"beta_min", "beta-min", REAL, offsetof(struct vw_config, beta_min), 0.001, 10.0, true, true},
+    {"consistency_weight", "consistency-weight", REAL, offsetof(struct vw_config, consistency_weight), 0.0, 1000.0,
+     true, true},
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
     {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0,
      true, true},

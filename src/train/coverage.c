@@ -73,7 +73,7 @@ static void draw_signs(const struct measuring *measuring, uint32_t view, uint32_
     const struct probe_context *context = measuring->context;
     uint64_t seed = vw_config_seed_of(context->config, VW_VARY_PIXELS);
     struct vw_pixel *pixels = vw_buffer_map(context->pixels);
-    pixels_draw(context->scene, view, seed, 0, pass, context->config->rays, pixels);
+    pixels_draw(context->scene, view, &(struct pixel_draw){seed, .draw = pass}, context->config->rays, pixels);
     if (!context->masks) pixels_unmask(context->scene, pixels, context->config->rays);
     for (uint32_t ray = 0; ray < context->config->rays; ray++) {
         uint32_t words[4];

@@ -166,7 +166,8 @@ uint32_t lasting_draw(const struct vw_lasting *lasting, uint64_t step, uint32_t 
     const struct probe_context *context = lasting->context;
     uint32_t rays = context->config->rays, view = schedule_view_of_step(context->schedule, step);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
-    pixels_draw(context->scene, view, vw_config_seed_of(context->config, VW_VARY_PIXELS), step, 0, rays, pixels);
+    const struct pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, 0, 0};
+    pixels_draw(context->scene, view, &drawn, rays, pixels);
     if (!context->masks) pixels_unmask(context->scene, pixels, rays);
     return index * rays;
 }

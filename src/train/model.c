@@ -98,11 +98,13 @@ static void lay_out_visibility(struct model *model) {
 }
 
 // Behind that of visibility, likewise.
-static void lay_out_encoder(struct model *model) {
+static void lay_out_encoder(const struct vw_config *config, struct model *model) {
     struct vw_specialization *s = &model->specialization;
     if (!s->effect_appearance_encoder) return;
     uint32_t columns = VW_ENCODER_COLUMNS(s->width4);
     s->encoder_column = model->moved_columns;
+    model->consistency_weight = config->consistency_weight;
+    if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
     model->param_count += 4 * (uint64_t)columns;
     model->encoder = (struct param_range){"encoder", model->param_bytes, sizeof(vw_float4) * (uint64_t)columns};
     model->moved_columns += columns;
@@ -210,7 +212,7 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     lay_out_sky(model);
     lay_out_coarse(model);
     lay_out_visibility(model);
-    lay_out_encoder(model);
+    lay_out_encoder(config, model);
     lay_out_photos(scene, trained, model);
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);

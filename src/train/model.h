@@ -47,6 +47,9 @@ struct model {
     struct param_range visibility, visibility_codes;
     struct param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
     struct param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
+    // Of its consistency loss, else 0: weight, and the side of the picture that the first rays of a step make.
+    double consistency_weight;
+    uint32_t picture_side;
     bool obeys_masks;           // its thumbnails leave out what mask files hide
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "train/effects/appearance_encoder.h"
+#include "train/effects/consistency_private.h"
 #include "train/effects/visibility_network.h"
 
 // Multiply-adds of all convolutions of the effect appearance_encoder.
@@ -41,17 +42,27 @@ void pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_c
     costs[(*count)++] = cost;
 }
 
+static void add_skipping(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
+    pass_cost_add(
+        costs, count,
+        (struct vw_pass_cost){"mark_samples", NULL, chunks, 0, n->rays * sizeof(struct vw_ray) + 4 * n->samples});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
+    pass_cost_add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
+}
+
 static void add_occupancy(const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs, uint32_t *count) {
     const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"refresh_occupancy", NULL, refreshes,
                                         cells * (16 * n->width4 * (n->encoding4 + 1) + 2 * n->gathers),
                                         cells * (n->pair_bytes * n->gathers + 8)});
-    pass_cost_add(
-        costs, count,
-        (struct vw_pass_cost){"mark_samples", NULL, chunks, 0, n->rays * sizeof(struct vw_ray) + 4 * n->samples});
-    pass_cost_add(costs, count, (struct vw_pass_cost){"place_rays", NULL, chunks, 0, 12 * n->rays});
-    pass_cost_add(costs, count, (struct vw_pass_cost){"list_samples", NULL, chunks, 0, 4 * n->rays + 4 * n->samples});
+    add_skipping(n, chunks, costs, count);
+}
+
+static void add_sky(const struct sizes *n, struct vw_pass_cost *costs, uint32_t *count) {
+    pass_cost_add(costs, count,
+                  (struct vw_pass_cost){"gradient_sky", NULL, 1, n->rays * 4 * VW_SKY_COLUMNS,
+                                        n->rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
 }
 
 static void add_visibility(const struct sizes *n, struct vw_pass_cost *costs, uint32_t *count) {
@@ -129,6 +140,40 @@ static void add_transient(const struct model *model, double samples, uint32_t ch
     pass_cost_add(costs, count, (struct vw_pass_cost){"update_transient", NULL, 1, code_weights, 4 * code_weights});
 }
 
+// Beside the field's.
+static void add_picture(const struct model *model, const struct sizes *n, uint32_t chunks, struct vw_pass_cost *costs,
+                        uint32_t *count) {
+    double pixels = 16.0 * (THUMBNAIL_PIXELS + n->rays), kernels = 4.0 * ENCODER_TAPS * ENCODER4 * THUMBNAIL_PIXELS;
+    const struct vw_pass_cost passes[] = {
+        {"generate_rays", NULL, 1, 0, n->rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))},
+        {"difference_rays", NULL, chunks, 0, n->samples * 16 + n->rays * (sizeof(struct vw_ray) + 16)},
+        {"shrink_colours", NULL, 1, 0, pixels},
+        {"spread_colours", NULL, 1, kernels, 5 * kernels + pixels},
+        {"backward_rays", NULL, chunks, 0, n->samples * 56},
+        {"add_gradients", NULL, 1, 0, 48.0 * model->moved_columns},
+    };
+    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
+    add_encoding(model, 2, NULL, costs, count);
+    add_encoder_gradient(model, costs, count);
+    if (model->sky.size_bytes) add_sky(n, costs, count);
+}
+
+// Of more than one chunk, a picture is rendered twice.
+static void add_consistency(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct model *model = step->field->model;
+    const struct sizes n = sizes_of(model, step->consistency->padded_rays);
+    uint32_t chunks = (step->consistency->padded_rays + step->chunk_rays - 1) / step->chunk_rays;
+    const struct field_work once = {.samples = n.samples, .chunks = chunks, .stores_rows = true},
+                            again = {.samples = n.samples, .chunks = chunks};
+    for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
+        if (step->occupancy.kept) add_skipping(&n, chunks, costs, count);
+        add_placing(model, n.rays, chunks, NULL, costs, count);
+        model->kind->list_forward_costs(model, time ? &again : &once, costs, count);
+    }
+    add_picture(model, &n, chunks, costs, count);
+    model->kind->list_backward_costs(model, &once, costs, count);
+}
+
 static void add_training(const struct step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct model *model = step->field->model;
     const struct sizes n = sizes_of(model, step->padded_rays);
@@ -144,10 +189,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     if (step->transient.update) add_transient(model, n.samples, chunks, costs, count);
     else pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
     model->kind->list_backward_costs(model, &work, costs, count);
-    if (model->sky.size_bytes)
-        pass_cost_add(costs, count,
-                      (struct vw_pass_cost){"gradient_sky", NULL, 1, n.rays * 4 * VW_SKY_COLUMNS,
-                                            n.rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
+    if (model->sky.size_bytes) add_sky(&n, costs, count);
     pass_cost_add(costs, count, (struct vw_pass_cost){"reduce_loss", NULL, 1, 0, 4 * n.rays});
     if (step->appearance.update_appearance) // per ray the gradient by gain and bias
         pass_cost_add(costs, count,
@@ -164,6 +206,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
         add_encoding(model, 1, NULL, costs, count);
         add_encoder_gradient(model, costs, count);
     }
+    if (step->consistency) add_consistency(step, costs, count);
     pass_cost_add(costs, count, (struct vw_pass_cost){"update_weights", NULL, 1, 0, 16.0 * model->moved_columns * 7});
     if (windows)
         pass_cost_add(costs, count,

@@ -64,17 +64,6 @@ void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32
                                                                                                                : 0.0f;
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw,
-                 uint32_t count, struct vw_pixel *pixels) {
-    const struct vw_image *image = &scene->views[view].image;
-    for (uint32_t ray = 0; ray < count; ray++) {
-        uint32_t words[4];
-        vw_random_words(seed, VW_RANDOM_PIXEL, step, ray, draw, words);
-        pixels[ray] = pixels_at(scene, view, vw_random_below(words[0], image->width_px),
-                                vw_random_below(words[1], image->height_px));
-    }
-}
-
 // The bounds of part `index` of `parts` nearly equal parts of `total`.
 static uint32_t part_begin(uint32_t index, uint32_t parts, uint32_t total) {
     return (uint32_t)((uint64_t)index * total / parts);
@@ -82,6 +71,21 @@ static uint32_t part_begin(uint32_t index, uint32_t parts, uint32_t total) {
 
 static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
+}
+
+void pixels_draw(const struct vw_scene *scene, uint32_t view, const struct pixel_draw *draw, uint32_t count,
+                 struct vw_pixel *pixels) {
+    const struct vw_image *image = &scene->views[view].image;
+    uint32_t side = draw->picture_side;
+    for (uint32_t ray = 0; ray < count; ray++) {
+        bool in_cell = ray < side * side;
+        uint32_t words[4], parts = in_cell ? side : 1, x = in_cell ? ray % side : 0, y = in_cell ? ray / side : 0;
+        vw_random_words(draw->seed, VW_RANDOM_PIXEL, draw->step, ray, draw->draw, words);
+        pixels[ray] = pixels_at(
+            scene, view,
+            draw_within(words[0], part_begin(x, parts, image->width_px), part_begin(x + 1, parts, image->width_px)),
+            draw_within(words[1], part_begin(y, parts, image->height_px), part_begin(y + 1, parts, image->height_px)));
+    }
 }
 
 struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view) {

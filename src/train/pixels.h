@@ -22,9 +22,14 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
 void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
-// is the step's own; probes take the others.
-void pixels_draw(const struct vw_scene *scene, uint32_t view, uint64_t seed, uint64_t step, uint32_t draw,
-                 uint32_t count, struct vw_pixel *pixels);
+// is the step's own; probes take the others. The first picture_side^2 of them make a picture of the photo: one in each
+// of so many equal cells, row by row from the top (0: none do).
+struct pixel_draw {
+    uint64_t seed, step;
+    uint32_t draw, picture_side;
+};
+void pixels_draw(const struct vw_scene *scene, uint32_t view, const struct pixel_draw *draw, uint32_t count,
+                 struct vw_pixel *pixels);
 
 struct pixel_columns {
     uint32_t begin, end;

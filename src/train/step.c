@@ -148,7 +148,8 @@ static enum vw_status create_encoder_passes(struct step_passes *step, const stru
                                           .bindings = bindings,
                                           .binding_count = count};
     enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &step->encoder);
-    return status == VW_OK ? encoder_gradient_create_passes(step->field->gpu, &params, &step->encoder_gradient)
+    return status == VW_OK ? encoder_gradient_create_passes(step->field->gpu, &params, &vw_shader_spread_photo,
+                                                            &step->encoder_gradient)
                            : status;
 }
 
@@ -202,9 +203,10 @@ static enum vw_status create_update_grid(struct step_passes *step, uint32_t inde
                        VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
 }
 
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels,
-                           struct vw_buffer *scalars, struct step_passes *step) {
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct schedule *schedule,
+                           struct vw_buffer *pixels, struct vw_buffer *scalars, struct step_passes *step) {
     *step = (struct step_passes){.field = field,
+                                 .schedule = schedule,
                                  .pixels = pixels,
                                  .scalars = scalars,
                                  .rays = config->rays,
@@ -219,11 +221,13 @@ enum vw_status step_create(struct field *field, const struct vw_config *config, 
     if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
     if (status == VW_OK) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
+    if (status == VW_OK) status = consistency_create(step, &step->consistency);
     if (status != VW_OK) step_destroy(step);
     return status;
 }
 
 void step_destroy(struct step_passes *step) {
+    consistency_destroy(&step->consistency);
     gradient_destroy(&step->gradient);
     vw_pass_destroy(&step->reduce_loss);
     vw_pass_destroy(&step->update_weights);
@@ -265,14 +269,19 @@ void gradient_record_forward(const struct step_passes *step, const struct field_
     model->kind->record_forward(model, passes, batch, &samples);
 }
 
-void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
-                           struct vw_batch *batch, const struct vw_push_samples *chunk) {
+void gradient_record_back(const struct step_passes *step, const struct gradient_passes *gradient,
+                          struct vw_batch *batch, const struct vw_push_samples *chunk) {
     const struct model *model = step->field->model;
     const struct field_chunk samples = {chunk, step->occupancy.kept};
-    importance_record(model, &gradient->importance, batch, chunk);
-    gradient_record_forward(step, &gradient->field, batch, chunk);
     vw_batch_dispatch(batch, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
     model->kind->record_backward(model, &gradient->field, batch, &samples);
+}
+
+void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
+                           struct vw_batch *batch, const struct vw_push_samples *chunk) {
+    importance_record(step->field->model, &gradient->importance, batch, chunk);
+    gradient_record_forward(step, &gradient->field, batch, chunk);
+    gradient_record_back(step, gradient, batch, chunk);
 }
 
 struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key) {
@@ -298,6 +307,7 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
         .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
     if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
     vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    consistency_record_rays(step->consistency, batch, &rays);
     step_record_appearance(step, batch);
     visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
@@ -307,7 +317,8 @@ void step_record_gradients(const struct step_passes *step, struct vw_batch *batc
     }
     gradient_record_sky(&step->gradient, batch, step->padded_rays);
     visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
-    encoder_gradient_record(&step->encoder_gradient, batch);
+    encoder_gradient_record(&step->encoder_gradient, NULL, batch);
+    consistency_record_gradients(step, batch, number);
 }
 
 void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {

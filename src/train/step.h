@@ -7,6 +7,7 @@
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "gpu/compute.h"
+#include "train/effects/consistency.h"
 #include "train/effects/occupancy.h"
 #include "train/effects/pose.h"
 #include "train/effects/visibility.h"
@@ -23,8 +24,11 @@ struct gradient_passes {
     struct importance importance;
 };
 
+struct schedule;
+
 struct step_passes {
     struct field *field;                // borrowed
+    struct schedule *schedule;          // borrowed; of the consistency loss
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
@@ -41,11 +45,13 @@ struct step_passes {
     struct pose pose;
     struct encoder_passes encoder;
     struct encoder_gradient encoder_gradient;
+    struct consistency *consistency; // NULL without that loss
 };
 
-// `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows; both outlive the passes.
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct vw_buffer *pixels,
-                           struct vw_buffer *scalars, struct step_passes *step);
+// `schedule` says of which photos the steps are. `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows. All
+// three outlive the passes.
+enum vw_status step_create(struct field *field, const struct vw_config *config, struct schedule *schedule,
+                           struct vw_buffer *pixels, struct vw_buffer *scalars, struct step_passes *step);
 void step_destroy(struct step_passes *step);
 
 // The state of a training: everything that a step changes and the next one starts from (params, moments, visits, and
@@ -68,6 +74,9 @@ void gradient_record_chunk(const struct step_passes *step, const struct gradient
 // Its beginning behind the placing of samples, up to their rgb and density, by these passes of the field.
 void gradient_record_forward(const struct step_passes *step, const struct field_passes *passes, struct vw_batch *batch,
                              const struct vw_push_samples *chunk);
+// Its end, from there on.
+void gradient_record_back(const struct step_passes *step, const struct gradient_passes *gradient,
+                          struct vw_batch *batch, const struct vw_push_samples *chunk);
 // The piece of `rays` that begins at `first`, up to a chunk.
 struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key);
 // What follows the last chunk of `rays`.

@@ -131,7 +131,8 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     if (status == VW_OK) status = create_field(trainer, params->choices);
     if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
     if (status == VW_OK)
-        status = step_create(&trainer->field, &trainer->config, trainer->pixels, trainer->scalars, &trainer->step);
+        status = step_create(&trainer->field, &trainer->config, &trainer->schedule, trainer->pixels, trainer->scalars,
+                             &trainer->step);
     if (status == VW_OK) status = create_validation(trainer);
     if (status == VW_OK) status = create_probes(trainer);
     return status == VW_OK ? join_submissions(trainer, params->submissions) : status;
@@ -176,11 +177,12 @@ static void record_training(struct vw_trainer *trainer, struct vw_batch *batch, 
                             uint32_t scalar_row) {
     uint32_t rays = trainer->config.rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_PIXELS);
+    struct pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
+                               .picture_side = trainer->model.picture_side};
     uint32_t view = schedule_view_of_step(&trainer->schedule, step),
              draws = probes_draws_of_step(&trainer->probes, step);
-    for (uint32_t draw = 0; draw < draws; draw++)
-        pixels_draw(trainer->scene, view, seed, step, draw, rays, pixels + draw * rays);
+    for (; drawn.draw < draws; drawn.draw++)
+        pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
     if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * draws);
     probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
     step_record(&trainer->step, batch, step, first_pixel, scalar_row);

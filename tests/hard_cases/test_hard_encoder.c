@@ -11,6 +11,7 @@
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
+#include "train/effects/consistency_private.h"
 
 static const struct step_case setup = {.name = "encoder",
                                        .seed = 521,
@@ -94,8 +95,7 @@ static void dead_units(struct hard_finding *finding) {
 }
 
 // Codes that are not finite make colours that are not: the step is skipped and says so.
-static void infinite_codes(struct hard_finding *finding) {
-    struct step_bench *bench = step_bench_open(&setup);
+static void check_infinite_codes(struct hard_finding *finding, struct step_bench *bench) {
     float *network = network_of(bench);
     for (uint32_t k = 0; k < REFERENCE_CODE; k++) network[4 * ENCODER_CODE_BIAS + k] = 3e38f;
     for (uint32_t i = 0; i < 16 * CODE4 * bench->model.specialization.width4; i++)
@@ -110,12 +110,89 @@ static void infinite_codes(struct hard_finding *finding) {
     step_bench_close(bench);
 }
 
+static void infinite_codes(struct hard_finding *finding) { check_infinite_codes(finding, step_bench_open(&setup)); }
+
+// ---- The consistency loss -------------------------------------------------------------------------------------------
+
+// Two epochs with it. Every step must be sound.
+static void train_consistently(struct hard_finding *finding, uint32_t rays) {
+    struct vw_config config = hard_run_config();
+    strcpy(config.effects, "appearance_encoder");
+    config.consistency_weight = 0.1;
+    config.rays = rays;
+    struct hard_run run = hard_train(finding, scene, &config);
+    hard_equal(finding, "flagged steps", 0, run.flagged_steps, 0.0);
+}
+
+static void picture_of_one_ray(struct hard_finding *finding) {
+    make_scene(12, 8);
+    train_consistently(finding, 1);
+    train_consistently(finding, 3);
+}
+
+static void rays_beside_a_picture(struct hard_finding *finding) {
+    make_scene(12, 8);
+    train_consistently(finding, 24);
+    train_consistently(finding, 80);
+}
+
+static void picture_finer_than_its_photo(struct hard_finding *finding) {
+    make_scene(5, 3);
+    train_consistently(finding, 64);
+    vw_scene_close(&scene);
+    make_scene(1, 1);
+    train_consistently(finding, 16);
+}
+
+// The picture is rendered all the same.
+static void pictures_of_masked_photos(struct hard_finding *finding) {
+    make_scene(12, 8);
+    for (uint32_t view = 0; view < 4; view++) {
+        scene->views[view].image.unusable = vw_allocate(12 * 8, 1);
+        memset(scene->views[view].image.unusable, 1, 12 * 8);
+    }
+    train_consistently(finding, 16);
+}
+
+static struct step_bench *open_consistent(void) {
+    struct step_case consistent = setup;
+    consistent.consistency_weight = 1.0;
+    return step_bench_open(&consistent);
+}
+
+// The codes of all photos and pictures are the same, as before the first step: L1 has no slope there.
+static void equal_codes(struct hard_finding *finding) {
+    struct step_bench *bench = open_consistent();
+    float *network = network_of(bench);
+    memset(network + 4 * ENCODER_CODE, 0, 4 * sizeof *network * (ENCODER_CODE_BIAS - ENCODER_CODE));
+    step_bench_write_params(bench);
+    step_bench_gradients(bench, 1);
+    struct consistency *it = bench->step.consistency;
+    float *own = step_bench_read(bench, it->d_weights);
+    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    for (uint32_t i = 0; i < 4 * bench->model.moved_columns; i++) hard_equal(finding, "gradient", i, own[i], 0.0);
+    for (uint32_t i = 0; i < it->padded_rays; i++) hard_equal(finding, "slope", i, rays[i].target_weight.x, 0.0);
+    free(own);
+    free(rays);
+    step_bench_close(bench);
+}
+
+static void infinite_codes_of_pictures(struct hard_finding *finding) {
+    check_infinite_codes(finding, open_consistent());
+}
+
 static const struct hard_case cases[] = {
     {"all pixels of a photo masked", "a mean over nothing", masked_photo},
     {"photos of one colour", "0/0 where nothing differs", photos_of_one_colour},
     {"photos of one pixel", "a pixel that fills all of a thumbnail", photos_of_one_pixel},
     {"units that are never above 0", "0/0 in Adam; a code that cannot move", dead_units},
     {"codes beyond the floats", "a step that no flag tells", infinite_codes},
+    {"a picture of one ray", "a thumbnail of one pixel, and padding", picture_of_one_ray},
+    {"more rays than a picture has", "rays beside it in its groups", rays_beside_a_picture},
+    {"a picture finer than its photo", "cells without a pixel", picture_finer_than_its_photo},
+    {"pictures of masked photos", "0 of rays that weigh nothing", pictures_of_masked_photos},
+    {"codes that are equal", "a slope of L1 at 0", equal_codes},
+    {"codes beyond the floats, of pictures", "a step that no flag tells", infinite_codes_of_pictures},
 };
 
 int main(void) { return hard_cases_run("encoder", cases, VW_ARRAY_COUNT(cases), tear_down); }

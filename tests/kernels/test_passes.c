@@ -90,10 +90,11 @@ static const struct vw_shader *const of_the_effect_pose[] = {&vw_shader_gradient
                                                              &vw_shader_gradient_positions_half,
                                                              &vw_shader_gradient_pose, &vw_shader_update_pose};
 
-// test_encoder_gradients does it with these.
+// test_encoder_gradients does it with these, and test_consistency_gradients with the last four.
 static const struct vw_shader *const of_the_encoder[] = {
-    &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo,
-    &vw_shader_spread_photo,   &vw_shader_gradient_photo,
+    &vw_shader_convolve_photo,     &vw_shader_convolve_photo_back, &vw_shader_pool_photo,
+    &vw_shader_spread_photo,       &vw_shader_gradient_photo,      &vw_shader_shrink_colours,
+    &vw_shader_spread_photo_codes, &vw_shader_spread_colours,      &vw_shader_add_gradients,
 };
 
 enum { BENCHES_MAX = 24 };

@@ -114,14 +114,21 @@ void reference_encode_photo(const double *network, uint32_t width, struct refere
 
 void reference_encode_photo_gradient(const double *network, uint32_t width, const struct reference_photo_encoding *it,
                                      const double *d_shift, double *d_network) {
-    static double d_outputs[ENCODER_LAYERS][REFERENCE_ENCODER_OUTPUTS];
-    double d_code[REFERENCE_CODE] = {0}, d_mean[CHANNELS] = {0};
-    memset(d_outputs, 0, sizeof d_outputs);
+    double d_code[REFERENCE_CODE] = {0};
     for (uint32_t unit = 0; unit < width; unit++)
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
             d_network[shift_at(unit, k)] += d_shift[unit] * it->code[k];
             d_code[k] += d_shift[unit] * network[shift_at(unit, k)];
         }
+    reference_code_gradient(network, it, d_code, d_network, NULL);
+}
+
+void reference_code_gradient(const double *network, const struct reference_photo_encoding *it, const double *d_code,
+                             double *d_network, double d_thumbnail[THUMBNAIL_PIXELS][4]) {
+    static double d_outputs[ENCODER_LAYERS][REFERENCE_ENCODER_OUTPUTS];
+    double d_mean[CHANNELS] = {0};
+    memset(d_outputs, 0, sizeof d_outputs);
+    if (d_thumbnail) memset(d_thumbnail, 0, THUMBNAIL_PIXELS * sizeof *d_thumbnail);
     for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
         d_network[4 * ENCODER_CODE_BIAS + k] += d_code[k];
         for (uint32_t in = 0; in < CHANNELS; in++) {
@@ -135,11 +142,43 @@ void reference_encode_photo_gradient(const double *network, uint32_t width, cons
                                       .inputs = inputs_to(it, layer),
                                       .d_outputs = d_outputs[layer],
                                       .d_network = d_network,
-                                      .d_inputs = layer ? d_outputs[layer - 1] : NULL};
+                                      .d_inputs = layer         ? d_outputs[layer - 1]
+                                                  : d_thumbnail ? d_thumbnail[0]
+                                                                : NULL};
         for (uint32_t i = 0; i < (uint32_t)REFERENCE_ENCODER_OUTPUTS >> 2 * layer; i++) {
             if (it->outputs[layer][i] <= 0.0) d_outputs[layer][i] = 0.0;
             d_network[bias_at(layer, i % CHANNELS)] += d_outputs[layer][i];
         }
         visit(layer, add_gradients, &values);
     }
+}
+
+// ---- Pictures of the consistency loss ------------------------------------------------------------------------------
+
+// Along one axis, of a thumbnail's pixel.
+static double share_of(uint32_t thumbnail_at, uint32_t picture_at, double side) {
+    double begin = fmax(thumbnail_at / (double)THUMBNAIL_SIDE, picture_at / side),
+           end = fmin((thumbnail_at + 1.0) / THUMBNAIL_SIDE, (picture_at + 1.0) / side);
+    return fmax(end - begin, 0.0) * THUMBNAIL_SIDE;
+}
+
+static double area_share(uint32_t pixel, uint32_t cell, uint32_t side) {
+    return share_of(pixel % THUMBNAIL_SIDE, cell % side, side) * share_of(pixel / THUMBNAIL_SIDE, cell / side, side);
+}
+
+void reference_picture_thumbnail(uint32_t side, const double (*colours)[3], double thumbnail[THUMBNAIL_PIXELS][4]) {
+    memset(thumbnail, 0, THUMBNAIL_PIXELS * sizeof *thumbnail);
+    for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++)
+        for (uint32_t cell = 0; cell < side * side; cell++) {
+            double share = area_share(i, cell, side);
+            for (int c = 0; c < 3; c++) thumbnail[i][c] += share * (2.0 * colours[cell][c] - 1.0);
+            thumbnail[i][3] += share;
+        }
+}
+
+void reference_picture_gradient(uint32_t side, double d_thumbnail[THUMBNAIL_PIXELS][4], double (*d_colours)[3]) {
+    memset(d_colours, 0, side * side * sizeof *d_colours);
+    for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++)
+        for (uint32_t cell = 0; cell < side * side; cell++)
+            for (int c = 0; c < 3; c++) d_colours[cell][c] += 2.0 * area_share(i, cell, side) * d_thumbnail[i][c];
 }

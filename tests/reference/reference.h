@@ -246,6 +246,13 @@ void reference_encode_photo_gradient(const double *network, uint32_t width,
                                      const struct reference_photo_encoding *encoding, const double *d_shift,
                                      double *d_network);
 
+// From the gradient by the code alone; d_thumbnail is overwritten, and may be NULL.
+void reference_code_gradient(const double *network, const struct reference_photo_encoding *encoding,
+                             const double *d_code, double *d_network, double d_thumbnail[THUMBNAIL_PIXELS][4]);
+// Of a square picture of so many rendered colours a side, and back. Overwritten.
+void reference_picture_thumbnail(uint32_t side, const double (*colours)[3], double thumbnail[THUMBNAIL_PIXELS][4]);
+void reference_picture_gradient(uint32_t side, double d_thumbnail[THUMBNAIL_PIXELS][4], double (*d_colours)[3]);
+
 // ---- fixed_point.c --------------------------------------------------------------------------------------------------
 
 // What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's

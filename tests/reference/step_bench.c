@@ -60,6 +60,7 @@ static struct vw_config make_config(const struct step_case *c) {
     if (c->mlp_depth) config.mlp_depth = c->mlp_depth;
     if (c->frequencies) config.frequencies = c->frequencies;
     config.loss = c->loss;
+    config.consistency_weight = c->consistency_weight;
     if (c->beta_min > 0.0) config.beta_min = c->beta_min;
     if (c->huber_length > 0.0) config.huber_length = c->huber_length;
     config.optimizer = c->optimizer;
@@ -129,8 +130,9 @@ static void make_pixels(struct step_bench *bench) {
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
                   bench->model.visibility_codes.size_bytes || bench->model.transient_codes.size_bytes ||
                   bench->model.poses.size_bytes || bench->model.encoder.size_bytes; // not 0, where it matters
-    pixels_draw(bench->scene, bench->view, bench->config.seed, 1, 0, rays / 2, bench->pixels);
-    pixels_draw(bench->scene, 1 - bench->view, bench->config.seed, 2, 0, rays - rays / 2, bench->pixels + rays / 2);
+    const struct pixel_draw first = {bench->config.seed, 1, 0, 0}, second = {bench->config.seed, 2, 0, 0};
+    pixels_draw(bench->scene, bench->view, &first, rays / 2, bench->pixels);
+    pixels_draw(bench->scene, 1 - bench->view, &second, rays - rays / 2, bench->pixels + rays / 2);
 }
 
 static struct step_bench *open_benches[32]; // so that a failed test's objects can be destroyed before the device
@@ -188,7 +190,9 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, pixel_bytes);
     stop_unless(
         bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
-    stop_unless(bench, step_create(&bench->field, &bench->config, bench->pixel_buffer, bench->scalars, &bench->step));
+    stop_unless(bench, schedule_create(bench->scene, NULL, 0, &bench->config, &bench->schedule));
+    stop_unless(bench, step_create(&bench->field, &bench->config, &bench->schedule, bench->pixel_buffer, bench->scalars,
+                                   &bench->step));
     stop_unless(bench, vw_batch_create(gpu, &bench->batch));
     step_bench_write_params(bench);
     if (c->occupancy) empty_some_cells(bench);
@@ -216,6 +220,7 @@ static enum vw_status destroy(struct step_bench *bench) {
     evaluator_destroy(&bench->evaluator);
     vw_batch_destroy(&bench->batch);
     step_destroy(&bench->step);
+    schedule_destroy(&bench->schedule);
     field_destroy(&bench->field);
     vw_buffer_destroy(&bench->pixel_buffer);
     vw_buffer_destroy(&bench->scalars);

@@ -7,6 +7,7 @@
 #include "support/synthetic_scene.h"
 #include "gpu/compute.h"
 #include "train/evaluator.h"
+#include "train/schedule.h"
 #include "train/step.h"
 
 // Zero means the default in brackets.
@@ -32,6 +33,7 @@ struct step_case {
     bool random_background; // its form
     bool transient, pose;
     double beta_min;           // of it [0.1]
+    double consistency_weight; // beside appearance_encoder [0]
     bool occupancy;            // on, and every other cell empty, in no order
     bool wide;                 // 64-bit gradient words
     bool half_grid;            // --table-precision float16
@@ -51,6 +53,7 @@ struct step_bench {
     struct vw_scene *scene;
     struct model model;
     struct field field;
+    struct schedule schedule; // of both photos
     struct step_passes step;
     struct vw_buffer *pixel_buffer, *scalars;
     struct vw_batch *batch;

@@ -27,12 +27,15 @@ static void what_is_off_takes_no_room(void **state) {
     static const struct encoder_gradient no_gradient;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("appearance_encoder");
+    off.consistency_weight = 0.001; // of an effect that is off
     struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                       *with = test_trainer_create(scene, &on, true, 1);
     uint64_t width = 4 * with->model.specialization.width4;
     assert_memory_equal(&without->field.encoder, &nothing, sizeof nothing);
     assert_memory_equal(&without->step.encoder, &no_passes, sizeof no_passes);
     assert_memory_equal(&without->step.encoder_gradient, &no_gradient, sizeof no_gradient);
+    assert_null(without->step.consistency);
+    assert_null(with->step.consistency);
     assert_null(without->validation.evaluator.views);
     assert_int_equal(with->model.param_count - without->model.param_count,
                      9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * width);
@@ -47,8 +50,9 @@ static void what_is_off_takes_no_room(void **state) {
 static void bits_do_not_depend_on_batches(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
-    for (int other = 0; other < 2; other++) {
+    for (int other = 0; other < 3; other++) {
         struct vw_config config = other ? test_config_of(VW_FIELD_MLP) : test_config();
+        config.consistency_weight = other == 1 ? 0.0 : 0.01;
         strcpy(config.effects, other ? "appearance_encoder,visibility,sky" : "appearance_encoder");
         config.beta1 = other ? 0.9 : 0.0;
         config.importance_samples = other ? 8 : 0;
@@ -175,6 +179,39 @@ static void it_replaces_other_appearance(void **state) {
         }
 }
 
+static void the_consistency_loss_is_not_beside_transients(void **state) {
+    (void)state;
+    struct vw_config config = config_with("appearance_encoder,transient");
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    uint32_t count;
+    vw_effects_list(verdicts, &count);
+    for (int weighs = 0; weighs < 2; weighs++) {
+        config.consistency_weight = weighs ? 0.001 : 0.0;
+        ASSERT_OK(vw_effects_choose(config.effects, verdicts, count));
+        assert_int_equal(vw_effects_follow_field(&config, verdicts, count), weighs ? VW_ERROR_USAGE : VW_OK);
+    }
+    assert_non_null(strstr(vw_error_message(), "--consistency-weight"));
+}
+
+// Its weight is part of what a run is, and absent where it is 0, as in runs from before there was one.
+static void the_weight_of_consistency_is_in_the_config(void **state) {
+    (void)state;
+    struct vw_config config = vw_config_default, read = vw_config_default;
+    char *text = vw_config_to_json(&config, true);
+    assert_null(strstr(text, "consistency"));
+    free(text);
+    config.consistency_weight = 0.001;
+    text = vw_config_to_json(&config, true);
+    assert_non_null(strstr(text, "\"consistency_weight\":0.001"));
+    free(text);
+    text = vw_config_to_json(&config, false);
+    ASSERT_OK(vw_config_from_json(text, &read));
+    assert_true(read.consistency_weight == 0.001);
+    free(text);
+    config.consistency_weight = -0.001;
+    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
+}
+
 static void the_sweep_refuses_it(void **state) {
     (void)state;
     struct vw_scene *scene = test_scene();
@@ -224,6 +261,8 @@ int main(void) {
         cmocka_unit_test(every_view_has_the_code_of_its_photo),
         cmocka_unit_test(whole_views_show_their_left_halves),
         cmocka_unit_test(it_replaces_other_appearance),
+        cmocka_unit_test(the_consistency_loss_is_not_beside_transients),
+        cmocka_unit_test(the_weight_of_consistency_is_in_the_config),
         cmocka_unit_test(the_sweep_refuses_it),
         cmocka_unit_test(photos_of_their_own_exposure_are_learned),
     };

@@ -20,6 +20,7 @@ static struct vw_config configs[] = {
     {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
     {.noise_floor = true, .effects = "appearance,appearance_code"},
     {.beta1 = 0.9, .same_state = 2, .effects = "appearance_encoder"},
+    {.noise_floor = true, .same_state = 2, .effects = "appearance_encoder,sky", .consistency_weight = 0.01},
     {.noise_floor = true, .same_state = 3, .effects = "appearance,sky,visibility"},
     {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
 
@@ -30,6 +31,7 @@ static struct vw_config config_of(size_t index) {
     config.same_state = configs[index].same_state;
     if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
     config.optimizer = configs[index].optimizer;
+    config.consistency_weight = configs[index].consistency_weight;
     config.table_precision = configs[index].table_precision;
     config.burn_in_epochs = 0; // so that probes come early
     return config;

@@ -35,6 +35,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     config.coarse_network = coarse_network;
     config.epochs = epochs;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
+    config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // of the encoder, where it is on
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
     const struct vw_trainer_params params = {
         .gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
@@ -69,6 +70,8 @@ static void every_dispatch_is_accounted_for(void **state) {
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "sky,appearance,appearance_code,transient", 3);
     check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "transient,appearance_encoder", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose,occupancy", 16);
+    check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "appearance_encoder,occupancy,sky", 16);
+    check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "appearance_encoder,visibility", 3);
     check_dispatches(VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance_code,transient", 3);
 }
 

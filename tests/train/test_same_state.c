@@ -106,7 +106,7 @@ static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run 
 static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number, uint32_t view, uint32_t draw) {
     struct vw_batch *batch = NULL;
     struct vw_probe measured;
-    pixels_draw(trainer->scene, view, trainer->config.seed, number, draw, trainer->config.rays,
+    pixels_draw(trainer->scene, view, &(struct pixel_draw){trainer->config.seed, number, draw, 0}, trainer->config.rays,
                 vw_buffer_map(trainer->pixels));
     ASSERT_OK(vw_batch_create(trainer->gpu, &batch));
     vw_batch_begin(batch);

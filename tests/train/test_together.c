@@ -55,6 +55,7 @@ static struct vw_trainer *open_member(struct group *group, const struct member *
 static void open_group(const char *effects, uint32_t steps_per_batch, struct group *group) {
     *group = (struct group){.scene = test_scene(), .config = test_config()};
     strcpy(group->config.effects, effects);
+    group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // of the encoder, where it is on
     ASSERT_OK(vw_submissions_create(test_gpu(), &group->submissions));
     for (uint32_t i = 0; i < TOGETHER; i++) {
         group->trainers[i] = open_member(group, &members[i], steps_per_batch, group->submissions);
@@ -100,8 +101,9 @@ static void assert_as_alone(struct group *group, uint32_t index) {
 
 static void bits_are_those_of_a_training_alone(void **state) {
     (void)state;
-    static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient"};
-    static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0};
+    static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient",
+                                          "appearance_encoder,sky"};
+    static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0, 0};
     for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {
         struct group group;
         open_group(effects[e], batches[e], &group);

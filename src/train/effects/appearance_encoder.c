@@ -102,12 +102,12 @@ enum vw_status encoder_gradient_create_buffers(struct vw_gpu *gpu, const struct 
 }
 
 enum vw_status encoder_gradient_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *params,
-                                              struct encoder_gradient *gradient) {
+                                              const struct vw_shader *spread, struct encoder_gradient *gradient) {
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
     } passes[] = {
-        {&vw_shader_spread_photo, &gradient->spread},
+        {spread, &gradient->spread},
         {&vw_shader_convolve_photo_back, &gradient->convolve_back},
         {&vw_shader_gradient_photo, &gradient->gradient},
     };
@@ -124,10 +124,11 @@ void encoder_gradient_destroy(struct encoder_gradient *gradient) {
     vw_buffer_destroy(&gradient->d_rows);
 }
 
-void encoder_gradient_record(const struct encoder_gradient *gradient, struct vw_batch *batch) {
+void encoder_gradient_record(const struct encoder_gradient *gradient, const struct vw_push_codes *codes,
+                             struct vw_batch *batch) {
     struct vw_push_photo push = {.layer = ENCODER_LAYERS - 1};
     if (!gradient->spread) return;
-    vw_batch_dispatch(batch, gradient->spread, NULL, 0, 1);
+    vw_batch_dispatch(batch, gradient->spread, codes, codes ? sizeof *codes : 0, 1);
     for (; push.layer > 0; push.layer--)
         vw_batch_dispatch(batch, gradient->convolve_back, &push, sizeof push,
                           (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * push.layer);

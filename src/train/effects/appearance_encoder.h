@@ -48,10 +48,12 @@ void encoder_record_forward(const struct encoder_passes *passes, struct vw_batch
 
 enum vw_status encoder_gradient_create_buffers(struct vw_gpu *gpu, const struct model *model,
                                                struct encoder_gradient *gradient);
+// `spread`: the first of them, vw_shader_spread_photo or its variant for the consistency loss.
 enum vw_status encoder_gradient_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *params,
-                                              struct encoder_gradient *gradient);
+                                              const struct vw_shader *spread, struct encoder_gradient *gradient);
 void encoder_gradient_destroy(struct encoder_gradient *gradient);
-// Recorded behind the field's way back.
-void encoder_gradient_record(const struct encoder_gradient *gradient, struct vw_batch *batch);
+// Recorded behind the field's way back. `codes`: what the variant takes, else NULL.
+void encoder_gradient_record(const struct encoder_gradient *gradient, const struct vw_push_codes *codes,
+                             struct vw_batch *batch);
 
 #endif

@@ -179,6 +179,10 @@ enum vw_status effects_follow_pose(const struct vw_config *config, const struct 
 enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                       uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
+    if (config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "transient"))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--consistency-weight: the consistency loss is not there beside the effect transient; take 0, "
+                       "or leave one of the effects transient and appearance_encoder out");
     for (uint32_t i = 0; i < count; i++) {
         bool other = strcmp(verdicts[i].name, "appearance") && strcmp(verdicts[i].name, "appearance_code");
         if (!verdicts[i].on || other) continue;

@@ -152,7 +152,8 @@ static enum scatter_form choose_scatter(enum scatter_form wanted, const struct v
 static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
                           const struct vw_gpu_limits *limits, struct model *model) {
     struct vw_specialization *s = &model->specialization;
-    choose_fixed_point(model_pad_rays(model, config->rays) * s->samples, s);
+    uint32_t picture_rays = model_pad_rays(model, model->picture_side * model->picture_side); // add to the same entries
+    choose_fixed_point((model_pad_rays(model, config->rays) + picture_rays) * s->samples, s);
     model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
     bool grid_too_large = model->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
     s->grid_texel = (choices->grid_texel || grid_too_large) && model->pair_count <= limits->texel_elements;

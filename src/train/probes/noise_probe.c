@@ -15,8 +15,8 @@ enum vw_status noise_probe_create(const struct probe_context *context, struct no
     probe->zero_rate_model.specialization.learning_rate = 0.0f;
     probe->zero_rate_field = *context->field;
     probe->zero_rate_field.model = &probe->zero_rate_model;
-    enum vw_status status = step_create(&probe->zero_rate_field, context->config, context->pixels, context->scalars,
-                                        &probe->zero_rate_step);
+    enum vw_status status = step_create(&probe->zero_rate_field, context->config, context->schedule, context->pixels,
+                                        context->scalars, &probe->zero_rate_step);
     if (status != VW_OK) noise_probe_destroy(&probe);
     else *out = probe;
     return status;

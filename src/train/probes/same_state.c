@@ -46,8 +46,9 @@ struct part {
 static void draw_pixels(const struct probe_context *context, const struct part *part, uint32_t index,
                         struct vw_pixel *pixels) {
     uint32_t view = context->schedule->train_views[index / SAME_STATE_DRAWS], rays = context->config->rays;
-    uint64_t seed = vw_config_seed_of(context->config, VW_VARY_PIXELS);
-    pixels_draw(context->scene, view, seed, part->step, part->first_draw + index, rays, pixels);
+    const struct pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), part->step,
+                                     part->first_draw + index, context->field->model->picture_side};
+    pixels_draw(context->scene, view, &drawn, rays, pixels);
     if (!context->masks) pixels_unmask(context->scene, pixels, rays);
 }
 

@@ -1,0 +1,190 @@
+#include "train/effects/consistency_private.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "base/random.h"
+#include "gpu/shaders.h"
+#include "train/schedule.h"
+
+// ---- Creation -------------------------------------------------------------------------------------------------------
+
+static enum vw_status create_buffers(const struct step_passes *step, struct consistency *it) {
+    const struct model *model = step->field->model;
+    uint64_t rays = it->padded_rays;
+    const struct {
+        struct vw_buffer **buffer;
+        struct vw_buffer_params params;
+    } buffers[] = {
+        {&it->rays, {.name = "picture_rays", .size_bytes = sizeof(struct vw_ray) * rays}},
+        {&it->ray_loss, {.name = "picture_ray_loss", .size_bytes = sizeof(float) * rays}}, // nobody reads it
+        {&it->colours, {.name = "picture_colours", .size_bytes = sizeof(vw_float4) * rays}},
+        {&it->d_sky, {.name = "picture_d_sky", .size_bytes = step->d_sky ? sizeof(vw_float4) * rays : 0}},
+        {&it->d_weights, // 0 where it has no gradient
+         {.name = "picture_d_weights", .size_bytes = sizeof(vw_float4) * (uint64_t)model->moved_columns}},
+        {&it->seen.thumbnails, {.name = "picture_thumbnail", .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS}},
+        {&it->seen.rows, {.name = "picture_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS}},
+        {&it->seen.code_shift, // nobody reads it
+         {.name = "picture_code_shift", .size_bytes = vw_buffer_size_bytes(step->field->encoder.code_shift)}},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+        if (buffers[i].params.size_bytes)
+            status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    return status == VW_OK ? encoder_gradient_create_buffers(step->field->gpu, model, &it->seen_gradient) : status;
+}
+
+// As the step's, with the picture's buffers in place of its own.
+static struct step_passes step_of_picture(const struct step_passes *step, const struct consistency *it) {
+    struct step_passes own = *step;
+    own.ray_buffer = it->rays;
+    own.ray_loss = it->ray_loss;
+    own.d_sky = it->d_sky;
+    own.d_weights = it->d_weights;
+    return own;
+}
+
+static enum vw_status create_pass(const struct step_passes *step, struct vw_pass_params params,
+                                  const struct vw_shader *shader, struct vw_pass **pass) {
+    params.shader = shader;
+    return vw_pass_create(step->field->gpu, &params, pass);
+}
+
+// With the step's buffers, and outside of training, where a photo is named by the push constants.
+static enum vw_status create_on_step(const struct step_passes *step, struct vw_pass_params params,
+                                     struct vw_binding *bindings, uint32_t count, struct consistency *it) {
+    step_bind(step, bindings, &count);
+    params.binding_count = count;
+    enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &it->give);
+    return status == VW_OK ? create_pass(step, params, &vw_shader_add_gradients, &it->add) : status;
+}
+
+static enum vw_status create_on_picture(const struct step_passes *step, struct vw_pass_params params,
+                                        struct vw_binding *bindings, uint32_t count, struct consistency *it) {
+    struct step_passes own = step_of_picture(step, it);
+    struct field field = *step->field;
+    field.encoder = it->seen;
+    own.field = &field;
+    own.encoder_gradient = it->seen_gradient;
+    step_bind(&own, bindings, &count);
+    params.binding_count = count;
+    enum vw_status status = encoder_create_passes(field.gpu, &it->seen, &params, &it->see);
+    if (status == VW_OK)
+        status = encoder_gradient_create_passes(field.gpu, &params, &vw_shader_spread_photo_codes, &it->seen_gradient);
+    if (status == VW_OK) status = create_pass(step, params, &vw_shader_shrink_colours, &it->shrink);
+    if (status == VW_OK) status = create_pass(step, params, &vw_shader_spread_colours, &it->spread_colours);
+    params.specialization = (const uint32_t *)&it->gradient.specialization; // as the samples were placed
+    const struct vw_shader *composite = step_has_ray_effects(&it->gradient.specialization)
+                                            ? &vw_shader_difference_rays_effects
+                                            : &vw_shader_difference_rays;
+    return status == VW_OK ? create_pass(step, params, composite, &it->composite) : status;
+}
+
+static enum vw_status create_passes(const struct step_passes *step, struct consistency *it) {
+    struct vw_specialization given = step->field->model->specialization, rendering = given;
+    const struct step_passes own = step_of_picture(step, it);
+    given.loss = LOSS_GIVEN;
+    rendering.training = 0;
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
+        {.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->encoder.rows},
+        {.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights},
+        {.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours},
+        {.slot = VW_SLOT_SWEEP_STATE, .unused = true},
+    };
+    const struct vw_pass_params params = {.specialization = (const uint32_t *)&rendering,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings};
+    enum vw_status status = gradient_create(&own, &given, &it->gradient);
+    if (status == VW_OK) status = create_on_step(step, params, bindings, 4, it);
+    return status == VW_OK ? create_on_picture(step, params, bindings, 4, it) : status;
+}
+
+enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency) {
+    const struct model *model = step->field->model;
+    if (model->consistency_weight == 0.0) return VW_OK;
+    struct consistency *it = *consistency = vw_allocate(1, sizeof *it);
+    if (!it) return VW_ERROR_MEMORY;
+    it->side = model->picture_side;
+    it->ray_count = it->side * it->side;
+    it->padded_rays = model_pad_rays(model, it->ray_count);
+    it->codes.slope = (float)(model->consistency_weight * step->rays / (4 * CODE4));
+    enum vw_status status = create_buffers(step, it);
+    if (status == VW_OK) status = create_passes(step, it);
+    if (status != VW_OK) consistency_destroy(consistency);
+    return status;
+}
+
+void consistency_destroy(struct consistency **consistency) {
+    struct consistency *it = *consistency;
+    if (!it) return;
+    struct vw_pass **passes[] = {&it->composite, &it->shrink, &it->spread_colours, &it->add};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    gradient_destroy(&it->gradient);
+    encoder_destroy_passes(&it->give);
+    encoder_destroy_passes(&it->see);
+    encoder_gradient_destroy(&it->seen_gradient);
+    encoder_destroy(&it->seen);
+    struct vw_buffer **buffers[] = {&it->rays, &it->ray_loss, &it->colours, &it->d_sky, &it->d_weights};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+    free(it);
+    *consistency = NULL;
+}
+
+// ---- Recording ------------------------------------------------------------------------------------------------------
+
+void consistency_record_rays(const struct consistency *it, struct vw_batch *batch, const struct vw_push_rays *rays) {
+    if (!it) return;
+    struct vw_push_rays own = *rays;
+    own.ray_count = it->ray_count;
+    vw_batch_dispatch(batch, it->gradient.generate, &own, sizeof own, it->padded_rays);
+}
+
+uint32_t consistency_given_view(const struct step_passes *step, uint64_t number) {
+    uint32_t words[4];
+    vw_random_words(step->field->model->seed, VW_RANDOM_GIVEN_PHOTO, number, 0, 0, words);
+    uint64_t drawn = (uint64_t)words[0] << 32 | words[1];
+    return schedule_view_of_step(step->schedule, 1 + drawn % number);
+}
+
+static void record_forward(const struct step_passes *step, struct vw_batch *batch,
+                           const struct vw_push_samples *chunk) {
+    const struct gradient_passes *gradient = &step->consistency->gradient;
+    importance_record(step->field->model, &gradient->importance, batch, chunk);
+    gradient_record_forward(step, &gradient->field, batch, chunk);
+}
+
+static void record_picture(const struct step_passes *step, struct vw_batch *batch, vw_uint4 key) {
+    const struct consistency *it = step->consistency;
+    const struct vw_push_picture picture = {.side = it->side};
+    for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = gradient_chunk(step, it->padded_rays, first, key);
+        const struct vw_push_difference composite = {
+            .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = 1};
+        record_forward(step, batch, &chunk);
+        vw_batch_dispatch(batch, it->composite, &composite, sizeof composite, chunk.ray_count);
+    }
+    vw_batch_dispatch(batch, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
+    encoder_record_forward(&it->see, batch, 0);
+    encoder_gradient_record(&it->seen_gradient, &it->codes, batch);
+    vw_batch_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
+}
+
+// The last chunk's activations are overwritten by the next: of more than one they are made again.
+static void record_back(const struct step_passes *step, struct vw_batch *batch, vw_uint4 key) {
+    const struct consistency *it = step->consistency;
+    for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = gradient_chunk(step, it->padded_rays, first, key);
+        if (it->padded_rays > step->chunk_rays) record_forward(step, batch, &chunk);
+        gradient_record_back(step, &it->gradient, batch, &chunk);
+    }
+    gradient_record_sky(&it->gradient, batch, it->padded_rays);
+    vw_batch_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
+}
+
+void consistency_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number) {
+    if (!step->consistency) return;
+    const vw_uint4 key = model_key_of_step(step->field->model, number);
+    encoder_record_forward(&step->consistency->give, batch, consistency_given_view(step, number));
+    record_picture(step, batch, key);
+    record_back(step, batch, key);
+}

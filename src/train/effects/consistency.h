@@ -1,0 +1,32 @@
+// The view-consistency loss of HA-NeRF (Chen et al., CVPR 2022, section 3.2; its code: train_mask_grid_sample.py,
+// losses.py) beside the effect appearance_encoder: what is rendered with a photo's code must have that code again,
+// from wherever it is seen.
+//   code of an earlier step's photo -> the step's picture rendered with it -> thumbnail -> code of the picture
+//   loss: weight * mean |code of the picture - code given|, added to the step's mean loss
+// The picture is made of the step's first rays, which lie on a grid over its photo (pixels_draw). The given code is
+// held fixed where the two are compared. All gradients of this loss have buffers of their own, and are added to those
+// of the step at its end; those of the hash grid are sums of integers.
+#ifndef VIEWWORTH_TRAIN_CONSISTENCY_H
+#define VIEWWORTH_TRAIN_CONSISTENCY_H
+
+#include "gpu/compute.h"
+#include "interface.h"
+
+struct consistency;
+struct step_passes;
+
+// Of a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
+enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency);
+void consistency_destroy(struct consistency **consistency);
+
+// Records the rays of the picture, behind the step's own and before anything may mark the step. This and the next do
+// nothing where the loss is off.
+void consistency_record_rays(const struct consistency *consistency, struct vw_batch *batch,
+                             const struct vw_push_rays *rays);
+// Records all else, behind the last of the step's own gradients.
+void consistency_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number);
+
+// Whose code step `number` renders its picture with: the photo of a step up to this one, drawn at random.
+uint32_t consistency_given_view(const struct step_passes *step, uint64_t number);
+
+#endif

@@ -1,0 +1,367 @@
+// The consistency loss beside the effect appearance_encoder, with both fields: its passes against the reference, its
+// gradients by the field against finite differences of what the device gives, and that they are added to the step's.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "support/encoder_check.h"
+#include "support/gpu_fixture.h"
+#include "train/effects/consistency_private.h"
+
+static const double WEIGHT = 5.0;
+static const uint64_t STEP = 3; // steps 1 to 3 are of both photos
+
+static const struct step_case cases[] = {
+    {.name = "hash", .seed = 611, .rays = 30, .samples = 16},
+    {.name = "hash, one ray", .seed = 612, .rays = 3, .samples = 16, .loss = VW_LOSS_L2},
+    {.name = "hash, a picture finer than thumbnails",
+     .seed = 613,
+     .rays = 1100,
+     .samples = 8,
+     .levels = 4,
+     .width = 16},
+    {.name = "hash, 7 samples, as on GPUs, background",
+     .seed = 614,
+     .rays = 16,
+     .samples = 7,
+     .width = 64,
+     .levels = 2,
+     .loss = VW_LOSS_L2,
+     .background = true,
+     .random_background = true,
+     .as_on_gpus = true},
+    {.name = "hash, other effects",
+     .seed = 615,
+     .rays = 16,
+     .samples = 16,
+     .width = 16,
+     .sky = true,
+     .visibility = true,
+     .loss = VW_LOSS_HUBER},
+    {.name = "hash, occupancy", .seed = 616, .rays = 40, .samples = 16, .occupancy = true},
+    {.name = "hash, importance samples", .seed = 617, .rays = 16, .samples = 16, .importance_samples = 16},
+    {.name = "mlp", .seed = 618, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 26, .samples = 16},
+};
+
+static struct step_bench *open_case(size_t index, double weight) {
+    struct step_case setup = cases[index];
+    setup.appearance_encoder = true;
+    setup.consistency_weight = weight;
+    return step_bench_open(&setup);
+}
+
+// Masked pixels: the step has no other gradient then.
+static void mask(struct step_bench *bench) {
+    struct vw_pixel *pixels = vw_buffer_map(bench->pixel_buffer);
+    for (uint32_t i = 0; i < bench->config.rays; i++) pixels[i].weight = 0.0f;
+}
+
+static void take_gradients(struct step_bench *bench) {
+    if (bench->step.d_grid) {
+        void *zeros = vw_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
+        step_bench_write(bench, bench->step.d_grid, zeros);
+        free(zeros);
+    }
+    vw_batch_begin(bench->batch);
+    step_record_gradients(&bench->step, bench->batch, STEP, 0);
+    step_bench_submit(bench);
+}
+
+// ---- Passes ---------------------------------------------------------------------------------------------------------
+
+static void compare(struct step_bench *bench, const char *what, const float *found, const double *expected,
+                    size_t count, double tolerance) {
+    double scale = fmax(largest(expected, count), 1e-30);
+    for (size_t i = 0; i < count; i++) check_value(bench->where, what, i, found[i], expected[i], tolerance * scale);
+}
+
+// The colours, from the samples that the device holds; where a sample stands for a stratum.
+static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
+    const struct consistency *it = bench->step.consistency;
+    const struct vw_specialization *s = &bench->model.specialization;
+    const vw_uint4 key = model_key_of_step(&bench->model, STEP);
+    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    vw_float4 *samples = step_bench_read(bench, bench->step.samples);
+    struct reference_point *points = vw_allocate(s->samples, sizeof *points);
+    double sky[VW_SKY_COLUMNS][3];
+    reference_sky_read(&bench->model, bench->params, sky);
+    for (uint32_t i = 0; i < it->ray_count; i++) {
+        const struct reference_ray ray = reference_ray_of(&rays[i]);
+        double backdrop[3], colour[3];
+        for (uint32_t k = 0; k < s->samples; k++) {
+            vw_float4 sample = samples[i * s->samples + k];
+            points[k] = (struct reference_point){{sample.x, sample.y, sample.z}, sample.w, ray.stride};
+        }
+        reference_backdrop(s, sky, ray.direction, i, key, backdrop);
+        reference_composite(points, s->samples, backdrop, colour);
+        compare(bench, "colour", &colours[i].x, colour, 3, 2e-5);
+    }
+    free(points);
+    free(samples);
+    free(rays);
+}
+
+static void read_thumbnail(struct step_bench *bench, struct reference_photo_encoding *encoding) {
+    const vw_float4 *found = step_bench_read(bench, bench->step.consistency->seen.thumbnails);
+    for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
+        const double values[4] = {found[i].x, found[i].y, found[i].z, found[i].w};
+        memcpy(encoding->thumbnail[i], values, sizeof values);
+    }
+    free((void *)found);
+}
+
+static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) {
+    const struct consistency *it = bench->step.consistency;
+    double(*exact)[3] = vw_allocate(it->ray_count, sizeof *exact);
+    struct reference_photo_encoding *found = vw_allocate(1, sizeof *found), *expected = vw_allocate(1, sizeof *found);
+    for (uint32_t i = 0; i < it->ray_count; i++) {
+        const double colour[3] = {colours[i].x, colours[i].y, colours[i].z};
+        memcpy(exact[i], colour, sizeof colour);
+    }
+    read_thumbnail(bench, found);
+    reference_picture_thumbnail(it->side, exact, expected->thumbnail);
+    for (uint32_t i = 0; i < 4 * THUMBNAIL_PIXELS; i++)
+        check_value(bench->where, "thumbnail", i, found->thumbnail[i / 4][i % 4], expected->thumbnail[i / 4][i % 4],
+                    2e-6);
+    free(exact);
+    free(found);
+    free(expected);
+}
+
+// What the slopes and the encoder's gradients must be, given the codes that the device found.
+static void check_back(struct step_bench *bench, const double *network, const struct reference_photo_encoding *seen,
+                       const struct reference_photo_encoding *given) {
+    const struct consistency *it = bench->step.consistency;
+    const uint32_t columns[] = {0, ENCODER_LAYER2, ENCODER_LAYER3, ENCODER_CODE, ENCODER_SHIFT};
+    static double d_thumbnail[THUMBNAIL_PIXELS][4];
+    float *own = step_bench_read(bench, it->d_weights),
+          *of_encoder = own + 4 * (size_t)bench->model.specialization.encoder_column;
+    double *expected = vw_allocate(4 * ENCODER_SHIFT, sizeof *expected), d_code[REFERENCE_CODE],
+           (*d_colours)[3] = vw_allocate(it->ray_count, sizeof *d_colours), scale;
+    struct vw_ray *rays = step_bench_read(bench, it->rays);
+    for (int k = 0; k < REFERENCE_CODE; k++)
+        d_code[k] = WEIGHT * bench->config.rays / REFERENCE_CODE * copysign(1.0, seen->code[k] - given->code[k]);
+    reference_code_gradient(network, seen, d_code, expected, d_thumbnail);
+    reference_picture_gradient(it->side, d_thumbnail, d_colours);
+    for (int part = 0; part < 4; part++)
+        compare(bench, "gradient of the encoder", of_encoder + 4 * (size_t)columns[part], expected + 4 * columns[part],
+                4 * (columns[part + 1] - columns[part]), 5e-4);
+    scale = largest(d_colours[0], 3 * (size_t)it->ray_count);
+    assert_true(scale > 0.0);
+    for (uint32_t i = 0; i < it->padded_rays; i++) {
+        const float found[3] = {rays[i].target_weight.x, rays[i].target_weight.y, rays[i].target_weight.z};
+        for (int c = 0; c < 3; c++)
+            check_value(bench->where, "slope", 3 * i + c, found[c], i < it->ray_count ? d_colours[i][c] : 0.0,
+                        5e-4 * scale);
+    }
+    free(rays);
+    free(own);
+    free(expected);
+    free(d_colours);
+}
+
+static void check_codes(struct step_bench *bench) {
+    const struct consistency *it = bench->step.consistency;
+    float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->seen.rows),
+          *given_rows = step_bench_read(bench, bench->field.encoder.rows);
+    double *network = encoder_network(bench, params);
+    struct reference_photo_encoding *seen = vw_allocate(1, sizeof *seen), *given;
+    read_thumbnail(bench, seen);
+    reference_encode_photo(network, 4 * bench->model.specialization.width4, seen);
+    given = encoder_reference(bench, network, consistency_given_view(&bench->step, STEP));
+    compare(bench, "code of the picture", seen_rows + 4 * ENCODER_ROW_CODE, seen->code, REFERENCE_CODE, 2e-5);
+    compare(bench, "code given", given_rows + 4 * ENCODER_ROW_CODE, given->code, REFERENCE_CODE, 2e-5);
+    check_back(bench, network, seen, given);
+    free(params);
+    free(seen_rows);
+    free(given_rows);
+    free(network);
+    free(seen);
+    free(given);
+}
+
+static void passes_are_the_references(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct step_bench *bench = open_case(i, WEIGHT);
+        take_gradients(bench);
+        vw_float4 *colours = step_bench_read(bench, bench->step.consistency->colours);
+        if (!cases[i].importance_samples && !cases[i].occupancy) check_colours(bench, colours);
+        check_thumbnail(bench, colours);
+        check_codes(bench);
+        free(colours);
+        step_bench_close(bench);
+    }
+}
+
+// ---- Finite differences ---------------------------------------------------------------------------------------------
+
+// Sum over rays, in double from the device's codes. The one given depends on the encoder alone.
+static double loss_of(struct step_bench *bench, const float *params) {
+    step_bench_write(bench, bench->field.params, params);
+    take_gradients(bench);
+    float *seen = step_bench_read(bench, bench->step.consistency->seen.rows),
+          *given = step_bench_read(bench, bench->field.encoder.rows);
+    double sum = 0.0;
+    for (uint32_t k = 4 * ENCODER_ROW_CODE; k < 4 * ENCODER_ROWS; k++) sum += fabs((double)seen[k] - given[k]);
+    free(seen);
+    free(given);
+    return WEIGHT * bench->config.rays / REFERENCE_CODE * sum;
+}
+
+// Along the gradient itself, from `first` to `end` in the params: the slope is the gradient's length.
+static void check_slope(struct step_bench *bench, const char *what, const double *gradient, size_t first, size_t end) {
+    const double MOVED = 0.0002, TOLERANCE = 0.02; // of the loss; activations between passes are bfloats
+    size_t count = bench->model.param_bytes / sizeof(float);
+    float *moved = vw_allocate(count, sizeof *moved);
+    double here = loss_of(bench, bench->params), square = 0.0, sides[2];
+    for (size_t i = first; i < end; i++) square += gradient[i] * gradient[i];
+    assert_true(square > 0.0);
+    for (int side = 0; side < 2; side++) {
+        memcpy(moved, bench->params, bench->model.param_bytes);
+        for (size_t i = first; i < end; i++)
+            moved[i] += (float)((side ? -1.0 : 1.0) * MOVED * here / square * gradient[i]);
+        sides[side] = loss_of(bench, moved);
+    }
+    print_message("%s, %s: %.4f of the slope\n", bench->where, what, (sides[0] - sides[1]) / (2.0 * MOVED * here));
+    check_value(bench->where, what, 0, (sides[0] - sides[1]) / (2.0 * MOVED * here), 1.0, TOLERANCE);
+    free(moved);
+}
+
+static double *read_gradient(struct step_bench *bench) {
+    const struct model *model = &bench->model;
+    size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)model->pair_count;
+    double *gradient = vw_allocate(count, sizeof *gradient);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
+        gradient[model->weights.offset_bytes / sizeof(float) + i] = d_weights[i];
+    free(d_weights);
+    if (!bench->step.d_grid) return gradient;
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    int64_t *quanta = vw_allocate(features, sizeof *quanta);
+    reference_unpack_grid(model, words, quanta);
+    for (size_t i = 0; i < features; i++)
+        gradient[model->grid.offset_bytes / sizeof(float) + i] =
+            (double)quanta[i] * model->specialization.gradient_quantum;
+    free(words);
+    free(quanta);
+    return gradient;
+}
+
+static void gradients_are_slopes(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        if (cases[i].importance_samples) continue; // whose places move with the params
+        struct step_bench *bench = open_case(i, WEIGHT);
+        const struct model *model = &bench->model;
+        size_t weights = model->weights.offset_bytes / 4, sky = model->sky.offset_bytes / 4,
+               sky_end = sky + model->sky.size_bytes / 4, shift = model->encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
+               shift_end = (model->encoder.offset_bytes + model->encoder.size_bytes) / 4;
+        mask(bench);
+        take_gradients(bench);
+        double *gradient = read_gradient(bench);
+        check_slope(bench, "weights", gradient, weights, sky);
+        if (sky_end > sky) check_slope(bench, "sky", gradient, sky, sky_end);
+        if (model->grid.size_bytes) check_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
+        check_slope(bench, "code to shift", gradient, shift, shift_end);
+        free(gradient);
+        step_bench_close(bench);
+    }
+}
+
+// ---- In the step ----------------------------------------------------------------------------------------------------
+
+static void it_is_added_to_the_step(void **state) {
+    (void)state;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct step_bench *with = open_case(i, WEIGHT), *without = open_case(i, 0.0), *alone = open_case(i, WEIGHT);
+        uint32_t count = 4 * with->model.moved_columns;
+        assert_null(without->step.consistency);
+        mask(alone);
+        take_gradients(with);
+        take_gradients(without);
+        take_gradients(alone);
+        float *both = step_bench_read(with, with->step.d_weights),
+              *one = step_bench_read(without, without->step.d_weights),
+              *other = step_bench_read(alone, alone->step.d_weights);
+        uint32_t differing = 0;
+        for (uint32_t k = 0; k < count; k++) {
+            float sum = one[k] + other[k];
+            assert_true(sum == both[k]);
+            differing += one[k] != both[k];
+        }
+        assert_true(differing > count / 10);
+        free(both);
+        free(one);
+        free(other);
+        step_bench_close(with);
+        step_bench_close(without);
+        step_bench_close(alone);
+    }
+}
+
+// A picture of several chunks, which is rendered twice.
+static void chunks_change_no_bit(void **state) {
+    (void)state;
+    static const size_t chosen[] = {0, 5, 6, 7};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(chosen); i++) {
+        struct step_case setup = cases[chosen[i]];
+        setup.rays = 100;
+        setup.appearance_encoder = true;
+        setup.consistency_weight = WEIGHT;
+        struct step_bench *whole = step_bench_open(&setup);
+        setup.chunk_samples = whole->model.ray_group * whole->model.ray_samples;
+        struct step_bench *parts = step_bench_open(&setup);
+        assert_true(parts->step.chunk_rays < parts->step.consistency->padded_rays);
+        take_gradients(whole);
+        take_gradients(parts);
+        double *of_whole = read_gradient(whole), *of_parts = read_gradient(parts);
+        check_same_bits(whole->where, "gradients", of_parts, of_whole,
+                        whole->model.param_bytes / sizeof(float) * sizeof *of_whole);
+        free(of_whole);
+        free(of_parts);
+        step_bench_close(whole);
+        step_bench_close(parts);
+    }
+}
+
+// A step's samples and a picture's may all fall into one entry of the grid.
+static void words_of_the_grid_hold_both(void **state) {
+    (void)state;
+    struct step_case setup = {
+        .name = "many rays", .seed = 621, .rays = 700, .samples = 32, .levels = 2, .log2_table = 8};
+    for (int with = 0; with < 2; with++) {
+        setup.appearance_encoder = with;
+        setup.consistency_weight = with ? WEIGHT : 0.0;
+        struct step_bench *bench = step_bench_open(&setup);
+        assert_int_equal(bench->model.specialization.wide_gradient, with);
+        step_bench_close(bench);
+    }
+}
+
+// Of steps that have been, all of them in time, and the same again.
+static void given_photos_are_those_of_earlier_steps(void **state) {
+    (void)state;
+    struct step_bench *bench = open_case(0, WEIGHT);
+    uint32_t seen = 0;
+    assert_int_equal(consistency_given_view(&bench->step, 1), schedule_view_of_step(&bench->schedule, 1));
+    for (uint64_t number = 1; number <= 40; number++) {
+        uint32_t view = consistency_given_view(&bench->step, number);
+        assert_int_equal(view, consistency_given_view(&bench->step, number));
+        seen |= 1u << view;
+    }
+    assert_int_equal(seen, 3);
+    step_bench_close(bench);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(passes_are_the_references),   cmocka_unit_test(gradients_are_slopes),
+        cmocka_unit_test(it_is_added_to_the_step),     cmocka_unit_test(chunks_change_no_bit),
+        cmocka_unit_test(words_of_the_grid_hold_both), cmocka_unit_test(given_photos_are_those_of_earlier_steps),
+    };
+    return cmocka_run_group_tests_name("consistency_gradients", tests, NULL, step_bench_teardown);
+}

@@ -1,0 +1,66 @@
+// The pixels of a step: anywhere in the photo, or the first of them as a picture of it, one in each cell of a grid.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/synthetic_scene.h"
+#include "train/pixels.h"
+
+enum { RAYS = 50, SIDE = 7 };
+
+static struct vw_scene *make_scene(uint32_t width_px, uint32_t height_px) {
+    return synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 2, .val_views = 1, .width_px = width_px, .height_px = height_px});
+}
+
+// The pixel of each cell lies in it, as far as cells hold any pixel.
+static void a_picture_has_a_pixel_in_each_cell(void **state) {
+    (void)state;
+    static const uint32_t sizes_px[][2] = {{24, 20}, {7, 7}, {5, 3}, {1, 1}};
+    for (size_t i = 0; i < sizeof sizes_px / sizeof *sizes_px; i++) {
+        uint32_t width_px = sizes_px[i][0], height_px = sizes_px[i][1];
+        struct vw_scene *scene = make_scene(width_px, height_px);
+        struct vw_pixel pixels[RAYS];
+        pixels_draw(scene, 1, &(struct pixel_draw){7, 3, 0, SIDE}, RAYS, pixels);
+        for (uint32_t ray = 0; ray < RAYS; ray++) {
+            assert_int_equal(pixels[ray].view, 1);
+            assert_true(pixels[ray].x_px > 0.0f && pixels[ray].x_px < (float)width_px);
+            assert_true(pixels[ray].y_px > 0.0f && pixels[ray].y_px < (float)height_px);
+            if (ray >= SIDE * SIDE) continue;
+            double cell_x = (double)(ray % SIDE) * width_px / SIDE, cell_y = (double)(ray / SIDE) * height_px / SIDE;
+            assert_true(floor(pixels[ray].x_px) >= floor(cell_x) && floor(pixels[ray].y_px) >= floor(cell_y));
+            assert_true(floor(pixels[ray].x_px) <
+                        fmax(floor(cell_x + (double)width_px / SIDE + 1e-9), floor(cell_x) + 1));
+            assert_true(floor(pixels[ray].y_px) <
+                        fmax(floor(cell_y + (double)height_px / SIDE + 1e-9), floor(cell_y) + 1));
+        }
+        vw_scene_close(&scene);
+    }
+}
+
+// Those beside the picture are the same as without one; draws, steps and seeds differ.
+static void draws_are_functions_of_their_numbers(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene(240, 200);
+    static const struct pixel_draw draws[] = {{7, 3, 0, SIDE}, {7, 3, 1, SIDE}, {7, 4, 0, SIDE}, {8, 3, 0, SIDE}};
+    struct vw_pixel first[RAYS], other[RAYS];
+    pixels_draw(scene, 0, &draws[0], RAYS, first);
+    for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
+        pixels_draw(scene, 0, &draws[i], RAYS, other);
+        assert_int_equal(memcmp(first, other, sizeof first) == 0, i == 0);
+    }
+    pixels_draw(scene, 0, &(struct pixel_draw){7, 3, 0, 0}, RAYS, other);
+    assert_memory_equal(first + SIDE * SIDE, other + SIDE * SIDE, sizeof first - SIDE * SIDE * sizeof *first);
+    assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_picture_has_a_pixel_in_each_cell),
+        cmocka_unit_test(draws_are_functions_of_their_numbers),
+    };
+    return cmocka_run_group_tests_name("pixel_draws", tests, NULL, NULL);
+}
