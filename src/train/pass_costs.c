@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "train/effects/appearance_encoder.h"
-#include "train/effects/consistency_private.h"
+#include "train/effects/consistency.h"
 #include "train/effects/visibility_network.h"
 
 // Multiply-adds of all convolutions of the effect appearance_encoder.

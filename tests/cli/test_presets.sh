@@ -27,7 +27,7 @@ check "it has codes and transients" holds nerf-w '+appearance_code,+transient'
 check "the preset ha-nerf trains" run value ha-nerf "${mlp[@]}"
 check "it has HA-NeRF's encoder and visibility" holds ha-nerf '+appearance_encoder,+visibility'
 check "and its consistency loss" holds ha-nerf '"consistency_weight":0.001'
-check "whose steps have the same bits again" run verify "$folder/ha-nerf" --replay
+check "whose steps have the same bits again" run "$program" verify "$folder/ha-nerf" --replay 5 --quiet
 check "the preset paper trains" run value paper "${mlp[@]}"
 check "by L1" holds paper '"loss":"l1"'
 conclude "$@"

@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
-#include "train/effects/consistency_private.h"
+#include "train/effects/consistency.h"
 
 static const double WEIGHT = 5.0;
 static const uint64_t STEP = 3; // steps 1 to 3 are of both photos

@@ -11,7 +11,7 @@
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
-#include "train/effects/consistency_private.h"
+#include "train/effects/consistency.h"
 
 static const struct step_case setup = {.name = "encoder",
                                        .seed = 521,

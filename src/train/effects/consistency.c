@@ -1,4 +1,4 @@
-#include "train/effects/consistency_private.h"
+#include "train/effects/consistency.h"
 
 #include <stdlib.h>
 
@@ -44,40 +44,55 @@ static struct step_passes step_of_picture(const struct step_passes *step, const 
     return own;
 }
 
-static enum vw_status create_pass(const struct step_passes *step, struct vw_pass_params params,
-                                  const struct vw_shader *shader, struct vw_pass **pass) {
-    params.shader = shader;
-    return vw_pass_create(step->field->gpu, &params, pass);
+// Bindings that are not the step's.
+static uint32_t bind_own(const struct step_passes *step, const struct consistency *it, struct vw_binding *bindings) {
+    bindings[0] = (struct vw_binding){.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->encoder.rows};
+    bindings[1] = (struct vw_binding){.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights};
+    bindings[2] = (struct vw_binding){.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours};
+    bindings[3] = (struct vw_binding){.slot = VW_SLOT_SWEEP_STATE, .unused = true};
+    return 4;
 }
 
-// With the step's buffers, and outside of training, where a photo is named by the push constants.
-static enum vw_status create_on_step(const struct step_passes *step, struct vw_pass_params params,
-                                     struct vw_binding *bindings, uint32_t count, struct consistency *it) {
+// Outside of training a photo is named by the push constants.
+static enum vw_status create_on_step(const struct step_passes *step, const struct vw_specialization *rendering,
+                                     struct consistency *it) {
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    uint32_t count = bind_own(step, it, bindings);
     step_bind(step, bindings, &count);
-    params.binding_count = count;
+    const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings,
+                                          .binding_count = count};
     enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &it->give);
-    return status == VW_OK ? create_pass(step, params, &vw_shader_add_gradients, &it->add) : status;
+    return status == VW_OK ? step_create_pass(step, rendering, &vw_shader_add_gradients, bindings, count, &it->add)
+                           : status;
 }
 
-static enum vw_status create_on_picture(const struct step_passes *step, struct vw_pass_params params,
-                                        struct vw_binding *bindings, uint32_t count, struct consistency *it) {
+static enum vw_status create_on_picture(const struct step_passes *step, const struct vw_specialization *rendering,
+                                        struct consistency *it) {
+    const struct vw_specialization *given = &it->gradient.specialization;
+    const struct vw_shader *composite =
+        step_has_ray_effects(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
     struct step_passes own = step_of_picture(step, it);
     struct field field = *step->field;
     field.encoder = it->seen;
     own.field = &field;
     own.encoder_gradient = it->seen_gradient;
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    uint32_t count = bind_own(step, it, bindings);
     step_bind(&own, bindings, &count);
-    params.binding_count = count;
+    const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
+                                          .specialization_count = VW_SPECIALIZATION_COUNT,
+                                          .bindings = bindings,
+                                          .binding_count = count};
     enum vw_status status = encoder_create_passes(field.gpu, &it->seen, &params, &it->see);
     if (status == VW_OK)
         status = encoder_gradient_create_passes(field.gpu, &params, &vw_shader_spread_photo_codes, &it->seen_gradient);
-    if (status == VW_OK) status = create_pass(step, params, &vw_shader_shrink_colours, &it->shrink);
-    if (status == VW_OK) status = create_pass(step, params, &vw_shader_spread_colours, &it->spread_colours);
-    params.specialization = (const uint32_t *)&it->gradient.specialization; // as the samples were placed
-    const struct vw_shader *composite = step_has_ray_effects(&it->gradient.specialization)
-                                            ? &vw_shader_difference_rays_effects
-                                            : &vw_shader_difference_rays;
-    return status == VW_OK ? create_pass(step, params, composite, &it->composite) : status;
+    if (status == VW_OK)
+        status = step_create_pass(&own, rendering, &vw_shader_shrink_colours, bindings, count, &it->shrink);
+    if (status == VW_OK)
+        status = step_create_pass(&own, rendering, &vw_shader_spread_colours, bindings, count, &it->spread_colours);
+    return status == VW_OK ? step_create_pass(&own, given, composite, bindings, count, &it->composite) : status;
 }
 
 static enum vw_status create_passes(const struct step_passes *step, struct consistency *it) {
@@ -85,18 +100,9 @@ static enum vw_status create_passes(const struct step_passes *step, struct consi
     const struct step_passes own = step_of_picture(step, it);
     given.loss = LOSS_GIVEN;
     rendering.training = 0;
-    struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->encoder.rows},
-        {.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights},
-        {.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours},
-        {.slot = VW_SLOT_SWEEP_STATE, .unused = true},
-    };
-    const struct vw_pass_params params = {.specialization = (const uint32_t *)&rendering,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings};
     enum vw_status status = gradient_create(&own, &given, &it->gradient);
-    if (status == VW_OK) status = create_on_step(step, params, bindings, 4, it);
-    return status == VW_OK ? create_on_picture(step, params, bindings, 4, it) : status;
+    if (status == VW_OK) status = create_on_step(step, &rendering, it);
+    return status == VW_OK ? create_on_picture(step, &rendering, it) : status;
 }
 
 enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency) {

@@ -4,16 +4,25 @@
 //   code of an earlier step's photo -> the step's picture rendered with it -> thumbnail -> code of the picture
 //   loss: weight * mean |code of the picture - code given|, added to the step's mean loss
 // The picture is made of the step's first rays, which lie on a grid over its photo (pixels_draw). The given code is
-// held fixed where the two are compared. All gradients of this loss have buffers of their own, and are added to those
-// of the step at its end; those of the hash grid are sums of integers.
+// held fixed, where it renders and where the two are compared. All gradients of this loss have buffers of their own,
+// and are added to those of the step at its end; those of the hash grid are sums of integers.
 #ifndef VIEWWORTH_TRAIN_CONSISTENCY_H
 #define VIEWWORTH_TRAIN_CONSISTENCY_H
 
 #include "gpu/compute.h"
 #include "interface.h"
+#include "train/step_passes.h"
 
-struct consistency;
-struct step_passes;
+struct consistency {
+    uint32_t side, ray_count, padded_rays; // the picture's, and its rays
+    struct vw_push_codes codes;
+    struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
+    struct appearance_encoder seen; // of the picture: one thumbnail, and so on
+    struct encoder_gradient seen_gradient;
+    struct encoder_passes give, see; // the given photo's code; the picture's
+    struct gradient_passes gradient;
+    struct vw_pass *composite, *shrink, *spread_colours, *add;
+};
 
 // Of a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
 enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency);
