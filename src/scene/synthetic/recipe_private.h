@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 #include "interface.h"
-#include "scene/synthetic/recipe_json.h"
+#include "base/json_reader.h"
 #include "viewworth/scene.h"
 
 enum {

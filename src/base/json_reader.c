@@ -1,4 +1,4 @@
-#include "scene/synthetic/recipe_json.h"
+#include "base/json_reader.h"
 
 #include <math.h>
 #include <stdarg.h>
