@@ -1,0 +1,198 @@
+#include "ledger/merge.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/memory.h"
+#include "base/text_stream.h"
+#include "ledger/database_open.h"
+#include "ledger/ledger_private.h"
+#include "ledger/schema.h"
+
+// In a series of its own: see vw_database_format.
+enum { MERGED_VERSION = 3001 };
+
+struct vw_merged_ledger {
+    struct vw_database database;
+    char *path, *part_path; // owned
+    bool written;           // the transaction has begun
+};
+
+// ---- The schema: that of a ledger, with a key more ----------------------------------------------------------------
+
+typedef enum vw_status for_table(struct vw_database *database, const char *table, void *context);
+
+static enum vw_status each_table(struct vw_database *database, for_table *call, void *context) {
+    sqlite3_stmt *tables = NULL;
+    bool found = false;
+    enum vw_status status =
+        vw_database_prepare(database, "SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY name", &tables);
+    while (!status && !(status = vw_database_next(database, tables, &found)) && found)
+        status = call(database, (const char *)sqlite3_column_text(tables, 0), context);
+    sqlite3_finalize(tables);
+    return status;
+}
+
+static enum vw_status query_text(struct vw_database *database, const char *sql, const char *text,
+                                 sqlite3_stmt **statement) {
+    enum vw_status status = vw_database_prepare(database, sql, statement);
+    if (!status && sqlite3_bind_text(*statement, 1, text, -1, SQLITE_STATIC) != SQLITE_OK)
+        status = vw_database_fail(database, "read the schema");
+    return status;
+}
+
+// The columns without the ledger's own constraints, which its rows have met, and the key with the job before it. A
+// table with rowids keeps them, because those of scores record an order.
+static enum vw_status print_table(struct vw_database *ledger, const char *table, void *context) {
+    FILE *stream = context;
+    sqlite3_stmt *columns = NULL, *keys = NULL, *kind = NULL;
+    bool found = false;
+    fprintf(stream, "CREATE TABLE %s (job TEXT NOT NULL", table);
+    enum vw_status status =
+        query_text(ledger, "SELECT name, type FROM pragma_table_info(?) ORDER BY cid", table, &columns);
+    while (!status && !(status = vw_database_next(ledger, columns, &found)) && found)
+        fprintf(stream, ", %s %s", sqlite3_column_text(columns, 0), sqlite3_column_text(columns, 1));
+    fputs(", PRIMARY KEY (job", stream);
+    if (!status)
+        status = query_text(ledger, "SELECT name FROM pragma_table_info(?) WHERE pk > 0 ORDER BY pk", table, &keys);
+    while (!status && !(status = vw_database_next(ledger, keys, &found)) && found)
+        fprintf(stream, ", %s", sqlite3_column_text(keys, 0));
+    if (!status) status = query_text(ledger, "SELECT wr FROM pragma_table_list WHERE name = ?", table, &kind);
+    if (!status) status = vw_database_next(ledger, kind, &found);
+    fprintf(stream, "))%s;", !status && found && sqlite3_column_int(kind, 0) ? " WITHOUT ROWID" : "");
+    sqlite3_finalize(columns);
+    sqlite3_finalize(keys);
+    sqlite3_finalize(kind);
+    return status;
+}
+
+// Owned by the caller.
+static enum vw_status write_schema(const char *path, char **schema_sql) {
+    struct vw_database ledger;
+    struct vw_text_stream text;
+    size_t size_bytes = 0;
+    enum vw_status status = vw_database_open_memory(path, &vw_ledger_format, &ledger);
+    if (!status)
+        status = vw_database_make_more(&ledger, &vw_ledger_format, VW_SCHEMA_VERSION, VW_SCHEMA_VERSION_LASTING_VIEWS);
+    FILE *stream = vw_text_stream_open(&text);
+    if (!status && stream) status = each_table(&ledger, print_table, stream);
+    if (stream) fprintf(stream, "PRAGMA user_version = %d;", MERGED_VERSION);
+    enum vw_status closed = vw_text_stream_close(&text, "the tables", schema_sql, &size_bytes);
+    vw_database_close(&ledger);
+    return status ? status : closed;
+}
+
+// ---- The file -----------------------------------------------------------------------------------------------------
+
+static void remove_part(const struct vw_merged_ledger *merged) {
+    char *journal = vw_format_text("%s-journal", merged->part_path);
+    if (journal) unlink(journal);
+    unlink(merged->part_path);
+    free(journal);
+}
+
+static enum vw_status open_part(struct vw_merged_ledger *merged) {
+    char *schema_sql = NULL;
+    enum vw_status status = write_schema(merged->part_path, &schema_sql);
+    const struct vw_database_format format = {
+        .schema_sql = schema_sql, .version = MERGED_VERSION, .what = "merged ledgers"};
+    if (!status) status = vw_database_open_or_create(merged->part_path, &format, &merged->database);
+    if (!status) status = vw_database_begin(&merged->database);
+    merged->written = !status;
+    free(schema_sql);
+    return status;
+}
+
+enum vw_status vw_merged_create(const char *path, struct vw_merged_ledger **merged) {
+    struct vw_merged_ledger *created = vw_allocate(1, sizeof *created);
+    if (!created) return VW_ERROR_MEMORY;
+    created->path = vw_copy_text(path);
+    created->part_path = vw_format_text("%s.part", path);
+    enum vw_status status = created->path && created->part_path ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) {
+        remove_part(created); // of a merge that was killed
+        status = open_part(created);
+    }
+    if (status) vw_merged_close(&created);
+    else *merged = created;
+    return status;
+}
+
+enum vw_status vw_merged_finish(struct vw_merged_ledger *merged) {
+    merged->written = false;
+    enum vw_status status = vw_database_end(&merged->database, VW_OK);
+    vw_database_close(&merged->database);
+    if (!status && rename(merged->part_path, merged->path))
+        status = vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder and its permissions", merged->path,
+                         strerror(errno));
+    return status;
+}
+
+void vw_merged_close(struct vw_merged_ledger **merged) {
+    struct vw_merged_ledger *closed = *merged;
+    if (!closed) return;
+    struct vw_saved_error why = vw_error_save();
+    if (closed->written) (void)vw_database_end(&closed->database, VW_ERROR_INTERRUPTED);
+    vw_database_close(&closed->database);
+    if (closed->part_path) remove_part(closed);
+    free(closed->path);
+    free(closed->part_path);
+    free(closed);
+    vw_error_restore(&why);
+    *merged = NULL;
+}
+
+// ---- Rows ---------------------------------------------------------------------------------------------------------
+
+struct copying {
+    struct vw_database *to;
+    const char *job;
+};
+
+// "INSERT INTO TABLE VALUES (?, ...)" of a job and a ledger's columns.
+static enum vw_status prepare_insert(struct vw_database *to, const char *table, int column_count,
+                                     sqlite3_stmt **insert) {
+    char sql[512];
+    int used = snprintf(sql, sizeof sql, "INSERT INTO %s VALUES (?", table);
+    for (int i = 0; i < column_count && used < (int)sizeof sql; i++)
+        used += snprintf(sql + used, sizeof sql - (size_t)used, ", ?");
+    if (used < (int)sizeof sql) snprintf(sql + used, sizeof sql - (size_t)used, ")");
+    return vw_database_prepare(to, sql, insert);
+}
+
+static enum vw_status copy_row(const struct copying *copying, sqlite3_stmt *row, sqlite3_stmt *insert) {
+    bool failed = sqlite3_bind_text(insert, 1, copying->job, -1, SQLITE_STATIC) != SQLITE_OK;
+    for (int i = 0; i < sqlite3_column_count(row); i++)
+        failed |= sqlite3_bind_value(insert, i + 2, sqlite3_column_value(row, i)) != SQLITE_OK;
+    failed = failed || sqlite3_step(insert) != SQLITE_DONE;
+    enum vw_status status = failed ? vw_database_fail(copying->to, "merge ledgers") : VW_OK;
+    sqlite3_reset(insert);
+    return status;
+}
+
+// In the order that the table has: that of its key, or of its rowids.
+static enum vw_status copy_table(struct vw_database *from, const char *table, void *context) {
+    const struct copying *copying = context;
+    sqlite3_stmt *rows = NULL, *insert = NULL;
+    bool found = false;
+    char *sql = vw_format_text("SELECT * FROM %s", table);
+    enum vw_status status = sql ? vw_database_prepare(from, sql, &rows) : VW_ERROR_MEMORY;
+    if (!status) status = prepare_insert(copying->to, table, sqlite3_column_count(rows), &insert);
+    while (!status && !(status = vw_database_next(from, rows, &found)) && found)
+        status = copy_row(copying, rows, insert);
+    sqlite3_finalize(rows);
+    sqlite3_finalize(insert);
+    free(sql);
+    return status;
+}
+
+// Verified rows are those that are copied: a ledger of up to a GiB is a copy in memory (database_open.c).
+enum vw_status vw_merged_add(struct vw_merged_ledger *merged, const char *job, struct vw_ledger *ledger) {
+    struct copying copying = {&merged->database, job};
+    enum vw_status status = vw_ledger_verify(ledger);
+    if (!status) status = vw_database_begin_reading(&ledger->database);
+    return status ? status : vw_database_end(&ledger->database, each_table(&ledger->database, copy_table, &copying));
+}
