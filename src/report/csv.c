@@ -70,26 +70,55 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
 struct table {
     const struct row *rows;
     uint32_t count;
+    const char *before; // fields that every row begins with, each with its comma
 };
 
+const char vw_report_csv_header[] = "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,"
+                                    "rank_ci_high,resampling_stderr\n";
+
+static void print_rows(FILE *stream, const struct table *table) {
+    for (uint32_t i = 0; i < table->count; i++) {
+        fputs(table->before, stream);
+        print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
+    }
+}
+
 static void print_table(FILE *stream, const void *context) {
-    const struct table *table = context;
-    fputs("name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,"
-          "resampling_stderr\n",
-          stream);
-    for (uint32_t i = 0; i < table->count; i++) print_row(stream, &table->rows[i], i - table->rows[i].method_order + 1);
+    fputs(vw_report_csv_header, stream);
+    print_rows(stream, context);
+}
+
+// `*rows` is owned by the caller.
+static enum vw_status sort_rows(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
+                                const struct vw_ledger_image *images, uint32_t image_count, struct row **rows) {
+    struct row *sorted = vw_allocate(score_count, sizeof *sorted);
+    if (!sorted) return VW_ERROR_MEMORY;
+    enum vw_status status = collect_rows(path, scores, score_count, images, image_count, sorted);
+    if (status) {
+        free(sorted);
+        return status;
+    }
+    qsort(sorted, score_count, sizeof *sorted, compare_rows);
+    *rows = sorted;
+    return VW_OK;
 }
 
 enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count,
                                   struct vw_csv_text *made) {
-    struct row *rows = vw_allocate(score_count, sizeof *rows);
-    if (!rows) return VW_ERROR_MEMORY;
-    enum vw_status status = collect_rows(path, scores, score_count, images, image_count, rows);
-    if (!status) {
-        qsort(rows, score_count, sizeof *rows, compare_rows);
-        status = vw_csv_make_text(path, print_table, &(struct table){rows, score_count}, made);
-    }
+    struct row *rows = NULL;
+    enum vw_status status = sort_rows(path, scores, score_count, images, image_count, &rows);
+    if (!status) status = vw_csv_make_text(path, print_table, &(struct table){rows, score_count, ""}, made);
+    free(rows);
+    return status;
+}
+
+enum vw_status vw_report_print_csv_rows(FILE *stream, const char *path, const char *before,
+                                        const struct vw_ledger_score *scores, uint32_t score_count,
+                                        const struct vw_ledger_image *images, uint32_t image_count) {
+    struct row *rows = NULL;
+    enum vw_status status = sort_rows(path, scores, score_count, images, image_count, &rows);
+    if (!status) print_rows(stream, &(struct table){rows, score_count, before});
     free(rows);
     return status;
 }

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "base/csv.h"
 #include "viewworth/ledger.h"
@@ -20,6 +21,11 @@ enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_scor
 // The same in memory; `path` is for messages.
 enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count, struct vw_csv_text *made);
+// For a table of several runs: its header, with the line end, and the rows of one run, each with `before` at its begin.
+extern const char vw_report_csv_header[];
+enum vw_status vw_report_print_csv_rows(FILE *stream, const char *path, const char *before,
+                                        const struct vw_ledger_score *scores, uint32_t score_count,
+                                        const struct vw_ledger_image *images, uint32_t image_count);
 
 // ---- The page ------------------------------------------------------------------------------------------------------
 

@@ -468,6 +468,7 @@ function fill() {
     fillTraining();
     fillRuns();
   }
+  fillJobs();
   fillWarnings();
   fillDuplicates();
   fillComparisons();

@@ -1,5 +1,5 @@
 'use strict';
-// The sections of the report that are tables: providers, near-duplicates, the matrix, effects, runs, comparisons and benchmarks.
+// The sections of the report that are tables: jobs, providers, near-duplicates, the matrix, effects, runs, comparisons and benchmarks.
 
 // ---- CSV files of the folder --------------------------------------------------------------------------------------------
 
@@ -11,6 +11,32 @@ function recordsOf({content: {header, rows}}) {
 }
 
 function tablesNamed(file) { return data.documents.filter(one => one.kind === 'table' && one.file === file); }
+
+// ---- The jobs of a batch ------------------------------------------------------------------------------------------------
+
+// Only what batch itself writes becomes a link: the table may be a stranger's.
+function reportLink(path) {
+  return /^[\w-]+(\/[\w-]+)*\/report\.html$/.test(path) ? element('a', {href: path}, 'report') : '';
+}
+
+function fillJobs() {
+  for (const table of tablesNamed('summary.csv')) {
+    const rows = recordsOf(table), failed = rows.filter(row => row.message !== '').length, place = element('div');
+    show('jobs');
+    byId('jobs').append(element('p', {class: 'quiet'}, table.label + ': ' + plural(rows.length, 'job') +
+      (failed ? ', ' + grouped(failed) + ' failed' : '') + '; validation PSNR after the last step.'), place);
+    const count = key => ({key: row => number(row[key]), cell: row => row[key] || '–', number: true});
+    new SortedTable(place, [
+      {title: 'Job', key: row => row.job, cell: row => row.job, class: 'long'},
+      {title: 'State', key: row => row.state, cell: row => row.state},
+      {title: 'Photos', ...count('photos')},
+      {title: 'Steps', ...count('steps')},
+      {title: 'Seconds', ...count('seconds')},
+      {title: 'PSNR, dB', key: row => number(row.val_psnr), cell: row => fixed(number(row.val_psnr), 2), number: true, descending: true},
+      {title: '', cell: row => row.message || reportLink(row.report), class: 'long'},
+    ], {sort: null}).setRows(rows);
+  }
+}
 
 // ---- Providers ----------------------------------------------------------------------------------------------------------
 

@@ -159,7 +159,7 @@ check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j,
 check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
 check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
 mkdir "$folder/edited"
-for name in benchmark tradeoff providers payout duplicates; do
+for name in benchmark tradeoff providers payout duplicates summary; do
     printf 'scene,method,value,ci_low,ci_high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
     check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
     rm "$folder/edited/$name.csv"

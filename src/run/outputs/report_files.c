@@ -164,7 +164,8 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
         enum vw_status (*add)(struct vw_report_files *files, const char *out, const char *file, const char *path,
                               void *text, size_t size_bytes);
     } known[] = {{"providers.csv", add_table}, {"payout.csv", add_table},   {"duplicates.csv", add_table},
-                 {"benchmark.csv", add_table}, {"tradeoff.csv", add_table}, {"compare.json", add_compare}};
+                 {"benchmark.csv", add_table}, {"tradeoff.csv", add_table}, {"summary.csv", add_table},
+                 {"compare.json", add_compare}};
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {
         void *text = NULL;

@@ -15,7 +15,8 @@ struct vw_report_files {
     size_t count, capacity;
 };
 
-// Adds providers.csv, payout.csv, duplicates.csv, benchmark.csv and compare.json of a folder, those that are there.
+// Adds providers.csv, payout.csv, duplicates.csv, benchmark.csv, tradeoff.csv, summary.csv and compare.json of a
+// folder, those that are there.
 // VW_ERROR_INPUT when one is not what it should be, or is a link: the report would contain a file from elsewhere, and
 // be passed on with it. Free it also after a failure.
 enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out);

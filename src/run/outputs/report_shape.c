@@ -19,6 +19,7 @@ enum vw_status vw_report_shape_of_table(const char *path, const char *file, cons
     } tables[] = {{"providers.csv", {"provider", "method", "photos", "value", "stderr"}},
                   {"payout.csv", {"provider", "method", "share", "amount"}},
                   {"duplicates.csv", {"group", "name", "provider", "split", "similarity", "value", "group_value"}},
+                  {"summary.csv", {"job", "state", "seconds", "photos", "steps", "val_psnr", "report", "message"}},
                   {"benchmark.csv", {"metric", "method", "value", "ci_low", "ci_high"}},
                   {"tradeoff.csv",
                    {"configuration",
