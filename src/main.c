@@ -36,9 +36,19 @@ static const struct vw_command commands[] = {
      "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
      "not trained again: the report and the tables are written again, except scores.csv, and --sign signs it.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_ONE_RUN |
-         VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
-     vw_command_value},
+     VW_OPTIONS_OF_VALUE, vw_command_value},
+    {VW_COMMANDS_VALUE, "batch", "JOBS.json", "Value many scenes, with several seeds and configurations, from one file",
+     "JOBS.json: {\"defaults\": {\"epochs\": 16}, \"seeds\": [0, 1, 2], \"configs\": [{\"name\": \"draft\", "
+     "\"options\": {\"accuracy\": \"draft\"}}], \"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [7], "
+     "\"options\": {\"downscale\": 2}}]}. Every job is valued with every seed and config; only jobs, with name and "
+     "scene, is required. Options are those of value without dashes; true sets one that takes no value. Those of a "
+     "job override those of a config, which override the defaults. Scenes are relative to the file's folder, paths in "
+     "options to the folder that the command runs in.\n"
+     "Each job is a process of its own, so that one that fails ends no other. Leaves in the --out folder NAME/seed-K/ "
+     "(NAME/CONFIG/seed-K/ with configs) as value does, with seed-K.log and seed-K.json beside it; merged.db (all "
+     "ledgers), scores.csv and summary.csv (all jobs), batch.json (the state of every job) and report.html.\n"
+     "Run the same command again to resume: jobs that are done are kept, jobs that failed are tried again.",
+     VW_OPTIONS_BATCH | VW_OPTIONS_JSON, vw_command_batch},
     {VW_COMMANDS_VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
      "OUT is the --out folder of value. The retrainings take as many steps as the run, each on 40 to 100 % of the "
      "photos and with a seed of its own; every eighth is on all photos. With 2 to 12 providers some have whole "
@@ -87,9 +97,16 @@ static const struct vw_command commands[] = {
      "verify --replay does. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
-     "OUT is the --out folder of value, reproduce, benchmark, compare or tradeoff. The report shows thumbnails if "
+     "OUT is the --out folder of value, reproduce, benchmark, compare, tradeoff or batch (whose table of jobs it "
+     "shows). The report shows thumbnails if "
      "the scene can be opened. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
+    {VW_COMMANDS_USE, "merge", "OUT...", "Put the results of many runs side by side",
+     "Takes the runs of these folders and of all folders in them; a run is called by its path from the folder that is "
+     "named. Verifies every ledger. Writes to the --out folder: merged.db (the tables of all ledgers, with a column "
+     "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql prints what two merged.db "
+     "must have in common if the same jobs were run.",
+     VW_OPTIONS_MERGE | VW_OPTIONS_JSON, vw_command_merge},
     {VW_COMMANDS_USE, "render", "OUT", "Render a view with the trained field, beside its photo",
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},

@@ -2,6 +2,11 @@
 
 #include <signal.h>
 #include <stddef.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include "batch/child.h"
 
 static volatile sig_atomic_t requested;
 
@@ -29,4 +34,12 @@ static bool is_requested(void *context) {
 
 struct vw_interrupt vw_interrupt_watch(void) {
     return (struct vw_interrupt){.requested = is_requested};
+}
+
+// Where the batch ended before the kernel was asked, this process has another parent already.
+void vw_interrupt_follow_batch(void) {
+    const char *batch = getenv(VW_CHILD_PARENT_VARIABLE);
+    if (!batch) return;
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (strtol(batch, NULL, 10) != getppid()) raise(SIGTERM);
 }

@@ -7,5 +7,7 @@
 // The returned interrupt watches from the first time that it is asked: then the first SIGINT or SIGTERM of the process
 // only makes it requested, and the second one ends the program. Before that a signal ends the program at once.
 struct vw_interrupt vw_interrupt_watch(void);
+// Asks the kernel for a SIGTERM when the batch that started this process ends, however it ends; nothing without one.
+void vw_interrupt_follow_batch(void);
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "batch/jobs.h"
 #include "experiment/comparison_data.h"
 #include "experiment/sweep/configurations.h"
 
@@ -41,6 +42,20 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
     {"out", "FOLDER", "Folder for the results (required); existing runs of the same configuration are resumed",
      VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
+    {"out", "FOLDER", "Folder for the results (required); jobs that are done in it are kept, others are resumed",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
+    {"out", "FOLDER", "Folder for the merged results (required)", VW_OPTIONS_MERGE, VW_SECTION_MAIN, OPTION(TEXT, out),
+     COMMON},
+    {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
+     OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
+    {"devices", "LIST|all",
+     "Vulkan devices, each an index or part of a name, with commas between; or all, which takes every GPU, or the CPU "
+     "where there is none. Job i always takes the device at place i modulo their number",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, devices), COMMON, DEFAULT("the preferred one")},
+    {"job", "K",
+     "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
+     "other jobs in the same --out folder at the same time",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, job), RANGE(1, VW_JOBS_MAX)},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"resume", NULL, "No effect: this command always resumes", VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(FLAG, resume)},
@@ -337,8 +352,14 @@ const struct vw_option vw_option_table[] = {
 const int vw_option_count = VW_ARRAY_COUNT(vw_option_table);
 _Static_assert(VW_ARRAY_COUNT(vw_option_table) <= 128, "struct vw_options has a bit for each");
 
-const struct vw_options vw_options_default = {
-    .downscale = 1, .seeds = 3, .verify_seeds = 2, .retraining_seeds = 2, .valued_seeds = 2, .halves = 24, .views = 2};
+const struct vw_options vw_options_default = {.downscale = 1,
+                                              .per_device = 1,
+                                              .seeds = 3,
+                                              .verify_seeds = 2,
+                                              .retraining_seeds = 2,
+                                              .valued_seeds = 2,
+                                              .halves = 24,
+                                              .views = 2};
 
 const char *vw_option_section_title(enum vw_option_section section) {
     static const char *const titles[VW_SECTION_COUNT] = {
@@ -354,7 +375,8 @@ bool vw_option_fits(const struct vw_option *option, const struct vw_command *com
 }
 
 bool vw_command_needs_out(const struct vw_command *command) {
-    return command->options & (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT);
+    return command->options &
+           (VW_OPTIONS_OUT | VW_OPTIONS_RUNS | VW_OPTIONS_IMPORT | VW_OPTIONS_BATCH | VW_OPTIONS_MERGE);
 }
 
 void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]) {

@@ -66,6 +66,9 @@ struct vw_options {
     uint32_t views;
     bool no_thumbnails;
     bool paper_methods;
+    const char *devices; // indices or names with commas between, or "all"
+    uint32_t per_device; // processes at a time
+    uint32_t job;        // the only one to run, from 1; 0: all
     bool json, quiet, help, help_all;
     uint64_t given[2]; // private: a bit per row of the option table
 };
@@ -96,6 +99,12 @@ enum {
     VW_OPTIONS_KEYGEN = 2097152,
     VW_OPTIONS_LASTING = 4194304, // commands that may sweep a run for lasting credit
     VW_OPTIONS_WORTH = 8388608,
+    VW_OPTIONS_BATCH = 16777216,
+    VW_OPTIONS_MERGE = 33554432,
+    // Those of the command value, which the jobs of a batch give, too.
+    VW_OPTIONS_OF_VALUE = VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE |
+                          VW_OPTIONS_ONE_RUN | VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT |
+                          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
 };
 
 // The headings under which viewworth --help lists commands, in this order.

@@ -48,6 +48,7 @@ static void the_providers_corpus_passes(void **state) { (void)state, replay("pro
 static void the_list_corpus_passes(void **state) { (void)state, replay("lists", fuzz_lists); }
 static void the_table_corpus_passes(void **state) { (void)state, replay("tables", fuzz_tables); }
 static void the_comparison_corpus_passes(void **state) { (void)state, replay("compare", fuzz_compare); }
+static void the_jobs_corpus_passes(void **state) { (void)state, replay("jobs", fuzz_jobs); }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
@@ -58,7 +59,7 @@ int main(void) {
         cmocka_unit_test(the_field_corpus_passes),       cmocka_unit_test(the_step_log_corpus_passes),
         cmocka_unit_test(the_providers_corpus_passes),   cmocka_unit_test(the_list_corpus_passes),
         cmocka_unit_test(the_table_corpus_passes),       cmocka_unit_test(the_comparison_corpus_passes),
-        cmocka_unit_test(the_photo_corpus_passes),
+        cmocka_unit_test(the_photo_corpus_passes),       cmocka_unit_test(the_jobs_corpus_passes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,6 +57,7 @@ static enum vw_status make_folds(const struct vw_options *options) {
 
 enum vw_status vw_command_value(const struct vw_options *options) {
     enum vw_status status = vw_options_check_lasting(options);
+    vw_interrupt_follow_batch();
     if (status) return status;
     if (options->kfold) return make_folds(options);
     if (options->together && !options->worth)

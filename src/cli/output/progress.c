@@ -100,3 +100,11 @@ void vw_progress_end(struct vw_progress *progress) {
     if (!shown) draw(progress, vw_now_s());
     if (progress->terminal) fputc('\n', stderr);
 }
+
+void vw_progress_replace_line(double *drawn_s, const char *line) {
+    double now_s = vw_now_s();
+    if (!isatty(STDERR_FILENO) || (*line && now_s - *drawn_s < REDRAW_S)) return;
+    fprintf(stderr, "\r%s\033[K", line);
+    fflush(stderr);
+    *drawn_s = now_s;
+}

@@ -30,5 +30,8 @@ struct vw_progress {
 bool vw_progress_show(void *context, const struct vw_run_state *state);
 // Ends the display of a run that stopped early, so that what follows stands on a line of its own.
 void vw_progress_end(struct vw_progress *progress);
+// On a terminal, a line that the next one of this kind replaces, at most ten times a second; elsewhere nothing.
+// `*drawn_s` begins as 0. An empty line clears it, at any time.
+void vw_progress_replace_line(double *drawn_s, const char *line);
 
 #endif

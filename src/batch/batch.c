@@ -1,0 +1,356 @@
+#include "batch/batch.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "base/file.h"
+#include "base/inside.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "batch/child.h"
+#include "batch/job_record.h"
+#include "run/out_folder.h"
+#include "run/out_lock.h"
+
+enum { LOOK_NS = 50000000, LOG_END_BYTES = 2048, SIGNAL_CODE = 128 };
+// A killed batch's process may take so long to save what it has; then the job's own process says who writes there.
+static const double LOCKED_WAIT_S = 30;
+
+// What the processes are.
+struct child {
+    pid_t process; // 0: none
+    double begun_s;
+};
+
+struct queue {
+    const struct vw_batch_params *params;
+    struct vw_batch *batch;
+    struct child *children; // owned; by job
+    uint32_t *on_device;    // owned: running jobs of each device
+    uint32_t device_count;  // at least 1
+    double started_s;
+    bool stopping;
+};
+
+static const struct vw_job *job_at(const struct queue *queue, uint32_t job) { return &queue->batch->jobs->jobs[job]; }
+
+// Which device a job takes may change its bits, so that it must not depend on what ends first (decision 2).
+static uint32_t device_of(const struct queue *queue, uint32_t job) { return job % queue->device_count; }
+
+static void report(const struct queue *queue, const struct vw_job *ended) {
+    if (queue->params->progress) queue->params->progress(queue->params->context, queue->batch, ended);
+}
+
+// ---- The state of every job ----------------------------------------------------------------------------------------
+
+static const char *const state_names[] = {[VW_JOB_WAITING] = "waiting",
+                                          [VW_JOB_RUNNING] = "running",
+                                          [VW_JOB_DONE] = "done",
+                                          [VW_JOB_FAILED] = "failed",
+                                          [VW_JOB_STOPPED] = "stopped"};
+
+static json_t *state_to_json(const struct vw_job *job, const struct vw_job_result *result) {
+    json_t *code = result->exit_code < 0 ? json_null() : json_integer(result->exit_code);
+    return json_pack("{s:s, s:s, s:o, s:f, s:o}", "name", job->name, "state", state_names[result->state], "exit_code",
+                     code, "seconds", result->seconds, "message", vw_json_string(result->message));
+}
+
+static enum vw_status write_states(const struct vw_batch *batch, const char *out) {
+    json_t *jobs = json_array();
+    for (uint32_t i = 0; i < batch->jobs->count; i++)
+        vw_json_append(&jobs, state_to_json(&batch->jobs->jobs[i], &batch->results[i]));
+    json_t *object = json_pack("{s:o}", "jobs", jobs);
+    char *text = vw_json_to_text(object, JSON_INDENT(2) | JSON_ENSURE_ASCII), *path = vw_path_join(out, "batch.json");
+    enum vw_status status = path && text ? vw_file_write(path, text, strlen(text))
+                                         : vw_fail(VW_ERROR_MEMORY, "out of memory for batch.json");
+    json_decref(object);
+    free(text);
+    free(path);
+    return status;
+}
+
+// Merged are the jobs that are done, in their order.
+struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch) {
+    struct vw_summary_row *rows = vw_allocate(batch->jobs->count, sizeof *rows);
+    uint32_t merged = 0;
+    for (uint32_t i = 0; rows && i < batch->jobs->count; i++) {
+        const struct vw_job_result *result = &batch->results[i];
+        bool has_run = result->state == VW_JOB_DONE && merged < batch->merged.count;
+        rows[i] = (struct vw_summary_row){.job = batch->jobs->jobs[i].name,
+                                          .state = state_names[result->state],
+                                          .exit_code = result->exit_code,
+                                          .seconds = result->seconds,
+                                          .run = has_run ? &batch->merged.runs[merged++] : NULL,
+                                          .message = result->message};
+    }
+    return rows;
+}
+
+// ---- Starting -----------------------------------------------------------------------------------------------------
+
+// The program's name, the job's words, and those that depend on where it runs, which are `own`. Array and `own` are
+// owned by the caller.
+static char **make_words(const struct queue *queue, uint32_t job, char *own[2]) {
+    const struct vw_batch_params *params = queue->params;
+    uint32_t count = job_at(queue, job)->word_count;
+    char **words = vw_allocate(count + 5, sizeof *words), **next = words;
+    own[0] = vw_format_text("--out=%s/%s", params->out, job_at(queue, job)->name);
+    own[1] = params->device_count ? vw_format_text("--device=%s", params->devices[device_of(queue, job)]) : NULL;
+    if (!words || !own[0] || (params->device_count && !own[1])) {
+        free(words);
+        return NULL;
+    }
+    *next++ = "viewworth";
+    memcpy(next, job_at(queue, job)->words, count * sizeof *next);
+    next += count;
+    *next++ = "--resume";
+    *next++ = own[0];
+    *next = own[1];
+    return words;
+}
+
+static enum vw_status start_process(struct queue *queue, uint32_t job) {
+    const struct vw_batch_params *params = queue->params;
+    char *own[2] = {NULL, NULL}, **words = make_words(queue, job, own);
+    char *folder = vw_path_folder(job_at(queue, job)->name);
+    char *log_path = vw_format_text("%s/%s.log", params->out, job_at(queue, job)->name);
+    enum vw_status status = words && folder && log_path ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) status = vw_folder_create_inside(params->out, folder);
+    if (!status) status = vw_child_start(params->program, words, log_path, &queue->children[job].process);
+    free(log_path);
+    free(folder);
+    free(own[0]);
+    free(own[1]);
+    free(words);
+    return status;
+}
+
+// Whether another process still writes into the job's folder.
+static bool is_locked(const struct queue *queue, uint32_t job) {
+    struct vw_out_lock *lock = NULL;
+    if (vw_folder_check_inside(queue->params->out, job_at(queue, job)->name)) return false; // start() says why
+    char *out = vw_format_text("%s/%s", queue->params->out, job_at(queue, job)->name);
+    bool locked = out && vw_out_lock_take(out, &lock) == VW_ERROR_USAGE;
+    vw_out_lock_release(&lock);
+    free(out);
+    return locked && vw_now_s() - queue->started_s < LOCKED_WAIT_S;
+}
+
+static enum vw_status start(struct queue *queue, uint32_t job) {
+    struct vw_batch *batch = queue->batch;
+    enum vw_status status = start_process(queue, job);
+    if (status) return status;
+    batch->results[job].state = VW_JOB_RUNNING;
+    batch->running++;
+    queue->on_device[device_of(queue, job)]++;
+    queue->children[job].begun_s = vw_now_s();
+    return VW_OK;
+}
+
+static enum vw_status start_waiting(struct queue *queue) {
+    uint32_t most = queue->params->per_device ? queue->params->per_device : 1;
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < queue->batch->jobs->count; i++) {
+        bool wanted = !queue->params->only || queue->params->only == i + 1;
+        if (!wanted || queue->batch->results[i].state != VW_JOB_WAITING) continue;
+        if (queue->on_device[device_of(queue, i)] < most && !is_locked(queue, i)) status = start(queue, i);
+    }
+    return status;
+}
+
+// ---- Ending -------------------------------------------------------------------------------------------------------
+
+// The last line of a job's log; NULL where there is none. Owned by the caller.
+static char *read_last_line(const char *out, const struct vw_job *job) {
+    static const char own[] = "viewworth: ";
+    char text[LOG_END_BYTES + 1], *name = vw_format_text("%s.log", job->name), *line = text;
+    int descriptor = -1;
+    ssize_t got = -1;
+    if (name && !vw_file_open_inside(out, name, &descriptor)) {
+        off_t end = lseek(descriptor, 0, SEEK_END);
+        got = pread(descriptor, text, LOG_END_BYTES, end > LOG_END_BYTES ? end - LOG_END_BYTES : 0);
+        close(descriptor);
+    }
+    free(name);
+    while (got > 0 && text[got - 1] == '\n') got--;
+    if (got <= 0) return NULL;
+    text[got] = 0;
+    for (ssize_t i = 0; i < got; i++)
+        if (text[i] == '\n' || text[i] == '\r' || !text[i]) line = text + i + 1;
+    vw_text_make_line(line);
+    return vw_copy_text(strncmp(line, own, strlen(own)) ? line : line + strlen(own));
+}
+
+static char *describe_failure(const struct queue *queue, uint32_t job, int exit_code) {
+    if (exit_code > SIGNAL_CODE)
+        return vw_format_text("signal %d (%s) ended it", exit_code - SIGNAL_CODE, strsignal(exit_code - SIGNAL_CODE));
+    char *line = read_last_line(queue->params->out, job_at(queue, job));
+    return line ? line : vw_format_text("exit code %d without a message", exit_code);
+}
+
+static void count_states(struct vw_batch *batch) {
+    batch->done = batch->failed = batch->running = 0;
+    for (uint32_t i = 0; i < batch->jobs->count; i++) {
+        batch->done += batch->results[i].state == VW_JOB_DONE;
+        batch->failed += batch->results[i].state == VW_JOB_FAILED;
+        batch->running += batch->results[i].state == VW_JOB_RUNNING;
+    }
+}
+
+static enum vw_status end(struct queue *queue, uint32_t job, int wait_status) {
+    struct vw_job_result *result = &queue->batch->results[job];
+    bool exited = WIFEXITED(wait_status);
+    result->exit_code = exited ? WEXITSTATUS(wait_status) : SIGNAL_CODE + WTERMSIG(wait_status);
+    result->seconds += vw_now_s() - queue->children[job].begun_s;
+    result->state = !result->exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
+    if (result->state == VW_JOB_FAILED) result->message = describe_failure(queue, job, result->exit_code);
+    queue->children[job].process = 0;
+    queue->on_device[device_of(queue, job)]--;
+    count_states(queue->batch);
+    const struct vw_job_record record = {result->exit_code, result->seconds, result->message};
+    enum vw_status status = vw_job_record_write(queue->params->out, job_at(queue, job), &record);
+    if (!status && !queue->params->only) status = write_states(queue->batch, queue->params->out);
+    report(queue, job_at(queue, job));
+    return status;
+}
+
+static enum vw_status end_finished(struct queue *queue) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < queue->batch->jobs->count; i++) {
+        int wait_status = 0;
+        pid_t process = queue->children[i].process;
+        if (!process || waitpid(process, &wait_status, WNOHANG) != process) continue;
+        enum vw_status ended = end(queue, i, wait_status);
+        if (!status) status = ended;
+    }
+    return status;
+}
+
+// Not SIGINT, which a shell's background processes begin with ignored.
+static void stop_all(struct queue *queue) {
+    if (queue->stopping) return;
+    queue->stopping = true;
+    for (uint32_t i = 0; i < queue->batch->jobs->count; i++)
+        if (queue->children[i].process) kill(queue->children[i].process, SIGTERM);
+}
+
+// ---- The queue ----------------------------------------------------------------------------------------------------
+
+static bool has_waiting(const struct queue *queue) {
+    const struct vw_job_result *results = queue->batch->results;
+    if (queue->params->only) return results[queue->params->only - 1].state == VW_JOB_WAITING;
+    for (uint32_t i = 0; i < queue->batch->jobs->count; i++)
+        if (results[i].state == VW_JOB_WAITING) return true;
+    return false;
+}
+
+// After a failure of its own, such as a full disk, it starts nothing more, and stops what runs.
+static enum vw_status run_queue(struct queue *queue) {
+    enum vw_status status = VW_OK;
+    queue->started_s = vw_now_s();
+    while (queue->batch->running || (has_waiting(queue) && !queue->stopping)) {
+        if (status || vw_interrupt_requested(&queue->params->interrupt)) stop_all(queue);
+        enum vw_status ended = end_finished(queue);
+        if (!status) status = ended;
+        if (!status && !queue->stopping) status = start_waiting(queue);
+        report(queue, NULL);
+        nanosleep(&(struct timespec){.tv_nsec = LOOK_NS}, NULL);
+    }
+    return status;
+}
+
+static enum vw_status read_records(struct vw_batch *batch, const char *out) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < batch->jobs->count; i++) {
+        const struct vw_job *job = &batch->jobs->jobs[i];
+        struct vw_job_record record;
+        status = vw_job_record_read(out, job, &record);
+        bool done = !status && vw_job_record_is_done(out, job, &record);
+        free(record.message); // a job that failed is tried again
+        batch->results[i] = (struct vw_job_result){
+            .state = done ? VW_JOB_DONE : VW_JOB_WAITING, .exit_code = done ? 0 : -1, .seconds = record.seconds};
+    }
+    count_states(batch);
+    return status;
+}
+
+static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_batch *batch) {
+    struct queue queue = {.params = params,
+                          .batch = batch,
+                          .device_count = params->device_count ? params->device_count : 1,
+                          .children = vw_allocate(batch->jobs->count, sizeof *queue.children)};
+    queue.on_device = vw_allocate(queue.device_count, sizeof *queue.on_device);
+    enum vw_status status = queue.children && queue.on_device ? read_records(batch, params->out) : VW_ERROR_MEMORY;
+    if (!status) status = run_queue(&queue);
+    if (!status && queue.stopping && has_waiting(&queue)) status = VW_ERROR_INTERRUPTED;
+    for (uint32_t i = 0; !status && i < batch->jobs->count; i++)
+        if (batch->results[i].state == VW_JOB_STOPPED) status = VW_ERROR_INTERRUPTED;
+    if (status == VW_ERROR_INTERRUPTED)
+        status = vw_fail(status, "%s: stopped; the same command resumes it", params->out);
+    free(queue.children);
+    free(queue.on_device);
+    return status;
+}
+
+// ---- The results --------------------------------------------------------------------------------------------------
+
+static enum vw_status merge(const struct vw_batch_params *params, struct vw_batch *batch) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < batch->jobs->count; i++) {
+        if (batch->results[i].state != VW_JOB_DONE) continue;
+        char *folder = vw_path_join(params->out, batch->jobs->jobs[i].name);
+        status = folder ? vw_merged_runs_add(&batch->merged, batch->jobs->jobs[i].name, folder) : VW_ERROR_MEMORY;
+        free(folder);
+    }
+    if (!status && batch->merged.count) status = vw_merge_write(params->out, &batch->merged);
+    struct vw_summary_row *rows = status ? NULL : vw_summary_of_batch(batch);
+    if (!status) status = rows ? vw_summary_write(params->out, rows, batch->jobs->count) : VW_ERROR_MEMORY;
+    free(rows);
+    return status ? status : write_states(batch, params->out);
+}
+
+static enum vw_status fail_jobs(const struct vw_batch_params *params, const struct vw_batch *batch) {
+    uint32_t first = 0;
+    while (batch->results[first].state != VW_JOB_FAILED) first++;
+    const struct vw_job_result *result = &batch->results[first];
+    return vw_fail(VW_ERROR_IO, "%s: %u of %u jobs failed; the same command tries them again; the first is %s: %s",
+                   params->out, batch->failed, params->only ? 1 : batch->jobs->count, batch->jobs->jobs[first].name,
+                   result->message ? result->message : "out of memory");
+}
+
+static enum vw_status check(const struct vw_batch_params *params) {
+    char *ledger = vw_path_join(params->out, "ledger.db");
+    enum vw_status status = ledger ? vw_out_check(params->out) : VW_ERROR_MEMORY;
+    if (!status && vw_file_exists(ledger))
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run; name another folder for a batch", params->out);
+    if (!status && params->only > params->jobs->count)
+        status =
+            vw_fail(VW_ERROR_USAGE, "--job %u: there are %u jobs; name one of them", params->only, params->jobs->count);
+    free(ledger);
+    return status;
+}
+
+enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch) {
+    struct vw_out_lock *lock = NULL;
+    *batch =
+        (struct vw_batch){.jobs = params->jobs, .results = vw_allocate(params->jobs->count, sizeof *batch->results)};
+    enum vw_status status = batch->results ? check(params) : VW_ERROR_MEMORY;
+    if (!status) status = params->only ? vw_folder_create(params->out) : vw_out_lock_take(params->out, &lock);
+    if (!status) status = run_jobs(params, batch);
+    if (!status && !params->only) status = merge(params, batch);
+    vw_out_lock_release(&lock);
+    if (!status && !params->only) vw_merge_report(params->out, &batch->merged); // locks OUT by itself
+    return !status && batch->failed ? fail_jobs(params, batch) : status;
+}
+
+void vw_batch_free(struct vw_batch *batch) {
+    for (uint32_t i = 0; batch->results && i < batch->jobs->count; i++) free(batch->results[i].message);
+    free(batch->results);
+    vw_merged_runs_free(&batch->merged);
+    *batch = (struct vw_batch){0};
+}

@@ -1,0 +1,195 @@
+// JOBS.json: the words that it gives each job, and what is refused.
+#include "support/cmocka_test.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "batch/job_record.h"
+#include "batch/jobs.h"
+#include "support/temporary_folder.h"
+
+static char *folder;
+
+static int make_folder(void **state) {
+    (void)state;
+    folder = temporary_folder_create();
+    return !folder;
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    temporary_folder_remove(folder);
+    return 0;
+}
+
+static enum vw_status load(const char *text, struct vw_jobs *jobs) {
+    const char *path = temporary_path(folder, "jobs.json");
+    ASSERT_OK(vw_file_write(path, text, strlen(text)));
+    return vw_jobs_load(path, jobs);
+}
+
+// The words with spaces between, without the folder of the file.
+static void assert_words(const struct vw_job *job, const char *expected) {
+    char text[1024] = "", scene[256];
+    snprintf(scene, sizeof scene, "%s/", folder);
+    for (uint32_t i = 0; i < job->word_count; i++) {
+        const char *word = job->words[i];
+        if (!strncmp(word, scene, strlen(scene))) word += strlen(scene);
+        snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", i ? " " : "", word);
+    }
+    assert_string_equal(text, expected);
+    assert_null(job->words[job->word_count]);
+}
+
+static void jobs_are_scenes_by_configs_by_seeds(void **state) {
+    (void)state;
+    struct vw_jobs jobs;
+    ASSERT_OK(load("{\"defaults\": {\"epochs\": 16, \"quiet-not\": false, \"lasting\": true}, \"seeds\": [0, 7],"
+                   " \"configs\": [{\"name\": \"short\", \"options\": {\"epochs\": 4}}, {\"name\": \"plain\"}],"
+                   " \"jobs\": [{\"name\": \"fox\", \"scene\": \"a/fox\","
+                   " \"options\": {\"lr\": 0.1, \"lasting\": false}},"
+                   " {\"name\": \"toys\", \"scene\": \"/toys.json\", \"seeds\": [3], \"options\": {\"epochs\": 2,"
+                   " \"effects\": \"+sky\"}}]}",
+                   &jobs));
+    assert_int_equal(jobs.count, 6);
+    static const char *const names[] = {"fox/short/seed-0", "fox/short/seed-7",  "fox/plain/seed-0",
+                                        "fox/plain/seed-7", "toys/short/seed-3", "toys/plain/seed-3"};
+    for (uint32_t i = 0; i < jobs.count; i++) assert_string_equal(jobs.jobs[i].name, names[i]);
+    assert_words(&jobs.jobs[0], "value a/fox --seed=0 --epochs=4 --lr=0.1");
+    assert_words(&jobs.jobs[3], "value a/fox --seed=7 --epochs=16 --lr=0.1");
+    assert_words(&jobs.jobs[4], "value /toys.json --seed=3 --epochs=2 --lasting --effects=+sky");
+    vw_jobs_free(&jobs);
+}
+
+static void a_scene_alone_is_a_job(void **state) {
+    (void)state;
+    struct vw_jobs jobs;
+    ASSERT_OK(load("{\"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\"}]}", &jobs));
+    assert_int_equal(jobs.count, 1);
+    assert_string_equal(jobs.jobs[0].name, "fox/seed-0");
+    assert_words(&jobs.jobs[0], "value fox --seed=0");
+    vw_jobs_free(&jobs);
+}
+
+#define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
+
+static void what_is_wrong_is_named(void **state) {
+    (void)state;
+    static const struct {
+        const char *text, *message;
+    } cases[] = {
+        {"{\"jobs\": [", "jobs.json:1: "},
+        {"[]", "expected an object with the keys: defaults seeds configs jobs"},
+        {"{\"job\": []}", "job: unknown key"},
+        {"{}", "jobs: expected an array of at most 4096 objects"},
+        {"{\"jobs\": []}", "jobs: is empty"},
+        {"{\"jobs\": [3]}", "jobs[0]: expected an object"},
+        {"{\"jobs\": [{\"scene\": \"a\"}]}", "jobs[0].name: give 1 to 64 letters"},
+        {"{\"jobs\": [{\"name\": \"a\"}]}", "jobs[0].scene: give the scene's"},
+        {"{\"jobs\": [{\"name\": \"a/b\", \"scene\": \"a\"}]}", "jobs[0].name: "},
+        {"{\"jobs\": [{\"name\": \"..\", \"scene\": \"a\"}]}", "jobs[0].name: "},
+        {"{\"jobs\": [{\"name\": \"-a\", \"scene\": \"a\"}]}", "jobs[0].name: "},
+        {"{\"jobs\": [{\"name\": 3, \"scene\": \"a\"}]}", "jobs[0].name: expected a text"},
+        {"{\"jobs\": [{\"name\": \"a\", \"scene\": \"a\\nb\"}]}", "jobs[0].scene: "},
+        {"{\"jobs\": [{\"name\": \"a\", \"scene\": \"a\"}, {\"name\": \"a\", \"scene\": \"b\"}]}",
+         "jobs[1].name: \"a\" is the name of an earlier one"},
+        {JOBS(", \"name\": \"b\""), "jobs.json:1: "},
+        {JOBS(", \"sede\": 1"), "jobs[0].sede: unknown key"},
+        {JOBS(", \"seeds\": 3"), "jobs[0].seeds: give an array"},
+        {JOBS(", \"seeds\": []"), "jobs[0].seeds: give an array"},
+        {JOBS(", \"seeds\": [-1]"), "jobs[0].seeds: a seed is"},
+        {JOBS(", \"seeds\": [0.5]"), "jobs[0].seeds: a seed is"},
+        {JOBS(", \"seeds\": [1, 2, 1]"), "jobs[0].seeds: 1 is named twice"},
+        {JOBS(", \"options\": []"), "jobs[0].options: give an object"},
+        {JOBS(", \"options\": {\"seed\": 3}"), "jobs[0].seed: no option of a job"},
+        {JOBS(", \"options\": {\"out\": \"/tmp\"}"), "jobs[0].out: no option of a job"},
+        {JOBS(", \"options\": {\"kfold\": 3}"), "jobs[0].kfold: no option of a job"},
+        {JOBS(", \"options\": {\"--epochs\": 3}"), "jobs[0].options: a key is no option"},
+        {JOBS(", \"options\": {\"a=b\": 3}"), "jobs[0].options: a key is no option"},
+        {JOBS(", \"options\": {\"epochs\": [3]}"), "jobs[0].epochs: give a number"},
+        {JOBS(", \"options\": {\"epochs\": null}"), "jobs[0].epochs: give a number"},
+        {JOBS(", \"options\": {\"train\": \"a\\nb\"}"), "jobs[0].train: give a number"},
+        {"{\"defaults\": {\"resume\": true}, \"jobs\": []}", "resume: no option of a job"},
+        {"{\"seeds\": [true], \"jobs\": []}", "seeds: a seed is"},
+        {"{\"configs\": {}, \"jobs\": []}", "configs: expected an array"},
+        {"{\"configs\": [{\"name\": \"x\"}, {\"name\": \"x\"}], \"jobs\": []}", "configs[1].name: "},
+        {"{\"configs\": [{\"name\": \"x\", \"scene\": \"y\"}], \"jobs\": []}", "configs[0].scene: unknown key"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct vw_jobs jobs;
+        if (load(cases[i].text, &jobs) != VW_ERROR_INPUT) fail_msg("%s is taken", cases[i].text);
+        vw_jobs_free(&jobs);
+        if (!strstr(vw_error_message(), cases[i].message) || strchr(vw_error_message(), '\n'))
+            fail_msg("%s: %s", cases[i].text, vw_error_message());
+    }
+}
+
+static void absurd_numbers_of_jobs_are_refused(void **state) {
+    (void)state;
+    static char text[1 << 16];
+    struct vw_jobs jobs;
+    int used = snprintf(text, sizeof text, "{\"seeds\": [0");
+    for (int i = 1; i < VW_JOBS_MAX; i++) used += snprintf(text + used, sizeof text - (size_t)used, ",%d", i);
+    snprintf(text + used, sizeof text - (size_t)used,
+             "], \"jobs\": [{\"name\": \"a\", \"scene\": \"a\"},"
+             " {\"name\": \"b\", \"scene\": \"b\", \"seeds\": [0]}]}");
+    assert_int_equal(load(text, &jobs), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "jobs: more than 4096 valuations"));
+    vw_jobs_free(&jobs);
+}
+
+static void a_record_is_of_the_same_words(void **state) {
+    (void)state;
+    struct vw_jobs jobs, others;
+    struct vw_job_record record;
+    ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
+    ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 4}"), &others));
+    ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
+    ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+    assert_int_equal(record.exit_code, -1);
+    ASSERT_OK(vw_job_record_write(folder, &jobs.jobs[0], &(struct vw_job_record){0, 2.5, "why"}));
+    ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+    assert_int_equal(record.exit_code, 0);
+    assert_near(record.seconds, 2.5, 0);
+    assert_string_equal(record.message, "why");
+    free(record.message);
+    assert_false(vw_job_record_is_done(folder, &jobs.jobs[0], &record)); // its run is not there
+    ASSERT_OK(vw_folder_create(temporary_path(folder, "a/seed-0")));
+    ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0/ledger.db"), "", 0));
+    assert_true(vw_job_record_is_done(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(vw_job_record_read(folder, &others.jobs[0], &record));
+    assert_int_equal(record.exit_code, -1);
+    vw_jobs_free(&jobs);
+    vw_jobs_free(&others);
+}
+
+static void a_broken_record_is_none(void **state) {
+    (void)state;
+    static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
+                                        "{\"words\": [], \"exit_code\": 0, \"seconds\": 1, \"message\": \"\"}"};
+    struct vw_jobs jobs;
+    ASSERT_OK(load(JOBS(""), &jobs));
+    ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+        struct vw_job_record record;
+        ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0.json"), texts[i], strlen(texts[i])));
+        ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+        assert_int_equal(record.exit_code, -1);
+        assert_null(record.message);
+    }
+    vw_jobs_free(&jobs);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_scene_alone_is_a_job, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(what_is_wrong_is_named, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_record_is_of_the_same_words, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_broken_record_is_none, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
