@@ -99,8 +99,9 @@ static void add_encoder_gradient(const struct model *model, struct vw_pass_cost 
     for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) pass_cost_add(costs, count, passes[i]);
 }
 
-// Of the even samples of `rays`, by which importance samples are placed. None of them has transients.
-static void add_placing(const struct model *model, double rays, uint32_t chunks, const char *role,
+// Of the even samples of `rays`, by which importance samples are placed. None of them has transients. `trains`: where
+// there is a coarse network, it learns by them.
+static void add_placing(const struct model *model, double rays, uint32_t chunks, const char *role, bool trains,
                         struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;
     if (!s->importance) return;
@@ -109,7 +110,7 @@ static void add_placing(const struct model *model, double rays, uint32_t chunks,
     const struct field_work work = {.samples = rays * s->strata,
                                     .chunks = chunks,
                                     .role = role ? even_validation_role : even_role,
-                                    .stores_rows = model->coarse_columns && !role};
+                                    .stores_rows = trains && model->coarse_columns};
     model->kind->list_forward_costs(&even, &work, costs, count);
     if (work.stores_rows) {
         pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", work.role, chunks, 0, work.samples * 56});
@@ -167,7 +168,7 @@ static void add_consistency(const struct step_passes *step, struct vw_pass_cost 
                             again = {.samples = n.samples, .chunks = chunks};
     for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
         if (step->occupancy.kept) add_skipping(&n, chunks, costs, count);
-        add_placing(model, n.rays, chunks, NULL, costs, count);
+        add_placing(model, n.rays, chunks, NULL, false, costs, count);
         model->kind->list_forward_costs(model, time ? &again : &once, costs, count);
     }
     add_picture(model, &n, chunks, costs, count);
@@ -184,7 +185,7 @@ static void add_training(const struct step_passes *step, struct vw_pass_cost *co
     pass_cost_add(
         costs, count,
         (struct vw_pass_cost){"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))});
-    add_placing(model, n.rays, chunks, NULL, costs, count);
+    add_placing(model, n.rays, chunks, NULL, true, costs, count);
     model->kind->list_forward_costs(model, &work, costs, count);
     if (step->transient.update) add_transient(model, n.samples, chunks, costs, count);
     else pass_cost_add(costs, count, (struct vw_pass_cost){"backward_rays", NULL, chunks, 0, n.samples * 56});
@@ -220,7 +221,7 @@ static void add_validation(const struct validation *validation, struct vw_pass_c
     uint32_t chunks = evaluator_count_chunks(evaluator);
     const struct field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
     if (evaluator->views) add_encoding(evaluator->field->model, evaluator->view_count, evaluator_role, costs, count);
-    add_placing(evaluator->field->model, n.rays, chunks, evaluator_role, costs, count);
+    add_placing(evaluator->field->model, n.rays, chunks, evaluator_role, false, costs, count);
     evaluator->field->model->kind->list_forward_costs(evaluator->field->model, &work, costs, count);
     pass_cost_add(costs, count,
                   (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});

@@ -37,8 +37,12 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // of the encoder, where it is on
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
-    const struct vw_trainer_params params = {
-        .gpu = gpu, .scene = scene, .config = &config, .validate = true, .steps_per_batch = 4};
+    const struct vw_trainer_params params = {// of longer batches not all dispatches are timed
+                                             .gpu = gpu,
+                                             .scene = scene,
+                                             .config = &config,
+                                             .validate = true,
+                                             .steps_per_batch = 2};
     ASSERT_OK(test_trainer_open(params, &trainer));
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, costs, &cost_count);
