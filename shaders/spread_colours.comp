@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // From the gradients by the sums of the encoder's first convolution to those by the colours of the rays whose picture it has seen, through
-// the thumbnail of it. They take the place of the rays' targets, for backward_rays with LOSS_GIVEN. One ray per invocation.
+// the thumbnail of it. They take the place of the rays' targets, for backward_rays with LOSS_GIVEN. Padding lies below the picture,
+// where no kernel reaches. One ray per invocation.
 #include "common.glsl"
 #include "picture.glsl"
 layout(local_size_x = 64) in;
@@ -17,7 +18,6 @@ void main() {
     if (index >= rays.length()) return;
     uvec2 at = uvec2(index % push.side, index / push.side);
     uvec2 first = overlapped(at, push.side, THUMBNAIL_SIDE), end = overlapped_end(at, push.side, THUMBNAIL_SIDE);
-    if (index >= push.side * push.side) end = first; // padding
     vec3 slope = vec3(0.0);
     for (uint y = first.y; y < end.y; y++)
         for (uint x = first.x; x < end.x; x++)
