@@ -88,14 +88,15 @@ check "a job with more epochs is extended" run batch jobs.json many --per-device
 check "as the file says" test "$(query many/b/seed-1 'SELECT max(step) FROM step')" = 30
 check "and has another canonical dump" eval '! same_dump many single >/dev/null'
 
-steps() { # steps OUT: of all ledgers that can be read
-    local file sum=0
-    for file in "$folder/$1"/*/seed-*/ledger.db; do
-        [[ ! -e $file ]] || sum=$((sum + $(sqlite3 -readonly "$file" 'SELECT count(*) FROM step' 2>/dev/null || echo 0)))
+steps() { # steps OUT: of the one of its first two jobs that has fewer
+    local seed count least=
+    for seed in 0 1; do
+        count=$(sqlite3 -readonly "$folder/$1/a/seed-$seed/ledger.db" 'SELECT count(*) FROM step' 2>/dev/null || echo 0)
+        [[ -n $least && $least -le $count ]] || least=$count
     done
-    echo "$sum"
+    echo "$least"
 }
-# stop SIGNAL OUT STEPS: starts or resumes, and signals once there are so many steps.
+# stop SIGNAL OUT STEPS: starts or resumes, and signals once both have so many steps.
 stop() {
     local process code=0
     "$program" batch "$folder/long.json" --out "$folder/$2" --devices llvmpipe --per-device 2 >"$folder/stdout" 2>"$folder/stderr" &
@@ -137,8 +138,9 @@ check "has the same canonical dump" same_dump stopped whole
 
 rays=16
 # What a killed batch began may still save what it has.
-mkdir -p "$folder/waits/b/seed-0"
-flock "$folder/waits/b/seed-0/.viewworth.lock" sleep 2 &
+mkdir -p "$folder/waits/a/seed-0" # of the first job, so that it is asked for at once
+flock "$folder/waits/a/seed-0/.viewworth.lock" sleep 3 &
+while flock -n "$folder/waits/a/seed-0/.viewworth.lock" true; do sleep 0.01; done
 check "a job waits for another process in its folder" run batch short.json waits --devices all
 check "and for no longer" eval '! kill -0 $! 2>/dev/null && [[ $(states waits) = done,done,done,done ]]'
 
