@@ -271,12 +271,27 @@ static enum vw_status read_records(struct vw_batch *batch, const char *out) {
         struct vw_job_record record;
         status = vw_job_record_read(out, job, &record);
         bool done = !status && vw_job_record_is_done(out, job, &record);
-        free(record.message); // a job that failed is tried again
-        batch->results[i] = (struct vw_job_result){
-            .state = done ? VW_JOB_DONE : VW_JOB_WAITING, .exit_code = done ? 0 : -1, .seconds = record.seconds};
+        batch->results[i] =
+            (struct vw_job_result){.state = done             ? VW_JOB_DONE
+                                            : record.message ? VW_JOB_FAILED // one that was stopped has none
+                                                             : VW_JOB_WAITING,
+                                   .exit_code = done || record.message ? record.exit_code : -1,
+                                   .seconds = record.seconds,
+                                   .message = record.message};
     }
     count_states(batch);
     return status;
+}
+
+// A job that failed is tried again.
+static void forget_failures(struct vw_batch *batch) {
+    for (uint32_t i = 0; i < batch->jobs->count; i++) {
+        struct vw_job_result *result = &batch->results[i];
+        if (result->state != VW_JOB_FAILED) continue;
+        free(result->message);
+        *result = (struct vw_job_result){.state = VW_JOB_WAITING, .exit_code = -1, .seconds = result->seconds};
+    }
+    count_states(batch);
 }
 
 static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_batch *batch) {
@@ -286,7 +301,10 @@ static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_b
                           .children = vw_allocate(batch->jobs->count, sizeof *queue.children)};
     queue.on_device = vw_allocate(queue.device_count, sizeof *queue.on_device);
     enum vw_status status = queue.children && queue.on_device ? read_records(batch, params->out) : VW_ERROR_MEMORY;
-    if (!status) status = run_queue(&queue);
+    if (!status && !params->merge_only) {
+        forget_failures(batch);
+        status = run_queue(&queue);
+    }
     if (!status && queue.stopping && has_waiting(&queue)) status = VW_ERROR_INTERRUPTED;
     for (uint32_t i = 0; !status && i < batch->jobs->count; i++)
         if (batch->results[i].state == VW_JOB_STOPPED) status = VW_ERROR_INTERRUPTED;
@@ -335,11 +353,21 @@ static enum vw_status check(const struct vw_batch_params *params) {
     return status;
 }
 
+static enum vw_status create(const struct vw_jobs *jobs, struct vw_batch *batch) {
+    *batch = (struct vw_batch){.jobs = jobs, .results = vw_allocate(jobs->count, sizeof *batch->results)};
+    return batch->results ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch) {
+    enum vw_status status = create(jobs, batch);
+    if (!status) status = check(&(struct vw_batch_params){.jobs = jobs, .out = out});
+    return status ? status : read_records(batch, out);
+}
+
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch) {
     struct vw_out_lock *lock = NULL;
-    *batch =
-        (struct vw_batch){.jobs = params->jobs, .results = vw_allocate(params->jobs->count, sizeof *batch->results)};
-    enum vw_status status = batch->results ? check(params) : VW_ERROR_MEMORY;
+    enum vw_status status = create(params->jobs, batch);
+    if (!status) status = check(params);
     if (!status) status = params->only ? vw_folder_create(params->out) : vw_out_lock_take(params->out, &lock);
     if (!status) status = run_jobs(params, batch);
     if (!status && !params->only) status = merge(params, batch);

@@ -45,6 +45,7 @@ struct vw_batch_params {
     uint32_t device_count;      // 0: the preferred device
     uint32_t per_device;        // processes at a time on each; 0: 1
     uint32_t only;              // the only job to run, counted from 1, beside other processes that run others; 0: all
+    bool merge_only;            // runs no job, and merges those that are done
     struct vw_interrupt interrupt;
     vw_batch_progress *progress; // NULL: none
     void *context;
@@ -56,6 +57,8 @@ struct vw_batch_params {
 // none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others have
 // ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch);
+// Which jobs are done in OUT, which failed at last (with `message`), and which wait. Free it also after a failure.
+enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch);
 void vw_batch_free(struct vw_batch *batch);
 
 // A row per job. Owned by the caller (free); NULL if memory is short.

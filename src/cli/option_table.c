@@ -56,6 +56,18 @@ const struct vw_option vw_option_table[] = {
      "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
      "other jobs in the same --out folder at the same time",
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, job), RANGE(1, VW_JOBS_MAX)},
+    {"merge-only", NULL, "Run no job; merge those that are done", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
+     OPTION(FLAG, merge_only)},
+    {"slurm", NULL,
+     "Submit the jobs that are not done to a Slurm cluster, as an array of batch --job K, and one that merges when all "
+     "have ended; jobs that reach the time limit or are preempted resume",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(FLAG, slurm), COMMON},
+    {"partition", "NAME", "Partition of --slurm", VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, partition),
+     DEFAULT("the cluster's")},
+    {"gpus", "N", "GPUs that each job of --slurm asks for", VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, gpus),
+     RANGE(1, 64), DEFAULT("none")},
+    {"time-limit", "TIME", "Time limit of each job of --slurm, as sbatch takes it: minutes, or HOURS:MINUTES:SECONDS",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, time_limit), DEFAULT("the partition's")},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"resume", NULL, "No effect: this command always resumes", VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(FLAG, resume)},

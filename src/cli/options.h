@@ -69,6 +69,9 @@ struct vw_options {
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
+    bool merge_only, slurm;
+    const char *partition, *time_limit; // of Slurm
+    uint32_t gpus;                      // that each job asks Slurm for
     bool json, quiet, help, help_all;
     uint64_t given[2]; // private: a bit per row of the option table
 };

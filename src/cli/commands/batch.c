@@ -1,4 +1,5 @@
 #include "batch/batch.h"
+#include "batch/slurm.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -92,6 +93,7 @@ static enum vw_status run_batch(const struct vw_options *options, const struct v
                                                                     .device_count = devices->count,
                                                                     .per_device = options->per_device,
                                                                     .only = options->job,
+                                                                    .merge_only = options->merge_only,
                                                                     .interrupt = vw_interrupt_watch(),
                                                                     .progress = vw_batch_show,
                                                                     .context = &display},
@@ -110,14 +112,51 @@ static enum vw_status run_batch(const struct vw_options *options, const struct v
     return status;
 }
 
-enum vw_status vw_command_batch(const struct vw_options *options) {
+static enum vw_status run_here(const struct vw_options *options, const struct vw_jobs *jobs) {
     struct devices devices = {0};
-    struct vw_jobs jobs;
-    enum vw_status status = load_jobs(options->operand, &jobs);
-    if (!status && options->devices)
+    enum vw_status status = VW_OK;
+    if (options->devices)
         status = strcmp(options->devices, "all") ? read_list(options->devices, &devices) : list_all(&devices);
-    if (!status) status = run_batch(options, &jobs, &devices);
+    if (!status) status = run_batch(options, jobs, &devices);
     for (uint32_t i = 0; i < devices.count; i++) free(devices.names[i]);
+    return status;
+}
+
+static enum vw_status submit(const struct vw_options *options, const struct vw_jobs *jobs) {
+    struct vw_batch batch;
+    struct vw_slurm_numbers numbers;
+    enum vw_status status = vw_batch_look(jobs, options->out, &batch);
+    if (!status)
+        status = vw_slurm_submit(&(struct vw_slurm_params){.batch = &batch,
+                                                           .jobs_path = options->operand,
+                                                           .out = options->out,
+                                                           .program = "/proc/self/exe",
+                                                           .devices = options->devices,
+                                                           .partition = options->partition,
+                                                           .time_limit = options->time_limit,
+                                                           .gpus = options->gpus},
+                                 &numbers);
+    if (!status) status = vw_submitted_print(&batch, &numbers, options->out, options->json);
+    vw_batch_free(&batch);
+    return status;
+}
+
+static enum vw_status check_together(const struct vw_options *options) {
+    if (!options->slurm && (options->partition || options->time_limit || options->gpus))
+        return vw_fail(VW_ERROR_USAGE, "--partition, --gpus and --time-limit are of --slurm; add it");
+    if (options->slurm && (options->job || options->merge_only || vw_options_have(options, "per-device")))
+        return vw_fail(VW_ERROR_USAGE,
+                       "--slurm decides where jobs run; leave out --job, --merge-only and --per-device");
+    if (options->merge_only && options->job)
+        return vw_fail(VW_ERROR_USAGE, "--merge-only runs no job; leave out --job");
+    return VW_OK;
+}
+
+enum vw_status vw_command_batch(const struct vw_options *options) {
+    struct vw_jobs jobs = {0};
+    enum vw_status status = check_together(options);
+    if (!status) status = load_jobs(options->operand, &jobs);
+    if (!status) status = options->slurm ? submit(options, &jobs) : run_here(options, &jobs);
     vw_jobs_free(&jobs);
     return status;
 }

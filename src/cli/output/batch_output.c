@@ -105,3 +105,14 @@ enum vw_status vw_summary_print(const struct vw_summary_row *rows, uint32_t coun
     if (runs) print_files(runs, out);
     return VW_OK;
 }
+
+enum vw_status vw_submitted_print(const struct vw_batch *batch, const struct vw_slurm_numbers *numbers, const char *out,
+                                  bool json) {
+    uint32_t count = batch->jobs->count - batch->done;
+    if (json)
+        return vw_json_print(json_pack("{s:s, s:i, s:s, s:s}", "out", out, "submitted", (int)count, "array",
+                                       numbers->array, "merge", numbers->merge));
+    if (count) vw_print("array    %s: %" PRIu32 " of %" PRIu32 " jobs\n", numbers->array, count, batch->jobs->count);
+    vw_print("merge    %s%s\nlogs     %s/slurm-*.log\n", numbers->merge, count ? ": when they have ended" : "", out);
+    return VW_OK;
+}

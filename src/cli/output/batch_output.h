@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "batch/batch.h"
+#include "batch/slurm.h"
 
 // All zero but for the first.
 struct vw_batch_display {
@@ -20,5 +21,9 @@ void vw_batch_show_end(struct vw_batch_display *display);
 // VW_ERROR_MEMORY.
 enum vw_status vw_summary_print(const struct vw_summary_row *rows, uint32_t count, const struct vw_merged_runs *runs,
                                 const char *out, bool json);
+
+// What was submitted to Slurm, and where its logs are.
+enum vw_status vw_submitted_print(const struct vw_batch *batch, const struct vw_slurm_numbers *numbers, const char *out,
+                                  bool json);
 
 #endif
