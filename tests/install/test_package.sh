@@ -3,8 +3,8 @@
 # tests/long/test_package_root.sh installs one in a clean Debian. Usage: test_package.sh PROGRAM
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-for tool in cpack dpkg-deb dpkg-shlibdeps; do
-    command -v "$tool" >/dev/null || { echo "SKIPPED: $tool is missing; apt-get install cmake dpkg-dev"; exit 77; }
+for tool in cpack dpkg-deb dpkg-shlibdeps file; do
+    command -v "$tool" >/dev/null || { echo "SKIPPED: $tool is missing; scripts/install_packages installs it"; exit 77; }
 done
 
 makes_package() {
