@@ -121,6 +121,7 @@ static enum vw_status start_process(struct queue *queue, uint32_t job) {
     char *log_path = vw_format_text("%s/%s.log", params->out, job_at(queue, job)->name);
     enum vw_status status = words && folder && log_path ? VW_OK : VW_ERROR_MEMORY;
     if (!status) status = vw_folder_create_inside(params->out, folder);
+    if (!status) status = vw_folder_check_inside(params->out, job_at(queue, job)->name);
     if (!status) status = vw_child_start(params->program, words, log_path, &queue->children[job].process);
     free(log_path);
     free(folder);

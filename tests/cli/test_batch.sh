@@ -173,6 +173,9 @@ check "a second start" fails 2 'another viewworth process writes there' flock "$
 mkdir -p "$folder/linked/elsewhere" && ln -s elsewhere "$folder/linked/a"
 check "a folder of a job that is a link" ends_with 2 'linked.*a' batch short.json linked
 check "into which nothing is written" test -z "$(ls "$folder/linked/elsewhere")"
+rm "$folder/linked/a" && mkdir "$folder/linked/a" && ln -s ../elsewhere "$folder/linked/a/seed-0"
+check "a job's own folder that is a link" ends_with 2 'linked.*a/seed-0' batch short.json linked
+check "into which nothing is written either" test -z "$(ls "$folder/linked/elsewhere")"
 check "two runs of one job" fails 2 'both are the job a/seed-0' "$program" merge "$folder/single" "$folder/array" --out "$folder/none"
 check "a folder without runs" fails 2 'locked: no run lies in it' "$program" merge "$folder/locked" --out "$folder/none"
 sqlite3 "$folder/array/b/seed-1/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'
