@@ -14,7 +14,6 @@
 #include "base/memory.h"
 #include "batch/child.h"
 #include "batch/job_record.h"
-#include "run/out_folder.h"
 #include "run/out_lock.h"
 
 enum { LOOK_NS = 50000000, LOG_END_BYTES = 2048, SIGNAL_CODE = 128 };
@@ -343,14 +342,10 @@ static enum vw_status fail_jobs(const struct vw_batch_params *params, const stru
 }
 
 static enum vw_status check(const struct vw_batch_params *params) {
-    char *ledger = vw_path_join(params->out, "ledger.db");
-    enum vw_status status = ledger ? vw_out_check(params->out) : VW_ERROR_MEMORY;
-    if (!status && vw_file_exists(ledger))
-        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run; name another folder for a batch", params->out);
+    enum vw_status status = vw_merge_check_out(params->out);
     if (!status && params->only > params->jobs->count)
         status =
             vw_fail(VW_ERROR_USAGE, "--job %u: there are %u jobs; name one of them", params->only, params->jobs->count);
-    free(ledger);
     return status;
 }
 

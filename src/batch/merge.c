@@ -14,6 +14,7 @@
 #include "base/text_stream.h"
 #include "ledger/merge.h"
 #include "report/page.h"
+#include "run/out_folder.h"
 #include "viewworth/ledger.h"
 #include "viewworth/log.h"
 #include "viewworth/report.h"
@@ -196,6 +197,15 @@ static enum vw_status merge(const char *merged_path, const char *scores_path, st
     if (!status) status = vw_file_write(scores_path, scores, size_bytes);
     vw_merged_close(&merged);
     free(scores);
+    return status;
+}
+
+enum vw_status vw_merge_check_out(const char *out) {
+    char *ledger = vw_path_join(out, "ledger.db");
+    enum vw_status status = ledger ? vw_out_check(out) : VW_ERROR_MEMORY;
+    if (!status && vw_file_exists(ledger))
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run; name another folder for results of many", out);
+    free(ledger);
     return status;
 }
 

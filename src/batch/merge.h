@@ -34,6 +34,9 @@ enum vw_status vw_merged_runs_add(struct vw_merged_runs *runs, const char *job, 
 enum vw_status vw_merged_runs_find(struct vw_merged_runs *runs, const char *folder);
 void vw_merged_runs_free(struct vw_merged_runs *runs);
 
+// Whether OUT can be written in, and holds no run, whose scores.csv and report.html would be lost. VW_ERROR_USAGE.
+enum vw_status vw_merge_check_out(const char *out);
+
 // Verifies every ledger and writes to OUT, whose lock the caller holds: merged.db (ledger/merge.h), and scores.csv with
 // the columns job, config (the part of the job's name before its seed, if there is one), scene and seed before those of
 // a run. VW_ERROR_MISMATCH, which names it, for a ledger that was edited, and VW_ERROR_USAGE for two runs of one job;

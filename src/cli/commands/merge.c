@@ -5,7 +5,6 @@
 #include "batch/summary.h"
 #include "cli/commands/commands.h"
 #include "cli/output/batch_output.h"
-#include "run/out_folder.h"
 #include "run/out_lock.h"
 
 enum vw_status vw_command_merge(const struct vw_options *options) {
@@ -14,7 +13,7 @@ enum vw_status vw_command_merge(const struct vw_options *options) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < options->operand_count; i++)
         status = vw_merged_runs_find(&runs, options->operands[i]);
-    if (!status) status = vw_out_check(options->out);
+    if (!status) status = vw_merge_check_out(options->out);
     if (!status) status = vw_out_lock_take(options->out, &lock);
     if (!status) status = vw_merge_write(options->out, &runs);
     struct vw_summary_row *rows = status ? NULL : vw_summary_of_runs(&runs);
