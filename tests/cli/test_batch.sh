@@ -150,6 +150,8 @@ for job in 3 1 4 2; do check "job $job alone" run batch short.json array --job "
 check "merges nothing" test ! -e "$folder/array/merged.db"
 check "the whole batch then only merges" eval 'run batch short.json array && ! grep -q ^done "$folder/stderr"'
 check "to the same canonical dump" same_dump array single
+check "where ends of processes are ignored" run env --ignore-signal=CHLD timeout --signal=KILL 100 "$program" batch "$folder/short.json" \
+    --out "$folder/unheard" --devices llvmpipe --job 1
 check "a job that there is not" fails 2 '--job 5: there are 4 jobs' batch short.json array --job 5
 
 # ---- What is refused -----------------------------------------------------------------------------------------------------------
