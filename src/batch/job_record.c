@@ -10,9 +10,11 @@
 
 enum { RECORD_BYTES_MAX = 1 << 20 };
 
+// The scene as the file names it: a batch is the same from wherever its file is named.
 static json_t *words_to_json(const struct vw_job *job) {
     json_t *words = json_array();
-    for (uint32_t i = 0; i < job->word_count; i++) vw_json_append(&words, vw_json_string(job->words[i]));
+    for (uint32_t i = 0; i < job->word_count; i++)
+        vw_json_append(&words, vw_json_string(i == 1 ? job->scene : job->words[i]));
     return words;
 }
 

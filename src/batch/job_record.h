@@ -14,6 +14,7 @@ struct vw_job_record {
     char *message;  // owned: why it failed; NULL: it did not
 };
 
+// The words have the scene as JOBS.json names it.
 // Whether the recorded job has the same words, ended with exit code 0, and its run is still there.
 bool vw_job_record_is_done(const char *out, const struct vw_job *job, const struct vw_job_record *record);
 // Reads the record of a job with the same words; one with other words, none and a broken one are as if no process had

@@ -172,6 +172,8 @@ static enum vw_status write_words(const struct file *file, const struct entry *s
     job->words = vw_allocate(json_object_size(options) + 4, sizeof *job->words);
     bool complete = options && job->words;
     if (complete) {
+        job->scene = vw_copy_text(scene->scene);
+        complete = job->scene;
         job->words[job->word_count++] = vw_copy_text("value");
         job->words[job->word_count++] = vw_path_join(file->folder, scene->scene);
         job->words[job->word_count++] = vw_format_text("--seed=%" JSON_INTEGER_FORMAT, seed);
@@ -241,6 +243,7 @@ void vw_jobs_free(struct vw_jobs *jobs) {
         for (uint32_t w = 0; w < jobs->jobs[i].word_count; w++) free(jobs->jobs[i].words[w]);
         free(jobs->jobs[i].words);
         free(jobs->jobs[i].name);
+        free(jobs->jobs[i].scene);
     }
     free(jobs->jobs);
     *jobs = (struct vw_jobs){0};

@@ -19,6 +19,7 @@ struct vw_job {
     char *name;   // owned: "fox/seed-1", or with configs "fox/draft/seed-1"; also its folder in OUT
     char **words; // owned, and its texts: "value", SCENE, "--seed=1", "--epochs=16", ... and NULL at its end
     uint32_t word_count;
+    char *scene; // owned: as the file names it
 };
 
 struct vw_jobs {

@@ -149,6 +149,8 @@ check "and for no longer" eval '! kill -0 $! 2>/dev/null && [[ $(states waits) =
 for job in 3 1 4 2; do check "job $job alone" run batch short.json array --job "$job"; done
 check "merges nothing" test ! -e "$folder/array/merged.db"
 check "the whole batch then only merges" eval 'run batch short.json array && ! grep -q ^done "$folder/stderr"'
+check "so does one whose file is named otherwise" eval '(cd "$folder" && run "$program" batch short.json --out array --merge-only) &&
+    [[ $(states array) = done,done,done,done ]]'
 check "to the same canonical dump" same_dump array single
 check "where ends of processes are ignored" run env --ignore-signal=CHLD timeout --signal=KILL 100 "$program" batch "$folder/short.json" \
     --out "$folder/unheard" --devices llvmpipe --job 1
