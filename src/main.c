@@ -98,14 +98,13 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
     {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
      "OUT is the --out folder of value, reproduce, benchmark, compare, tradeoff or batch (whose table of jobs it "
-     "shows). The report shows thumbnails if "
-     "the scene can be opened. " NEEDS_SCENE_FOLDER,
+     "shows). The report shows thumbnails if the scene can be opened. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
     {VW_COMMANDS_USE, "merge", "OUT...", "Put the results of many runs side by side",
      "Takes the runs of these folders and of all folders in them; a run is called by its path from the folder that is "
      "named. Verifies every ledger. Writes to the --out folder: merged.db (the tables of all ledgers, with a column "
-     "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql prints what two merged.db "
-     "must have in common if the same jobs were run.",
+     "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql (installed in "
+     "share/viewworth) prints what two merged.db must have in common if the same jobs were run.",
      VW_OPTIONS_MERGE | VW_OPTIONS_JSON, vw_command_merge},
     {VW_COMMANDS_USE, "render", "OUT", "Render a view with the trained field, beside its photo",
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,

@@ -130,12 +130,13 @@ static enum vw_status start_process(struct queue *queue, uint32_t job) {
     return status;
 }
 
-// Whether another process still writes into the job's folder.
+// Whether another process still writes into the job's folder. One that is not there is not made: a process beside this
+// one may be about to.
 static bool is_locked(const struct queue *queue, uint32_t job) {
     struct vw_out_lock *lock = NULL;
     if (vw_folder_check_inside(queue->params->out, job_at(queue, job)->name)) return false; // start() says why
     char *out = vw_format_text("%s/%s", queue->params->out, job_at(queue, job)->name);
-    bool locked = out && vw_out_lock_take(out, &lock) == VW_ERROR_USAGE;
+    bool locked = out && vw_folder_exists(out) && vw_out_lock_take(out, &lock) == VW_ERROR_USAGE;
     vw_out_lock_release(&lock);
     free(out);
     return locked && vw_now_s() - queue->started_s < LOCKED_WAIT_S;
@@ -177,7 +178,7 @@ static char *read_last_line(const char *out, const struct vw_job *job) {
         close(descriptor);
     }
     free(name);
-    while (got > 0 && text[got - 1] == '\n') got--;
+    while (got > 0 && (text[got - 1] == '\n' || text[got - 1] == '\r' || !text[got - 1])) got--;
     if (got <= 0) return NULL;
     text[got] = 0;
     for (ssize_t i = 0; i < got; i++)
@@ -337,8 +338,9 @@ static enum vw_status fail_jobs(const struct vw_batch_params *params, const stru
     uint32_t first = 0;
     while (batch->results[first].state != VW_JOB_FAILED) first++;
     const struct vw_job_result *result = &batch->results[first];
-    return vw_fail(VW_ERROR_IO, "%s: %u of %u jobs failed; the same command tries them again; the first is %s: %s",
-                   params->out, batch->failed, params->only ? 1 : batch->jobs->count, batch->jobs->jobs[first].name,
+    return vw_fail(VW_ERROR_IO, "%s: %u of %u jobs failed; %s tries them again; the first is %s: %s", params->out,
+                   batch->failed, params->only ? 1 : batch->jobs->count,
+                   params->merge_only ? "a batch" : "the same command", batch->jobs->jobs[first].name,
                    result->message ? result->message : "out of memory");
 }
 

@@ -11,7 +11,7 @@
 #include "base/text_stream.h"
 #include "batch/child.h"
 
-enum { ANSWER_BYTES = 1024, TEXT_BYTES_MAX = 256 };
+enum { ANSWER_BYTES = 65536, TEXT_BYTES_MAX = 256 };
 
 static const char digits[] = "0123456789",
                   words[] = "0123456789_.,-abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ",
@@ -82,11 +82,9 @@ static void write_job(FILE *stream, const struct vw_slurm_params *params, const 
           "trap 'limit=near; kill -TERM \"$process\"' USR1\n"
           "trap 'kill -TERM \"$process\"' TERM INT\n"
           "wait \"$process\"\n"
+          "while kill -0 \"$process\" 2>/dev/null; do wait \"$process\"; done # a signal ends a wait\n"
+          "wait \"$process\" # which tells its exit code once more\n"
           "code=$?\n"
-          "while kill -0 \"$process\" 2>/dev/null; do # a signal ended the wait alone\n"
-          "    wait \"$process\"\n"
-          "    code=$?\n"
-          "done\n"
           "[[ -n $limit && $code -ne 0 ]] && scontrol requeue \"$SLURM_JOB_ID\" && exit\n"
           "exit \"$code\"\n",
           stream);
@@ -119,11 +117,7 @@ static enum vw_status make_script(const struct vw_slurm_params *params, const st
 // ---- Submitting ---------------------------------------------------------------------------------------------------
 
 // "NUMBER" or "NUMBER;CLUSTER"; before it there may be lines of what the cluster has to say.
-static enum vw_status submit(char *const *command, char number[VW_SLURM_NUMBER_BYTES]) {
-    char answer[ANSWER_BYTES];
-    int code = 0;
-    enum vw_status status = vw_child_read(command, answer, sizeof answer, &code);
-    if (status) return status;
+static enum vw_status read_number(char *answer, int code, char number[VW_SLURM_NUMBER_BYTES]) {
     size_t length = strlen(answer);
     while (length && answer[length - 1] == '\n') answer[--length] = 0;
     const char *line = strrchr(answer, '\n');
@@ -131,11 +125,21 @@ static enum vw_status submit(char *const *command, char number[VW_SLURM_NUMBER_B
     size_t count = strspn(line, digits);
     if (code || !count || count >= VW_SLURM_NUMBER_BYTES) {
         vw_text_make_line(answer);
-        return vw_fail(VW_ERROR_IO, "sbatch: exit code %d: %s", code, answer);
+        return vw_fail(VW_ERROR_IO, "sbatch: exit code %d: %.200s; correct what it names, and submit again", code,
+                       answer);
     }
     memcpy(number, line, count);
     number[count] = 0;
     return VW_OK;
+}
+
+static enum vw_status submit(char *const *command, char number[VW_SLURM_NUMBER_BYTES]) {
+    char *answer = vw_allocate(ANSWER_BYTES, 1);
+    int code = 0;
+    enum vw_status status = answer ? vw_child_read(command, answer, ANSWER_BYTES, &code) : VW_ERROR_MEMORY;
+    if (!status) status = read_number(answer, code, number);
+    free(answer);
+    return status;
 }
 
 static enum vw_status submit_script(const struct places *places, char *script, const char *after,
@@ -151,6 +155,14 @@ static enum vw_status submit_script(const struct places *places, char *script, c
     return status;
 }
 
+// Where only this fails, the array is there already.
+static enum vw_status submit_merge(const struct places *places, char *script, struct vw_slurm_numbers *numbers) {
+    enum vw_status status = submit_script(places, script, numbers->array, numbers->merge);
+    if (!status || !*numbers->array) return status;
+    return vw_fail_context(status, "array %s is submitted, and wants batch --merge-only when it has ended",
+                           numbers->array);
+}
+
 static enum vw_status submit_all(const struct vw_slurm_params *params, const struct places *places,
                                  struct vw_slurm_numbers *numbers) {
     char *job = NULL, *merge = NULL;
@@ -158,7 +170,7 @@ static enum vw_status submit_all(const struct vw_slurm_params *params, const str
     enum vw_status status = make_script(params, places, "slurm_merge.sh", write_merge, &merge);
     if (!status && !all_done) status = make_script(params, places, "slurm_job.sh", write_job, &job);
     if (!status && !all_done) status = submit_script(places, job, "", numbers->array);
-    if (!status) status = submit_script(places, merge, numbers->array, numbers->merge);
+    if (!status) status = submit_merge(places, merge, numbers);
     free(job);
     free(merge);
     return status;

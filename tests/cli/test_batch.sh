@@ -182,6 +182,9 @@ check "a job's own folder that is a link" ends_with 2 'linked.*a/seed-0' batch s
 check "into which nothing is written either" test -z "$(ls "$folder/linked/elsewhere")"
 check "two runs of one job" fails 2 'both are the job a/seed-0' "$program" merge "$folder/single" "$folder/array" --out "$folder/none"
 check "a merge into the folder of a run" fails 2 'holds a run' "$program" merge "$folder/single" --out "$folder/single/a/seed-0"
+latin=$folder/$'caf\xe9'
+cp -r "$folder/single" "$latin"
+check "a folder whose name is not UTF-8, as JSON" prints '"job"' "$program" merge "$latin" --out "$latin/all" --json
 check "a folder without runs" fails 2 'locked: no run lies in it' "$program" merge "$folder/locked" --out "$folder/none"
 sqlite3 "$folder/array/b/seed-1/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'
 before=$(sha256sum <"$folder/array/merged.db")

@@ -77,7 +77,14 @@ kill_node() {
     done
 }
 
-stop_slurm() { # stop_slurm FOLDER
-    local file
-    for file in "$1"/*.pid; do [[ ! -s $file ]] || kill "$(<"$file")" 2>/dev/null; done
+stop_slurm() { # stop_slurm FOLDER: and waits until nobody writes there
+    local processes process i
+    processes=$(cat "$1"/*.pid 2>/dev/null)
+    for process in $processes; do kill "$process" 2>/dev/null; done
+    for process in $processes; do
+        for ((i = 0; i < 50; i++)); do
+            kill -0 "$process" 2>/dev/null || break
+            sleep 0.1
+        done
+    done
 }

@@ -73,7 +73,7 @@ static void print_files(const struct vw_merged_runs *runs, const char *out) {
 
 static json_t *row_to_json(const struct vw_summary_row *row) {
     const struct vw_merged_run *run = row->run;
-    json_t *object = json_pack("{s:s, s:s}", "job", row->job, "state", row->state);
+    json_t *object = json_pack("{s:o, s:s}", "job", vw_json_string(row->job), "state", row->state);
     vw_json_set(&object, "exit_code", row->exit_code < 0 ? json_null() : json_integer(row->exit_code));
     vw_json_set(&object, "seconds", vw_json_real(row->seconds));
     vw_json_set(&object, "message", vw_json_string(row->message));
@@ -93,7 +93,7 @@ static json_t *row_to_json(const struct vw_summary_row *row) {
 static enum vw_status print_json(const struct vw_summary_row *rows, uint32_t count, const char *out) {
     json_t *jobs = json_array();
     for (uint32_t i = 0; i < count; i++) vw_json_append(&jobs, row_to_json(&rows[i]));
-    return vw_json_print(json_pack("{s:s, s:o}", "out", out, "jobs", jobs));
+    return vw_json_print(json_pack("{s:o, s:o}", "out", vw_json_string(out), "jobs", jobs));
 }
 
 enum vw_status vw_summary_print(const struct vw_summary_row *rows, uint32_t count, const struct vw_merged_runs *runs,
@@ -110,8 +110,8 @@ enum vw_status vw_submitted_print(const struct vw_batch *batch, const struct vw_
                                   bool json) {
     uint32_t count = batch->jobs->count - batch->done;
     if (json)
-        return vw_json_print(json_pack("{s:s, s:i, s:s, s:s}", "out", out, "submitted", (int)count, "array",
-                                       numbers->array, "merge", numbers->merge));
+        return vw_json_print(json_pack("{s:o, s:i, s:s, s:s}", "out", vw_json_string(out), "submitted", (int)count,
+                                       "array", numbers->array, "merge", numbers->merge));
     if (count) vw_print("array    %s: %" PRIu32 " of %" PRIu32 " jobs\n", numbers->array, count, batch->jobs->count);
     vw_print("merge    %s%s\nlogs     %s/slurm-*.log\n", numbers->merge, count ? ": when they have ended" : "", out);
     return VW_OK;
