@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
 
@@ -129,4 +130,13 @@ char *vw_json_to_text(const json_t *value, size_t flags) {
     if (vw_text_stream_close(&text, "JSON", &printed, &size_bytes) || !failed) return printed;
     free(printed);
     return NULL;
+}
+
+enum vw_status vw_json_write_file(const char *path, json_t *object) {
+    char *text = vw_json_to_text(object, JSON_INDENT(2) | JSON_ENSURE_ASCII);
+    enum vw_status status =
+        path && text ? vw_file_write(path, text, strlen(text)) : vw_fail(VW_ERROR_MEMORY, "out of memory for JSON");
+    json_decref(object);
+    free(text);
+    return status;
 }

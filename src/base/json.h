@@ -24,5 +24,8 @@ void vw_json_set(json_t **object, const char *key, json_t *value);
 // The JSON text of a value, owned by the caller; NULL if memory is short, or for NULL. To be used for json_dumps(),
 // which leaves out keys that find no memory and reports nothing.
 char *vw_json_to_text(const json_t *value, size_t flags);
+// Writes an object, of which it takes the reference, to a file, whole or not at all: indented, in ASCII.
+// VW_ERROR_MEMORY where path or object is NULL.
+enum vw_status vw_json_write_file(const char *path, json_t *object);
 
 #endif

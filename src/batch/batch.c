@@ -63,12 +63,8 @@ static enum vw_status write_states(const struct vw_batch *batch, const char *out
     json_t *jobs = json_array();
     for (uint32_t i = 0; i < batch->jobs->count; i++)
         vw_json_append(&jobs, state_to_json(&batch->jobs->jobs[i], &batch->results[i]));
-    json_t *object = json_pack("{s:o}", "jobs", jobs);
-    char *text = vw_json_to_text(object, JSON_INDENT(2) | JSON_ENSURE_ASCII), *path = vw_path_join(out, "batch.json");
-    enum vw_status status = path && text ? vw_file_write(path, text, strlen(text))
-                                         : vw_fail(VW_ERROR_MEMORY, "out of memory for batch.json");
-    json_decref(object);
-    free(text);
+    char *path = vw_path_join(out, "batch.json");
+    enum vw_status status = vw_json_write_file(path, json_pack("{s:o}", "jobs", jobs));
     free(path);
     return status;
 }

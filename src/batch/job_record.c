@@ -60,11 +60,7 @@ enum vw_status vw_job_record_write(const char *out, const struct vw_job *job, co
     char *path = vw_format_text("%s/%s.json", out, job->name);
     json_t *object = json_pack("{s:o, s:i, s:f, s:s}", "words", words_to_json(job), "exit_code", record->exit_code,
                                "seconds", record->seconds, "message", record->message ? record->message : "");
-    char *text = vw_json_to_text(object, JSON_INDENT(2) | JSON_ENSURE_ASCII);
-    enum vw_status status = path && text ? vw_file_write(path, text, strlen(text))
-                                         : vw_fail(VW_ERROR_MEMORY, "out of memory for the record of a job");
-    json_decref(object);
-    free(text);
+    enum vw_status status = vw_json_write_file(path, object);
     free(path);
     return status;
 }

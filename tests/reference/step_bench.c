@@ -488,6 +488,17 @@ void check_same_bits(const char *where, const char *what, const void *device, co
         if (a[i] != b[i]) fail_msg("%s: %s differs at byte %zu of %zu", where, what, i, size_bytes);
 }
 
+void step_bench_check_skipped(struct step_bench *bench, uint64_t number) {
+    step_bench_write_params(bench);
+    step_bench_step(bench, number);
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    float *after = step_bench_read(bench, bench->field.params);
+    assert_true(scalars->z != 0.0f);
+    check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
+    free(scalars);
+    free(after);
+}
+
 double largest(const double *values, size_t count) {
     double most = 0.0;
     for (size_t i = 0; i < count; i++) most = fmax(most, fabs(values[i]));

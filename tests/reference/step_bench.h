@@ -90,6 +90,8 @@ void step_bench_write_params(struct step_bench *bench);
 void step_bench_gradients(struct step_bench *bench, uint64_t number);
 // Runs the whole step `number`.
 void step_bench_step(struct step_bench *bench, uint64_t number);
+// Runs it where params are not finite: it must be flagged, and change none of them.
+void step_bench_check_skipped(struct step_bench *bench, uint64_t number);
 // Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations);

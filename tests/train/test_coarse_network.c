@@ -187,14 +187,7 @@ static void one_that_is_not_finite_marks_the_step(void **state) {
         struct step_bench *bench = step_bench_open(&setup);
         float *coarse = first_of(bench->params, &bench->model.coarse);
         for (uint32_t k = 0; k < 64; k++) coarse[k] = wrong[i];
-        step_bench_write_params(bench);
-        step_bench_step(bench, 3);
-        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        float *after = step_bench_read(bench, bench->field.params);
-        assert_true(scalars->z != 0.0f);
-        check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
-        free(scalars);
-        free(after);
+        step_bench_check_skipped(bench, 3);
         step_bench_close(bench);
     }
 }
@@ -207,34 +200,6 @@ static struct vw_config coarse_config(void) {
     config.importance_samples = 12;
     config.coarse_network = VW_COARSE_NETWORK_OWN;
     return config;
-}
-
-static void a_run_learns_whatever_its_batches(void **state) {
-    (void)state;
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = coarse_config();
-    config.epochs = 12;
-    test_run_assert_learns(scene, &config, 0.7);
-    vw_scene_close(&scene);
-}
-
-static void a_run_in_parts_is_the_run(void **state) {
-    (void)state;
-    struct vw_scene *scene = test_scene();
-    static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
-                                          "sky,appearance_encoder,transient"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        struct vw_config config = coarse_config();
-        config.beta1 = 0.9;
-        config.burn_in_epochs = 0;
-        config.noise_floor = true; // which saves and restores the state on the device
-        strcpy(config.effects, effects[i]);
-        struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
-        test_run_assert_same(whole, parts);
-        test_run_free(whole);
-        test_run_free(parts);
-    }
-    vw_scene_close(&scene);
 }
 
 // Decision 1.
@@ -331,8 +296,6 @@ int main(void) {
         cmocka_unit_test(equal_networks_place_as_one),
         cmocka_unit_test(both_networks_are_drawn),
         cmocka_unit_test(one_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(a_run_learns_whatever_its_batches),
-        cmocka_unit_test(a_run_in_parts_is_the_run),
         cmocka_unit_test(validation_leaves_no_trace),
         cmocka_unit_test(a_saved_field_places_as_the_trained_one),
         cmocka_unit_test(a_config_survives_json),

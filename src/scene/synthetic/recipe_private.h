@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-#include "interface.h"
 #include "base/json_reader.h"
+#include "interface.h"
 #include "viewworth/scene.h"
 
 enum {
