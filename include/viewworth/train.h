@@ -127,8 +127,8 @@ struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
 // Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
 // without `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are
-// absent; without `importance_samples` there are none, without `coarse_network` it is shared,
-// without `learning_rate_decay` the rate is constant.
+// absent; without `importance_samples` there are none, without `coarse_network` it is shared, without
+// `consistency_weight` it is 0, without `learning_rate_decay` the rate is constant.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
