@@ -1,6 +1,7 @@
 #include "batch/merge.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -44,6 +45,9 @@ static enum vw_status find_runs(struct vw_merged_runs *runs, const char *folder,
     if (*job && vw_file_exists_inside(folder, "ledger.db")) return vw_merged_runs_add(runs, job, folder);
     int count = depth < DEPTH_MAX ? scandir(folder, &entries, is_visible, by_name) : 0;
     enum vw_status status = VW_OK;
+    if (count < 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: cannot be read: %s; make it readable, or name the folders beside it",
+                       folder, strerror(errno));
     for (int i = 0; i < count; i++) {
         const char *name = entries[i]->d_name;
         char *below = vw_path_join(folder, name), *longer = vw_format_text("%s%s%s", job, *job ? "/" : "", name);

@@ -186,6 +186,7 @@ latin=$folder/$'caf\xe9'
 cp -r "$folder/single" "$latin"
 check "a folder whose name is not UTF-8, as JSON" prints '"job"' "$program" merge "$latin" --out "$latin/all" --json
 check "a folder without runs" fails 2 'locked: no run lies in it' "$program" merge "$folder/locked" --out "$folder/none"
+check "a file in place of a folder" fails 2 'cannot be read: Not a directory' "$program" merge "$folder/short.json" --out "$folder/none"
 sqlite3 "$folder/array/b/seed-1/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'
 before=$(sha256sum <"$folder/array/merged.db")
 check "a ledger that was edited is named" fails 1 'array/b/seed-1/ledger\.db: step 3 ' \
