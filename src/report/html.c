@@ -41,6 +41,7 @@ static void write_policy(FILE *stream) {
     write_hash(stream, vw_html_widgets);
     write_hash(stream, vw_html_script);
     write_hash(stream, vw_html_tradeoff);
+    write_hash(stream, vw_html_benchmark);
     write_hash(stream, vw_html_photos);
     write_hash(stream, vw_html_scores);
     write_hash(stream, vw_html_tables);
@@ -53,6 +54,7 @@ static bool write_piece(FILE *stream, const char *name, const json_t *data) {
     else if (strcmp(name, "widgets") == 0) fputs(vw_html_widgets, stream);
     else if (strcmp(name, "script") == 0) fputs(vw_html_script, stream);
     else if (strcmp(name, "tradeoff") == 0) fputs(vw_html_tradeoff, stream);
+    else if (strcmp(name, "benchmark") == 0) fputs(vw_html_benchmark, stream);
     else if (strcmp(name, "photos") == 0) fputs(vw_html_photos, stream);
     else if (strcmp(name, "scores") == 0) fputs(vw_html_scores, stream);
     else if (strcmp(name, "tables") == 0) fputs(vw_html_tables, stream);

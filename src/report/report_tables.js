@@ -1,5 +1,5 @@
 'use strict';
-// The sections of the report that are tables: jobs, providers, near-duplicates, the matrix, effects, runs, comparisons and benchmarks.
+// The sections of the report that are tables: jobs, providers, near-duplicates, the matrix, effects, runs and comparisons.
 
 // ---- CSV files of the folder --------------------------------------------------------------------------------------------
 
@@ -324,42 +324,6 @@ function fillComparisons() {
       ...parts(compare.renders, () => element('div', {class: 'renders'}, ...compare.renders.map(render => renderFigure(render, pictures))),
         'Renders side by side'));
     drawLists(id, compare, first || 'val_psnr');
-  });
-}
-
-// ---- Benchmarks ---------------------------------------------------------------------------------------------------------
-
-// A row per method and a column per metric of the chosen group: "lds/val_psnr" is val_psnr of lds.
-function benchmarkTable(records, group) {
-  const cells = new Map(), names = [], methods = [];
-  for (const row of records) {
-    const [head, name = ''] = row.metric.split('/');
-    if (head !== group) continue;
-    if (!names.includes(name)) names.push(name);
-    if (!methods.includes(row.method)) methods.push(row.method);
-    cells.set(row.method + '/' + name, row);
-  }
-  const interval = row => row.ci_low !== '' ? ' (' + signed(number(row.ci_low), 2) + ' to ' + signed(number(row.ci_high), 2) + ')' : '';
-  const place = element('div'), value = cell => cell ? number(cell.value) : NaN;
-  const cellOf = name => method => cells.get(method + '/' + name), text = cell => cell ? short(value(cell)) + interval(cell) : '–';
-  new SortedTable(place, [
-    {title: 'Method', key: method => method, cell: method => method, class: 'long'},
-    ...names.map(name => ({title: name || group, number: true, descending: true, key: method => value(cellOf(name)(method)),
-      cell: method => text(cellOf(name)(method))})),
-  ], {sort: null}).setRows(methods);
-  return place;
-}
-
-function fillBenchmarks() {
-  tablesNamed('benchmark.csv').forEach((table, place) => {
-    const records = recordsOf(table), groups = [...new Set(records.map(row => row.metric.split('/')[0]))];
-    if (!groups.length) return;
-    show('benchmarks');
-    const target = element('div'), draw = group => target.replaceChildren(benchmarkTable(records, group));
-    const first = groups.includes('lds') ? 'lds' : groups[0], entries = groups.map(name => [name, name]);
-    byId('benchmarks').append(element('p', {class: 'quiet'}, table.label + ': metrics of benchmark.csv; intervals are 95 %.'),
-      element('div', {class: 'filters'}, selectBox('choose-metric-' + place, 'Metric', entries, first, draw)), target);
-    draw(first);
   });
 }
 

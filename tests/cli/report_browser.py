@@ -403,6 +403,21 @@ def sections_are_there(browser, folder):
     expect(widths == ['data:image/png;base64,'], widths)
 
 
+@check('validity is drawn by cost, a line per method, and what no axis can show is left out')
+def validity_is_right(browser, folder):
+    page = Page(browser, f'{folder}/costs.html')
+    drawn_sets = "return charts.get('validity-0').chart.data.datasets.map(set => [set.label, set.data.map(({x, y}) => [x, y])])"
+    sets = page.run(drawn_sets)
+    expect([entry for entry in sets if entry[0] != 'interval'] == [
+        ['dv_psnr', [[1, 0.4]]], ['tmc_shapley', [[10, 0.1], [120, 0.6]]], ['<b>', [[2, 0.3]]],
+        ['noise ceiling', [[1, 0.8], [120, 0.8]]]], sets)
+    expect(['interval', [[10, 0.05], [10, 0.7], [10, None], [120, 0.05], [120, 0.7], [120, None]]] in sets, sets)
+    measures = page.run("return [...document.getElementById('choose-validity-0').options].map(one => one.value)")
+    expect(measures == ['lds/test_psnr', 'sign_accuracy/test_psnr'], measures)
+    page.choose('choose-validity-0', 'sign_accuracy/test_psnr')
+    expect(page.run(drawn_sets) == [['dv_psnr', [[1, 0.7]]]], 'another metric is drawn')
+
+
 @check('differences are drawn and told as better or worse, of L1 the other way round')
 def differences_are_right(browser, folder):
     page = Page(browser, f'{folder}/all.html')
@@ -514,7 +529,7 @@ def hostile_tradeoff_is_text(browser, folder):
     expect(page.run("return document.querySelectorAll('#tradeoff-0-table tbody tr').length") == 11, 'rows are missing')
     expect(page.run('return window.broken === undefined'), 'a name was executed')
     expect(page.run("return document.querySelectorAll('img, [onerror]').length") == 0, 'a name became an element')
-    expect(page.run('return document.scripts.length') == 8, 'a name became a script')
+    expect(page.run('return document.scripts.length') == 9, 'a name became a script')
     times = sorted(point['x'] for points in drawn(page, 'psnr').values() for point in points)
     expect(set(times) == {9, 10, 11, 12, 13}, times) # an axis has no place for the others
     heights = [point['y'] for point in drawn(page, 'parameter-psnr')['validation PSNR, dB']]
@@ -533,7 +548,7 @@ def hostile_names_are_text(browser, folder):
         for (const kind of ['mouseover', 'focus', 'error']) one.dispatchEvent(new Event(kind))""")
     expect(page.run('return window.broken === undefined'), 'a name was executed')
     expect(page.run("return document.querySelectorAll('img, [onmouseover], [onerror]').length") == 0, 'a name became an element')
-    expect(page.run("return document.scripts.length") == 8, 'a name became a script')
+    expect(page.run("return document.scripts.length") == 9, 'a name became a script')
     scene = page.run("return document.querySelector('#runs-table tbody').innerText")
     expect('scenes/</title><script>window.broken = 6</script>' in scene, scene[:300])
 

@@ -101,6 +101,16 @@ check "no folder at all" refuses 'OUT\.\.\. is missing'
 mkdir -p "$folder/compare/renders" "$folder/bench"
 printf '%s\n' scene,metric,method,value,ci_low,ci_high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
     "toys,lds/val_psnr,''=x,0.5,,,200" >"$folder/bench/benchmark.csv"
+mkdir "$folder/costs"
+{
+    echo scene,metric,method,value,ci_low,ci_high,count
+    for row in dv_psnr:1:0.4 tmc_shapley_4N:120:0.6 tmc_shapley_10:10:0.1 '<b>_2:2:0.3' '=x:1e99:0.5' free:0:0.9; do
+        IFS=: read -r method cost value <<<"$row"
+        printf '%s\n' "toys,lds/test_psnr,\"$method\",$value,0.05,0.7,40" "toys,cost/trainings,\"$method\",$cost,,,1"
+    done
+    printf '%s\n' "toys,lds/test_psnr,noise ceiling,0.8,,,40" "toys,sign_accuracy/test_psnr,dv_psnr,0.7,,,9"
+} >"$folder/costs/benchmark.csv"
+check "a benchmark of methods that cost more" report "$folder/costs" --to "$folder/costs.html"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
 compare_json() { # compare_json RENDER
