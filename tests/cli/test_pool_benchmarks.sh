@@ -46,6 +46,11 @@ done
 check "scenes with numbers of retrainings of their own" pool --worths few,many "$folder"/{six,seven}
 check "have the names that are given" test "$(field worth_few 3),$(field worth_few 4),$(field worth_many 4)" = 2,0.4,0.2
 check "one name for two numbers" refused 'has 2' --worths few "$folder/six"
+check "as a benchmark of all scenes" pool --benchmark "$folder"/{one,two,three,four}
+check "with the header of one" test "$(head -n 1 "$folder/stdout")" = "$header"
+check "and the same means" test "$(grep '^4 scenes,lds/val_psnr,other,' "$folder/stdout" | cut -d, -f4,7)" = \
+    "$(awk -F, '$2 == "other" {print $4","$3}' "$folder/first")"
+check "an unknown option" refused '--other: is no option' --other "$folder/one"
 check "no benchmark" refused 'nowhere.*finished' "$folder/one" "$folder/nowhere"
 echo name,score >"$folder/scores.csv"
 check "another table" refused 'scores.csv: is no benchmark.csv' "$folder/scores.csv"
