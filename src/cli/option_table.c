@@ -173,8 +173,11 @@ const struct vw_option vw_option_table[] = {
      "Also evaluate worth (see viewworth worth) from so many retrainings, at most 6 numbers with commas between; these "
      "retrainings are not those that judge",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
-    {"curves", "LIST|all|none", "Methods with removal and addition curves, with commas between", VW_OPTIONS_BENCHMARK,
-     VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"), .words = "all none"},
+    {"curves", "LIST|all|none|gain",
+     "Methods with removal and addition curves, with commas between; gain: all methods, but only what leaving out the "
+     "lowest 20 % of the photos gains",
+     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"),
+     .words = "all none gain"},
     {"measure", NULL,
      "Take four times as many steps in each pilot, the short trainings that measure what effects gain, for narrower "
      "intervals",

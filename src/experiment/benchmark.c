@@ -75,7 +75,7 @@ static enum vw_status check_curves(const struct vw_benchmark_params *params) {
         if (!name) return VW_ERROR_MEMORY;
         if (!vw_scorer_exists(name))
             status = vw_fail(VW_ERROR_USAGE,
-                             "--curves: \"%s\" is no method; take all, none, or names as scores.csv has them", name);
+                             "--curves: \"%s\" is no method; take all, none, gain, or names as scores.csv has them", name);
         free(name);
     }
     return status;
@@ -85,7 +85,8 @@ static bool is_wanted(const struct vw_benchmark_params *params, const char *scor
     switch (params->curves) {
     case VW_CURVES_DEFAULT: return !strcmp(scorer, vw_reference_scorer) || !strcmp(scorer, "ground_truth");
     case VW_CURVES_NONE: return false;
-    case VW_CURVES_ALL: return true;
+    case VW_CURVES_ALL:
+    case VW_CURVES_GAIN: return true;
     case VW_CURVES_LISTED: return vw_word_list_has(params->curve_scorers, scorer);
     }
     return false;
@@ -106,7 +107,8 @@ static enum vw_status evaluate_curves(struct work *work, struct vw_metrics *metr
                                            .first_seed = evaluation_seed(work),
                                            .seed_count = work->params->retraining_seeds,
                                            .retrain = vw_retrain,
-                                           .context = &work->retrainer};
+                                           .context = &work->retrainer,
+                                           .gain_only = work->params->curves == VW_CURVES_GAIN};
     if (work->params->curves == VW_CURVES_NONE) return VW_OK;
     enum vw_status status = vw_evaluate_random_curve(&params, metrics);
     for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++)
@@ -123,7 +125,7 @@ static uint64_t count_retrainings(const struct work *work) {
     uint32_t curves = params->curves == VW_CURVES_NONE ? 0 : VW_CURVE_ORDERS;
     for (uint32_t i = 0; i < evaluation->scorer_count; i++) curves += has_curve(work, &evaluation->scorers[i]);
     uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
-                     (uint64_t)curves * vw_curve_trainings(params->retraining_seeds);
+                     (uint64_t)curves * vw_curve_trainings(params->retraining_seeds, params->curves == VW_CURVES_GAIN);
     count += (uint64_t)params->common.seeds * worth_retrainings_most(params);
     if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;

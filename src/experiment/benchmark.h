@@ -10,8 +10,14 @@
 #include "value/evaluation/evaluation.h"
 #include "viewworth/status.h"
 
-// Which scorers have removal and addition curves.
-enum vw_curves { VW_CURVES_DEFAULT, VW_CURVES_NONE, VW_CURVES_ALL, VW_CURVES_LISTED }; // dv_psnr and ground_truth
+// Which scorers have removal and addition curves; VW_CURVES_GAIN: all of them, but only their point removal_low/20.
+enum vw_curves {
+    VW_CURVES_DEFAULT, // dv_psnr and ground_truth
+    VW_CURVES_NONE,
+    VW_CURVES_ALL,
+    VW_CURVES_GAIN,
+    VW_CURVES_LISTED
+};
 
 enum { VW_BENCHMARK_WORTHS = 6, VW_BENCHMARK_NAME_BYTES = 24 };
 struct vw_benchmark_params {

@@ -380,7 +380,7 @@ static void only_kinds_that_do_harm_count_as_harmful(void **state) {
 // ---- Curves ---------------------------------------------------------------------------------------------------------
 
 static struct vw_curve_params curve_of(struct game *game) {
-    return (struct vw_curve_params){&evaluation, FIRST_SEED, SEEDS, play, game};
+    return (struct vw_curve_params){&evaluation, FIRST_SEED, SEEDS, play, game, false};
 }
 
 static void curves_of_true_worths_are_best(void **state) {
@@ -444,7 +444,22 @@ static void curves_without_tests_are_of_validation(void **state) {
     const struct vw_curve_params curve = curve_of(&game);
     ASSERT_OK(vw_evaluate_curve(&curve, &scorers[1], &metrics));
     check_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
-    assert_true(game.retrainings <= vw_curve_trainings(SEEDS));
+    assert_true(game.retrainings <= vw_curve_trainings(SEEDS, false));
+    free(metrics.rows);
+}
+
+static void gains_are_one_point_of_the_curve(void **state) {
+    (void)state;
+    struct game game = {0};
+    struct vw_metrics metrics = {0};
+    struct vw_curve_params curve = curve_of(&game);
+    curve.gain_only = true;
+    ASSERT_OK(vw_evaluate_curve(&curve, &scorers[1], &metrics));
+    assert_int_equal(metrics.count, 1);
+    check_near(find(&metrics, "removal_low", "20", "worths")->value, 2.3, 1e-12, "removing the two worst");
+    assert_int_equal(game.retrainings, vw_curve_trainings(SEEDS, true));
+    ASSERT_OK(vw_evaluate_random_curve(&curve, &metrics));
+    assert_int_equal(metrics.count, 2);
     free(metrics.rows);
 }
 
@@ -562,6 +577,7 @@ int main(void) {
         cmocka_unit_test_setup(curves_of_true_worths_are_best, set_up),
         cmocka_unit_test_setup(curves_have_intervals_over_seeds, set_up),
         cmocka_unit_test_setup(curves_without_tests_are_of_validation, set_up),
+        cmocka_unit_test_setup(gains_are_one_point_of_the_curve, set_up),
         cmocka_unit_test_setup(scores_without_order_have_no_curve, set_up),
         cmocka_unit_test_setup(leave_one_out_finds_the_worths, set_up),
         cmocka_unit_test_setup(the_mean_of_seeds_predicts_more, set_up),

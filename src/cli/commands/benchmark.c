@@ -13,6 +13,7 @@
 static enum vw_curves curves_of(const char *list) {
     if (!list) return VW_CURVES_DEFAULT;
     if (!strcmp(list, "none")) return VW_CURVES_NONE;
+    if (!strcmp(list, "gain")) return VW_CURVES_GAIN;
     return strcmp(list, "all") ? VW_CURVES_LISTED : VW_CURVES_ALL;
 }
 

@@ -11,6 +11,7 @@
 #include "value/measure.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};
+static const size_t GAIN_END = 0, GAIN_PERCENT = 1; // the point that a curve of gains has: removal_low/20
 static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // no training has it
 
 // Which end of the order is moved, and whether it is removed or is all that is trained on.
@@ -102,25 +103,27 @@ static enum vw_status add_row(struct curve *curve, const struct end *end, uint32
                                              .count = curve->seeds * curve->order_count});
 }
 
-// Both ends of a random order are equivalent: one of each pair is enough.
-static size_t end_stride(const struct curve *curve) { return curve->order_count > 1 ? 2 : 1; }
+// Both ends of a random order are equivalent: one of each pair is enough. And there may be too few photos to remove any.
+static bool has_point(const struct curve *curve, size_t end, size_t percent) {
+    if (curve->params->gain_only && (end != GAIN_END || percent != GAIN_PERCENT)) return false;
+    return moved_photos(curve, percents[percent]) && (curve->order_count == 1 || end % 2 == 0);
+}
 
 static void add_points(struct curve *curve) {
     uint32_t photo_count = curve->evaluation->photo_count;
     add_point(curve, curve->orders, photo_count);
-    for (size_t e = 0; e < VW_ARRAY_COUNT(ends); e += end_stride(curve))
+    for (size_t e = 0; e < VW_ARRAY_COUNT(ends); e++)
         for (size_t p = 0; p < VW_ARRAY_COUNT(percents); p++)
-            for (uint32_t i = 0; moved_photos(curve, percents[p]) && i < curve->order_count; i++)
+            for (uint32_t i = 0; has_point(curve, e, p) && i < curve->order_count; i++)
                 add_end(curve, &ends[e], percents[p], curve->orders + (size_t)i * photo_count);
 }
 
 static enum vw_status add_rows(struct curve *curve, const char *method, struct vw_metrics *metrics) {
     enum vw_status status = VW_OK;
     curve->read = curve->seeds;
-    for (size_t e = 0; !status && e < VW_ARRAY_COUNT(ends); e += end_stride(curve))
+    for (size_t e = 0; !status && e < VW_ARRAY_COUNT(ends); e++)
         for (size_t p = 0; !status && p < VW_ARRAY_COUNT(percents); p++)
-            if (moved_photos(curve, percents[p])) // else too few photos to remove any
-                status = add_row(curve, &ends[e], percents[p], method, metrics);
+            if (has_point(curve, e, p)) status = add_row(curve, &ends[e], percents[p], method, metrics);
     return status;
 }
 
@@ -146,8 +149,8 @@ static enum vw_status evaluate_orders(const struct vw_curve_params *params, cons
     return status;
 }
 
-uint32_t vw_curve_trainings(uint32_t seed_count) {
-    return seed_count * (1 + VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents));
+uint32_t vw_curve_trainings(uint32_t seed_count, bool gain_only) {
+    return seed_count * (1 + (gain_only ? 1 : VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents)));
 }
 
 // Lowest score first; of equal ones the earlier photo.

@@ -116,12 +116,13 @@ struct vw_curve_params {
     uint64_t first_seed;
     uint32_t seed_count; // retrainings of each set of photos
     vw_retrain_function *retrain;
-    void *context; // of `retrain`
+    void *context;  // of `retrain`
+    bool gain_only; // only removal_low/20: what leaving out the lowest fifth gains
 };
 enum vw_status vw_evaluate_curve(const struct vw_curve_params *params, const struct vw_scorer *scorer,
                                  struct vw_metrics *metrics);
 enum vw_status vw_evaluate_random_curve(const struct vw_curve_params *params, struct vw_metrics *metrics);
 // The most trainings that the curve of one order takes, those on all photos included.
-uint32_t vw_curve_trainings(uint32_t seed_count);
+uint32_t vw_curve_trainings(uint32_t seed_count, bool gain_only);
 
 #endif
