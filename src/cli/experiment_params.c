@@ -3,12 +3,14 @@
 #include "cli/interrupt.h"
 #include "cli/params.h"
 
-struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options, struct vw_progress *progress) {
+struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options,
+                                                    const struct vw_device_list *devices,
+                                                    struct vw_progress *progress) {
     progress->quiet = options->quiet;
     return (struct vw_experiment_params){
         .scene = vw_params_of_scene(options),
         .config = &options->config,
-        .device = options->device,
+        .devices = vw_device_list_choose(options, devices),
         .out = options->out,
         .seeds = options->seeds,
         .together = options->together,

@@ -128,17 +128,26 @@ const struct vw_option vw_option_table[] = {
     {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"together", "K",
-     "Number of trainings that take their steps at the same time, which changes no result; without this option one on "
-     "a CPU, else as many as fit into half of the device's memory, at most 16",
+     "Number of trainings that take their steps at the same time on each device, which changes no result; without this "
+     "option one on a CPU, else as many as fit into half of the device's memory, at most 16",
      VW_OPTIONS_RUNS | VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
     {"together", "K",
-     "Number of trainings of --kfold or --worth that take their steps at the same time, which changes no result; "
-     "without this option one on a CPU, else as many as fit into half of the device's memory",
+     "Number of trainings of --kfold or --worth that take their steps at the same time on each device, which changes no "
+     "result; without this option one on a CPU, else as many as fit into half of the device's memory",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
+    {"devices", "LIST|all",
+     "Vulkan devices to train on at the same time, each an index or part of a name, with commas between, or all; with "
+     "equal names and drivers, so that they change no result (viewworth batch spreads valuations over unequal ones)",
+     VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, devices), COMMON,
+     DEFAULT("--device alone")},
+    {"devices", "LIST|all",
+     "Vulkan devices for the trainings of --kfold at the same time, each an index or part of a name, with commas "
+     "between, or all; with equal names and drivers, so that they change no result",
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(TEXT, devices), DEFAULT("--device alone")},
     {"vary", NULL,
      "What the seed changes between the runs: all of order, pixels and init, or one kind alone, where everything else "
      "uses --seed in all runs; validation: the validation pixels alone, which are the same in all runs otherwise; "
@@ -207,8 +216,8 @@ const struct vw_option vw_option_table[] = {
      "looked at after every 8; 0: never",
      VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_accuracy), COMMON},
     {"together", "K",
-     "Number of retrainings that take their steps at the same time, which changes no result; without this option one "
-     "on a CPU, else as many as fit into half of the device's memory, at most 16",
+     "Number of retrainings that take their steps at the same time on each device, which changes no result; without "
+     "this option one on a CPU, else as many as fit into half of the device's memory, at most 16",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"sign", "KEY",
      "Sign the finished run and its files with the secret key in file KEY (see keygen); writes signature.json",

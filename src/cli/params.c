@@ -20,11 +20,6 @@ struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
     };
 }
 
-struct vw_session_params vw_params_of_session(const struct vw_options *options) {
-    return (struct vw_session_params){
-        .scene = vw_params_of_scene(options), .device = options->device, .timers = options->profile};
-}
-
 static uint32_t list_explicit_fields(const struct vw_options *options) {
     static const struct {
         const char *option;

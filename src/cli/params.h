@@ -3,13 +3,11 @@
 #define VIEWWORTH_CLI_PARAMS_H
 
 #include "cli/options.h"
-#include "run/session.h"
 #include "viewworth/run.h"
 #include "viewworth/scene.h"
 
 // The scene that the operand names, as the scene options say.
 struct vw_scene_params vw_params_of_scene(const struct vw_options *options);
-struct vw_session_params vw_params_of_session(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
 

@@ -2,7 +2,6 @@
 
 #include "run/checks.h"
 #include "run/out_folder.h"
-#include "train/submissions.h"
 
 enum vw_status vw_experiment_check(const struct vw_experiment_params *params, uint32_t seed_count, bool scores) {
     const struct vw_config *config = params->config;
@@ -12,10 +11,5 @@ enum vw_status vw_experiment_check(const struct vw_experiment_params *params, ui
 }
 
 enum vw_status vw_experiment_open_session(const struct vw_experiment_params *params, struct vw_session *session) {
-    return vw_session_open(&(struct vw_session_params){.scene = params->scene, .device = params->device}, session);
-}
-
-uint32_t vw_experiment_together(const struct vw_experiment_params *params, const struct vw_session *session,
-                                uint64_t bytes_each) {
-    return params->together ? params->together : vw_trainers_together(vw_gpu_get_info(session->gpu), bytes_each);
+    return vw_session_open(&(struct vw_session_params){.scene = params->scene, .devices = params->devices}, session);
 }

@@ -13,12 +13,12 @@
 #include "viewworth/status.h"
 
 struct vw_experiment_params {
-    struct vw_scene_params scene;     // path is needed; gpu is ignored
-    const struct vw_config *config;   // needed; its seed is the first one
-    const char *device;               // index or part of the name; NULL: the preferred device
+    struct vw_scene_params scene;   // path is needed; gpu is ignored
+    const struct vw_config *config; // needed; its seed is the first one
+    struct vw_device_choice devices;
     const char *out;                  // needed
     uint32_t seeds;                   // as many are compared: config->seed and those after it
-    uint32_t together;                // runs or trainings that take their steps together; 0: by the device
+    uint32_t together;                // runs or trainings that take their steps together on each device; 0: by it
     bool no_thumbnails;               // leave the photos out of the report
     bool paper_methods;               // reproduce: also the other forms of scores that the paper discusses (value.h)
     struct vw_lasting_wanted lasting; // sweeps of single runs
@@ -30,11 +30,7 @@ struct vw_experiment_params {
 // Checks what can be checked before any work: that `seed_count` seeds from the first on exist, that OUT can be a
 // folder, and, with `scores`, that epochs are left after burn-in. VW_ERROR_USAGE names the option.
 enum vw_status vw_experiment_check(const struct vw_experiment_params *params, uint32_t seed_count, bool scores);
-// Opens device and scene, and logs what was found. Does nothing when they are open.
+// Opens devices and scene, and logs what was found. Does nothing when they are open.
 enum vw_status vw_experiment_open_session(const struct vw_experiment_params *params, struct vw_session *session);
-// How many trainings take their steps together: params->together, or what the session's device suggests where each of
-// them needs `bytes_each` of its memory.
-uint32_t vw_experiment_together(const struct vw_experiment_params *params, const struct vw_session *session,
-                                uint64_t bytes_each);
 
 #endif

@@ -181,14 +181,14 @@ static bool all_begun(const struct work *work) {
     return begun;
 }
 
-// All folds share the device, and the effects that the scene as a whole calls for; a run that is there has its own.
+// All folds share the devices, and the effects that the scene as a whole calls for; a run that is there has its own.
 static enum vw_status share_session(struct work *work) {
     struct vw_session *base = &work->kfold->session;
     enum vw_status status = all_begun(work) ? VW_OK : vw_session_decide_effects(work->params->common.config, base);
     for (uint32_t k = 0; !status && k < work->params->folds; k++) {
         struct vw_session *session = &work->folds[k].session;
-        session->gpu = base->gpu;
-        session->submissions = base->submissions;
+        memcpy(session->devices, base->devices, sizeof session->devices);
+        session->device_count = base->device_count;
         session->effect_count = base->effect_count;
         memcpy(session->effects, base->effects, sizeof session->effects);
     }
@@ -439,7 +439,7 @@ enum vw_status vw_kfold_make(const struct vw_kfold_params *params, struct vw_kfo
     if (!status) status = make(work);
     free_work(work);
     free(work);
-    const struct vw_report_params report = {.device = params->common.device,
+    const struct vw_report_params report = {.device = params->common.devices.first,
                                             .no_thumbnails = params->common.no_thumbnails};
     if (!status) kfold->report_path = vw_report_folder_finish(params->common.out, &report, NULL);
     vw_out_lock_release(&lock);

@@ -34,8 +34,9 @@ static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_re
 
 // A trainer on all photos of which the retraining's are kept, or on these alone, or on all where it has none.
 static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
-                                     struct vw_trainer **trainer) {
+                                     uint32_t seat, struct vw_trainer **trainer) {
     const struct vw_session *session = retrainer->params.session;
+    const struct vw_session_device *device = &session->devices[seat % session->device_count];
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
     struct vw_config config = vw_config_without_probes(retrainer->params.config); // probes need validation
     config.seed = retraining->seed;
@@ -43,7 +44,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
     config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
     const struct vw_trainer_params params = {
-        .gpu = session->gpu,
+        .gpu = device->gpu,
         .scene = session->scene,
         .config = &config,
         .effects = session->effects,
@@ -52,7 +53,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
         .train_view_count = alone ? retraining->view_count : retrainer->train_count,
         .left_out_views = retrainer->left_out,
         .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
-        .submissions = session->submissions};
+        .submissions = device->submissions};
     return vw_trainer_create(&params, trainer);
 }
 
@@ -61,14 +62,14 @@ static enum vw_status try_base(struct vw_retrainer *retrainer) {
     const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
     uint8_t run_id[VW_HASH_BYTES];
-    uint64_t before = vw_gpu_buffer_bytes(params->session->gpu);
-    enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, &trainer);
+    const struct vw_gpu *gpu = params->session->devices[0].gpu;
+    uint64_t before = vw_gpu_buffer_bytes(gpu);
+    enum vw_status status = create_trainer(retrainer, &(struct vw_retrain_params){.seed = 0}, 0, &trainer);
     if (!status) status = vw_trainer_run_id(trainer, run_id);
-    uint64_t bytes = vw_gpu_buffer_bytes(params->session->gpu) - before;
+    uint64_t bytes = vw_gpu_buffer_bytes(gpu) - before;
     vw_trainer_destroy(&trainer);
     if (status) return status;
-    retrainer->together =
-        params->together ? params->together : vw_trainers_together(vw_gpu_get_info(params->session->gpu), bytes);
+    retrainer->at_a_time = vw_session_at_a_time(params->session, params->together, bytes);
     vw_hash_to_hex(run_id, retrainer->base_id);
     vw_hash_to_hex(retrainer->params.session->scene->hash, retrainer->scene_hash);
     return VW_OK;
@@ -213,7 +214,7 @@ static void report_progress(struct vw_retrainer *retrainer) {
 
 // ---- Several at a time ----
 
-// Where a retraining is made.
+// Where a retraining is made: seat i is on device i modulo their number.
 struct seat {
     struct vw_trainer *trainer; // NULL: the seat is free
     const struct vw_retrain_params *retraining;
@@ -229,7 +230,7 @@ struct seat {
 // have begun are finished and kept.
 struct work {
     struct vw_retrainer *retrainer;
-    struct seat seats[VW_TRAINERS_TOGETHER_MAX];
+    struct seat seats[VW_SESSION_TRAININGS_MAX];
     uint32_t busy;
     double counted_cpu_s; // shared out among the seats
     enum vw_status status;
@@ -244,13 +245,13 @@ static void note(struct work *work, enum vw_status status) {
 
 static void share_cpu_time(struct work *work) {
     double now_s = vw_cpu_s();
-    for (uint32_t i = 0; i < work->retrainer->together; i++)
+    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++)
         if (work->seats[i].trainer) work->seats[i].cpu_s += (now_s - work->counted_cpu_s) / work->busy;
     work->counted_cpu_s = now_s;
 }
 
 static bool is_being_made(const struct work *work, const char *id) {
-    for (uint32_t i = 0; i < work->retrainer->together; i++)
+    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++)
         if (work->seats[i].trainer && !strcmp(work->seats[i].id, id)) return true;
     return false;
 }
@@ -277,7 +278,7 @@ static enum vw_status sit_down(struct work *work, const struct vw_retrain_params
     if (seat->ends > epochs_of(retrainer, retraining)) seat->ends = epochs_of(retrainer, retraining);
     *result = (struct vw_retrain_result){0};
     snprintf(seat->id, sizeof seat->id, "%s", id);
-    enum vw_status status = create_trainer(retrainer, retraining, &seat->trainer);
+    enum vw_status status = create_trainer(retrainer, retraining, (uint32_t)(seat - work->seats), &seat->trainer);
     work->busy += !status;
     if (!status) release(seat);
     return status;
@@ -342,7 +343,7 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
 
 // One batch of every retraining that is being made.
 static void advance(struct work *work) {
-    for (uint32_t i = 0; i < work->retrainer->together; i++) {
+    for (uint32_t i = 0; i < work->retrainer->at_a_time; i++) {
         struct seat *seat = &work->seats[i];
         const struct vw_step_record *records = NULL;
         uint32_t count = 0;
@@ -367,7 +368,7 @@ enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrain
                           struct vw_retrain_result *results) {
     struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
     for (uint32_t next = 0; work.busy > 0 || (!work.status && next < count);) {
-        while (!work.status && next < count && work.busy < work.retrainer->together &&
+        while (!work.status && next < count && work.busy < work.retrainer->at_a_time &&
                begin(&work, &retrainings[next], &results[next]))
             next++;
         advance(&work);

@@ -20,7 +20,7 @@ struct vw_retrainer_params {
     struct vw_session *session;     // open, and open as long as the retrainer; its effects are decided when it opens
     const struct vw_config *config; // needed; retrainings bring their seeds, and their epochs unless these are 0
     const char *out;                // needed: a folder that exists
-    uint32_t together;              // retrainings that take their steps together; 0: by the device
+    uint32_t together;              // retrainings that take their steps together on each device; 0: by it
     enum vw_equal equal;            // what retrainings on different photos have in common
     uint32_t averaged_epochs;       // results are means over the ends of the last so many epochs; 0 as 1: the end alone
     bool whole_views;               // measure whole views, with SSIM, instead of an even share of their pixels
@@ -35,7 +35,7 @@ struct vw_retrainer {
     struct vw_retrainings *retrainings;
     uint32_t *train_views, train_count; // owned: scene indices of the photos that may be trained on
     uint32_t *left_out;                 // owned; scratch: as many
-    uint32_t together;                  // as many are made at a time
+    uint32_t at_a_time;                 // as many are made, on all devices of the session
     char base_id[VW_HASH_HEX_BYTES];    // run_id of the training on all of them with seed 0
     char scene_hash[VW_HASH_HEX_BYTES];
     uint64_t made, recalled;      // retrainings so far
@@ -58,8 +58,9 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 
 // A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices; without any, the
 // untrained field is measured.
-// Makes several at a time (see src/train/submissions.h), each with the result that it has alone. After a failure, and
-// when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun.
+// Makes several at a time (see src/train/submissions.h) on every device of the session, each with the result that it
+// has alone. After a failure, and when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps those
+// that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 

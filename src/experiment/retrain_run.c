@@ -2,18 +2,24 @@
 
 #include <string.h>
 
-#include "train/submissions.h"
-
-enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const char *device,
+enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const struct vw_device_choice *devices,
                                         struct vw_session *session) {
-    enum vw_status status = vw_recorded_open_scene(recorded, device ? device : recorded->row.device);
+    enum vw_status status = vw_recorded_open_scene(recorded, devices->first ? devices->first : recorded->row.device);
     if (!status) status = vw_recorded_check_images(recorded);
     if (status) return status;
-    session->gpu = recorded->gpu;
+    session->devices[0].gpu = recorded->gpu;
+    session->device_count = 1;
     session->scene = recorded->scene;
     session->effect_count = recorded->effect_count;
     memcpy(session->effects, recorded->effects, sizeof session->effects);
-    return vw_submissions_create(recorded->gpu, &session->submissions);
+    status = vw_submissions_create(recorded->gpu, &session->devices[0].submissions);
+    return status ? status : vw_session_open_others(devices, false, session);
+}
+
+void vw_session_close_recorded(struct vw_session *session) {
+    session->scene = NULL;
+    session->devices[0].gpu = NULL;
+    vw_session_close(session);
 }
 
 struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps) {

@@ -7,7 +7,6 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "run/run.h"
-#include "train/submissions.h"
 #include "viewworth/log.h"
 
 // Whoever sent OUT may have put a link in the place of the ledger or of its folder.
@@ -30,7 +29,7 @@ struct member {
 // The first failure is the one to report; the others go on.
 struct group {
     const struct vw_experiment_params *params;
-    struct member members[VW_TRAINERS_TOGETHER_MAX];
+    struct member members[VW_SESSION_TRAININGS_MAX];
     uint32_t count, wanted;
     enum vw_status status;
     struct vw_saved_error why;
@@ -53,7 +52,7 @@ static bool report_progress(void *context, const struct vw_run_state *state) {
     return wanted && !vw_interrupt_requested(&params->interrupt);
 }
 
-static enum vw_status open_run(struct group *group, const struct vw_planned_run *planned) {
+static enum vw_status open_run(struct group *group, const struct vw_planned_run *planned, uint32_t device) {
     const struct vw_experiment_params *params = group->params;
     struct member *opened = &group->members[group->count];
     *opened = (struct member){.group = group};
@@ -63,7 +62,6 @@ static enum vw_status open_run(struct group *group, const struct vw_planned_run 
     if (!folder) return VW_ERROR_MEMORY;
     const struct vw_run_params run_params = {.scene = planned->scene,
                                              .config = &config,
-                                             .device = params->device,
                                              .out = folder,
                                              .resume = true,
                                              .lasting = params->lasting.wanted,
@@ -73,35 +71,34 @@ static enum vw_status open_run(struct group *group, const struct vw_planned_run 
                                              .progress = report_progress,
                                              .context = opened};
     enum vw_status status = check_ledger(params->out, planned->folder);
-    if (!status) status = vw_run_open_in_session(&run_params, planned->session, &opened->run);
+    if (!status) status = vw_run_open_in_session(&run_params, planned->session, device, &opened->run);
     group->count += !status;
     free(folder);
     return status;
 }
 
-static uint64_t device_bytes(const struct vw_session *session) {
-    return session->gpu ? vw_gpu_buffer_bytes(session->gpu) : 0;
-}
-
-// The first run shows how much of the device's memory one takes.
+// The first run shows how much of a device's memory one takes.
 static void open_runs(struct group *group, const struct vw_planned_run *runs, uint32_t count, uint32_t *made) {
     const struct vw_experiment_params *params = group->params;
-    uint64_t before = device_bytes(runs->session);
+    const struct vw_session_device *devices = runs->session->devices;
+    uint32_t device_count = runs->session->device_count;
+    uint64_t before = vw_gpu_buffer_bytes(devices->gpu);
     group->wanted = 1;
     for (*made = 0; *made < count && *made < group->wanted; ++*made) {
         const struct vw_planned_run *planned = &runs[*made];
         vw_log_info("%s", planned->what);
-        note(group, open_run(group, planned));
+        note(group, open_run(group, planned, *made % device_count));
         if (!*made && !group->status)
-            group->wanted = vw_experiment_together(params, planned->session, device_bytes(planned->session) - before);
+            group->wanted =
+                vw_session_at_a_time(runs->session, params->together, vw_gpu_buffer_bytes(devices->gpu) - before);
     }
 }
 
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
                                  uint32_t count, uint32_t *made) {
     struct group group = {.params = params};
-    struct vw_run *opened[VW_TRAINERS_TOGETHER_MAX];
-    enum vw_status statuses[VW_TRAINERS_TOGETHER_MAX];
+    struct vw_run *opened[VW_SESSION_TRAININGS_MAX];
+    enum vw_status statuses[VW_SESSION_TRAININGS_MAX];
     open_runs(&group, runs, count, made);
     for (uint32_t i = 0; i < group.count; i++) opened[i] = group.members[i].run;
     note(&group, vw_runs_advance(opened, group.count, statuses));

@@ -17,12 +17,13 @@ struct vw_planned_run {
     char what[VW_PLANNED_RUN_BYTES];   // for the log: "seed     7 (1 of 3)"
     uint64_t seed;
     struct vw_scene_params scene; // its texts are borrowed
-    struct vw_session *session;   // opened unless it is open; runs that take steps together share its submissions
+    struct vw_session *session;   // its devices are open, and those of all runs; its scene is opened unless it is
 };
 
-// Makes the first runs of `count` > 0, as many as take their steps together: `*made`. A run that is there is resumed; a
-// finished one stays as it is. The first failure is reported after the others have gone on. VW_ERROR_USAGE when a
-// folder holds another run: the message says what differs. After VW_ERROR_INTERRUPTED the same call resumes.
+// Makes the first runs of `count` > 0, as many as are made at a time on the devices of their sessions: `*made`. A run
+// that is there is resumed; a finished one stays as it is. The first failure is reported after the others have gone on.
+// VW_ERROR_USAGE when a folder holds another run: the message says what differs. After VW_ERROR_INTERRUPTED the same
+// call resumes.
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
                                  uint32_t count, uint32_t *made);
 

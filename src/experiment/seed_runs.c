@@ -26,6 +26,7 @@ enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, stru
     if (!runs) return VW_ERROR_MEMORY;
     plan(params, session, runs);
     enum vw_status status = vw_run_group_check_out(params->out);
+    if (!status) status = vw_experiment_open_session(params, session);
     for (uint32_t done = 0, made; !status && done < params->seeds; done += made)
         status = vw_run_group_make(params, runs + done, params->seeds - done, &made);
     free(runs);

@@ -9,7 +9,6 @@
 #include "experiment/retrain_run.h"
 #include "run/out_lock.h"
 #include "run/scoring.h"
-#include "train/submissions.h"
 #include "viewworth/log.h"
 
 // A verified selection while it is made.
@@ -154,7 +153,8 @@ static enum vw_status make(struct work *work) {
     sort_lists(&work->result->candidates);
     work->result->first_seed = vw_first_seed_after(work->config.seed);
     status = vw_out_lock_take(work->params->run->recorded.out, &work->lock);
-    if (!status) status = vw_session_open_recorded(&work->params->run->recorded, work->params->device, &work->session);
+    if (!status)
+        status = vw_session_open_recorded(&work->params->run->recorded, &work->params->devices, &work->session);
     if (!status) status = open_retrainer(work);
     if (!status) status = train(work);
     return status ? status : choose(work);
@@ -166,7 +166,7 @@ enum vw_status vw_verified_selection_make(const struct vw_verified_selection_par
     *result = (struct vw_verified_selection){0};
     enum vw_status status = make(&work);
     vw_retrainer_close(&work.retrainer);
-    vw_submissions_destroy(&work.session.submissions);
+    vw_session_close_recorded(&work.session);
     vw_out_lock_release(&work.lock);
     vw_scoring_unload(&work.input);
     for (int s = 0; s < VW_SCORINGS; s++) free(work.scorings.scores[s]);

@@ -8,14 +8,15 @@
 #include "base/interrupt.h"
 #include "experiment/verified_candidates.h"
 #include "run/scored_run.h"
+#include "run/session.h"
 #include "value/evaluation/gains.h"
 
 // Scene and config are those of the run.
 struct vw_verified_selection_params {
-    struct vw_scored_run *run; // open; its scene is opened
-    const char *device;        // index or part of the name; NULL: the run's
-    uint32_t seeds;            // trainings of every list, at least 2, with other seeds than the run's
-    uint32_t together;         // trainings that take their steps together; 0: by the device
+    struct vw_scored_run *run;       // open; its scene is opened
+    struct vw_device_choice devices; // the first NULL: the run's
+    uint32_t seeds;                  // trainings of every list, at least 2, with other seeds than the run's
+    uint32_t together;               // trainings that take their steps together on each device; 0: by it
     struct vw_interrupt interrupt;
 };
 

@@ -17,7 +17,6 @@
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/sign.h"
-#include "train/submissions.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -130,7 +129,7 @@ static enum vw_status retrain(struct work *work) {
 
 static enum vw_status write_outputs(struct work *work) {
     const struct vw_worth_run_params *params = work->params;
-    const struct vw_report_params report = {.device = params->device, .no_thumbnails = params->no_thumbnails};
+    const struct vw_report_params report = {.device = params->devices.first, .no_thumbnails = params->no_thumbnails};
     enum vw_status status = write_scores(work);
     if (!status)
         status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out,
@@ -186,7 +185,7 @@ static enum vw_status plan(struct work *work) {
 
 static enum vw_status open_session(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
-    enum vw_status status = vw_session_open_recorded(recorded, work->params->device, &work->session);
+    enum vw_status status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
     return !status && work->payout_cents ? vw_attribution_check_scene(recorded->scene) : status;
 }
 
@@ -244,7 +243,7 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
     vw_worth_plan_free(&work.plan);
     free(work.providers);
     vw_retrainer_close(&work.retrainer);
-    vw_submissions_destroy(&work.session.submissions);
+    vw_session_close_recorded(&work.session);
     vw_out_lock_release(&work.lock);
     return status;
 }

@@ -7,17 +7,18 @@
 #include "run/outputs/attribution.h"
 #include "run/recorded_run.h"
 #include "run/scoring.h"
+#include "run/session.h"
 #include "value/worth.h"
 
 struct vw_worth_run_params {
-    const char *out;           // of a finished run
-    const char *device;        // index or part of the name; NULL: the run's
-    uint32_t retrainings;      // in all, those of the ledger included; with until_accuracy the most
-    double until_accuracy;     // stop where the lower end of the accuracy's interval reaches it; 0: never
-    uint32_t together;         // retrainings that take their steps together; 0: by the device
-    bool no_thumbnails;        // leave the photos out of the report
-    const char *payout;        // an amount to divide among the providers; NULL: none
-    const char *sign_key_path; // NULL: the run is not signed
+    const char *out;                 // of a finished run
+    struct vw_device_choice devices; // the first NULL: the run's
+    uint32_t retrainings;            // in all, those of the ledger included; with until_accuracy the most
+    double until_accuracy;           // stop where the lower end of the accuracy's interval reaches it; 0: never
+    uint32_t together;               // retrainings that take their steps together on each device; 0: by it
+    bool no_thumbnails;              // leave the photos out of the report
+    const char *payout;              // an amount to divide among the providers; NULL: none
+    const char *sign_key_path;       // NULL: the run is not signed
     struct vw_interrupt interrupt;
 };
 

@@ -140,7 +140,7 @@ static enum vw_status create_trainer(struct vw_run *run) {
                                              .effects = run->effects,
                                              .effect_count = run->effect_count,
                                              .validate = run->validate,
-                                             .submissions = run->session->submissions};
+                                             .submissions = run->session->devices[run->device].submissions};
     return vw_trainer_create(&params, &run->trainer);
 }
 
@@ -156,7 +156,7 @@ static enum vw_status start_watch(struct vw_run *run) {
 static enum vw_status open_on_session(struct vw_run *run, const struct vw_session_params *params) {
     enum vw_status status = vw_session_open(params, run->session);
     if (status) return status;
-    run->gpu = run->session->gpu;
+    run->gpu = run->session->devices[run->device].gpu;
     run->scene = run->session->scene;
     status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
     if (status) return status;
@@ -175,7 +175,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
 // OUT is locked first, then the plan chooses the config that the trainer has.
 static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
     const struct vw_session_params session = {
-        .scene = params->scene, .device = params->device, .timers = params->profile};
+        .scene = params->scene, .devices.first = params->device, .timers = params->profile};
     enum vw_status status = copy_params(params, run);
     if (!status) status = name_outputs(run);
     if (!status && run->session == &run->own && run->validate)
@@ -189,12 +189,14 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
     return open_on_session(run, &session);
 }
 
-static enum vw_status make_run(const struct vw_run_params *params, struct vw_session *session, struct vw_run **run) {
+static enum vw_status make_run(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
+                               struct vw_run **run) {
     enum vw_status status = run ? check_params(params) : vw_fail(VW_ERROR_USAGE, "vw_run_open: run is NULL");
     struct vw_run *made = status ? NULL : vw_allocate(1, sizeof *made);
     if (!made) return status ? status : VW_ERROR_MEMORY;
     made->plan.started_s = vw_now_s();
     made->session = session ? session : &made->own;
+    made->device = device;
     status = open_run(params, made);
     if (status) vw_run_close(&made);
     else *run = made;
@@ -202,14 +204,14 @@ static enum vw_status make_run(const struct vw_run_params *params, struct vw_ses
 }
 
 enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run) {
-    return make_run(params, NULL, run);
+    return make_run(params, NULL, 0, run);
 }
 
-enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session,
+enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run) {
     if (params && (params->preset || params->budget_s > 0))
         return vw_fail(VW_ERROR_USAGE, "runs that share a session take no preset and no budget: set their config");
-    return make_run(params, session, run);
+    return make_run(params, session, device, run);
 }
 
 static void free_results(struct vw_run *run) {

@@ -15,14 +15,15 @@
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 
-// As vw_run_open(), on a session that several runs share: it is opened by params->scene and params->device unless it is
-// open, and its effects are decided at most once. Takes neither a preset nor a budget. The session outlives the run.
-// `*run` is untouched on failure.
-enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session,
+// As vw_run_open(), on a device of a session that several runs share: it is opened by params->scene and params->device
+// unless it is open, and its effects are decided at most once. Takes neither a preset nor a budget. The session
+// outlives the run. `*run` is untouched on failure.
+enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run);
-// Takes all steps that are left of several runs of one session, batch by batch in the same submissions. Each has the
-// bits and the rows that it has alone, and ends as by vw_run_advance(): statuses[i]. A run that fails does not stop the
-// others; one that is interrupted does. Returns the first failure, with its message.
+// Takes all steps that are left of several runs, batch by batch: those on the same device of a session in the same
+// submissions, while other devices take those of others. Each has the bits and the rows that it has alone, and ends as
+// by vw_run_advance(): statuses[i]. A run that fails does not stop the others; one that is interrupted does. Returns
+// the first failure, with its message.
 enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses);
 // As vw_run_finish(), but writes only field.vwf and scores.csv, and no other table and no report. Does nothing on a run
 // that was finished when it was opened and has no steps left.

@@ -39,8 +39,9 @@ struct vw_run {
 
     // What it runs on.
     struct vw_session own, *session; // the session is `own` unless it is shared
-    struct vw_gpu *gpu;              // of the session
-    struct vw_scene *scene;          // likewise
+    uint32_t device;                 // of the session
+    struct vw_gpu *gpu;              // that device's
+    struct vw_scene *scene;          // of the session
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;

@@ -1,7 +1,8 @@
 #include "run/session.h"
 
+#include <string.h>
+
 #include "run/open.h"
-#include "train/submissions.h"
 #include "detect/verdict_cache.h"
 #include "viewworth/log.h"
 
@@ -14,15 +15,45 @@ static void log_scene(const struct vw_scene *scene) {
     if (scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
 }
 
-enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session) {
-    if (session->scene) return VW_OK;
-    enum vw_status status = session->gpu ? VW_OK : vw_open_gpu(params->device, params->timers, &session->gpu);
-    if (!status && params->timers && !vw_gpu_get_limits(session->gpu)->timestamps)
+// A run's identity covers both: on devices that differ, the same training would be another one.
+static enum vw_status check_equal(const struct vw_gpu *first, const struct vw_gpu *other) {
+    const struct vw_gpu_info *a = vw_gpu_get_info(first), *b = vw_gpu_get_info(other);
+    if (!strcmp(a->name, b->name) && !strcmp(a->driver, b->driver)) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "--devices: %u %.100s (%.100s) and %u %.100s (%.100s) differ, and so may their bits; name equal "
+                   "devices, or spread valuations over unequal ones by viewworth batch",
+                   a->index, a->name, a->driver, b->index, b->name, b->driver);
+}
+
+static enum vw_status add_device(const char *device, bool timers, struct vw_session *session) {
+    struct vw_session_device *added = &session->devices[session->device_count];
+    enum vw_status status = vw_open_gpu(device, timers, &added->gpu);
+    session->device_count += !status; // from here on it is closed with the session
+    if (!status) status = check_equal(session->devices[0].gpu, added->gpu);
+    return status ? status : vw_submissions_create(added->gpu, &added->submissions);
+}
+
+enum vw_status vw_session_open_others(const struct vw_device_choice *devices, bool timers, struct vw_session *session) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < devices->other_count; i++)
+        status = add_device(devices->others[i], timers, session);
+    return status;
+}
+
+static enum vw_status open_devices(const struct vw_session_params *params, struct vw_session *session) {
+    enum vw_status status = add_device(params->devices.first, params->timers, session);
+    if (!status) status = vw_session_open_others(&params->devices, params->timers, session);
+    if (!status && params->timers && !vw_gpu_get_limits(session->devices[0].gpu)->timestamps)
         status = vw_fail(VW_ERROR_USAGE,
                          "--profile: this device has no timestamps; leave it out, or choose another --device");
-    if (!status && !session->submissions) status = vw_submissions_create(session->gpu, &session->submissions);
+    return status;
+}
+
+enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session) {
+    if (session->scene) return VW_OK;
+    enum vw_status status = session->device_count ? VW_OK : open_devices(params, session);
     struct vw_scene_params scene = params->scene;
-    scene.gpu = session->gpu;
+    scene.gpu = session->devices[0].gpu;
     if (!status) status = vw_scene_open(&scene, &session->scene);
     if (!status) log_scene(session->scene);
     return status;
@@ -30,11 +61,20 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session) {
     if (session->effect_count) return VW_OK;
-    return vw_effects_decide_cached(session->gpu, session->scene, planned, session->effects, &session->effect_count);
+    return vw_effects_decide_cached(session->devices[0].gpu, session->scene, planned, session->effects,
+                                    &session->effect_count);
+}
+
+uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each) {
+    if (!together) together = vw_trainers_together(vw_gpu_get_info(session->devices[0].gpu), bytes_each);
+    return session->device_count * together;
 }
 
 void vw_session_close(struct vw_session *session) {
     vw_scene_close(&session->scene);
-    vw_submissions_destroy(&session->submissions);
-    (void)vw_gpu_close(&session->gpu); // reports only what validation layers said, which are off here
+    for (uint32_t i = 0; i < session->device_count; i++) {
+        vw_submissions_destroy(&session->devices[i].submissions);
+        (void)vw_gpu_close(&session->devices[i].gpu); // reports only what validation layers said, which are off here
+    }
+    session->device_count = 0;
 }

@@ -1,35 +1,56 @@
-// A session: a device, a scene, and the effects that the scene calls for. Several trainings may share one.
+// A session: devices, a scene, and the effects that the scene calls for. Several trainings may share one. Its devices
+// are equal in what bits depend on, so that any of them may take a training.
 #ifndef VIEWWORTH_RUN_SESSION_H
 #define VIEWWORTH_RUN_SESSION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "train/submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
+enum { VW_SESSION_DEVICES_MAX = 16, VW_SESSION_TRAININGS_MAX = VW_SESSION_DEVICES_MAX * VW_TRAINERS_TOGETHER_MAX };
+
+// What to run on: every device by its index or a part of its name.
+struct vw_device_choice {
+    const char *first;         // NULL: the preferred device
+    const char *const *others; // beside it; of equal name and driver
+    uint32_t other_count;      // below VW_SESSION_DEVICES_MAX
+};
+
 struct vw_session_params {
     struct vw_scene_params scene; // its gpu is ignored
-    const char *device;           // index or part of the name; NULL: the preferred device
-    bool timers;                  // time every pass
+    struct vw_device_choice devices;
+    bool timers; // time every pass
+};
+
+struct vw_session_device {
+    struct vw_gpu *gpu;
+    struct vw_submissions *submissions; // of all trainings on the device: those open at a time take steps together
 };
 
 // All zero before it is opened.
 struct vw_session {
-    struct vw_gpu *gpu;
-    struct vw_submissions *submissions; // of all trainings of the session: those open at a time take steps together
+    struct vw_session_device devices[VW_SESSION_DEVICES_MAX]; // the first one makes the scene and decides its effects
+    uint32_t device_count;
     struct vw_scene *scene;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count; // 0 until they are decided
 };
 
-// Opens device and scene, and logs what was found. Does nothing when they are open. Close the session also after a
-// failure.
+// Opens devices and scene, and logs what was found. Does nothing when they are open. VW_ERROR_USAGE names two devices
+// that differ. Close the session also after a failure.
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session);
+// Opens the others beside a first device that is open, as vw_session_open() does.
+enum vw_status vw_session_open_others(const struct vw_device_choice *devices, bool timers, struct vw_session *session);
 // Decides the effects for runs with the config `planned` (detect/decide.h). Does nothing when they are decided.
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session);
+// How many trainings to make at a time on an open session: `together` on each device; where it is 0, as many as the
+// device suggests if each needs `bytes_each` of its memory. Training i is for device i modulo their number.
+uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each);
 void vw_session_close(struct vw_session *session);
 
 #endif

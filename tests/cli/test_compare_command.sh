@@ -47,6 +47,10 @@ check "which report makes again" "$program" report whole --quiet
 check "with the same bytes" cmp whole/report.html made.html
 check "or without them" eval '"$program" report whole --quiet --no-thumbnails && [[ $(pictures whole) = 0 ]]'
 mv made.html whole/report.html
+check "a comparison on two devices" on_two_devices tiny compare spread "${three[@]}"
+check "which are both opened" test "$(grep -c '^device ' stderr)" = 2
+without_times() { sed 's/,[^,]*$//' "$1/compare.csv" && cat "$1/pairs.csv" "$1/disagreements.csv"; }
+check "has the same rows" cmp <(without_times whole) <(without_times spread)
 sides() { od -An -tu1 -j16 -N8 whole/renders/0.png | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'; }
 check "the photo and three renders wide" test "$(sides)" = "64 12"
 

@@ -60,6 +60,8 @@ rm -r "$folder"/cut/fold-[23] "$folder"/cut/*.csv
 check "a command that ended after the first fold is resumed" eval 'kfold cut --kfold 3 && same_folds whole cut'
 check "fewer epochs, taken further, three together" eval 'kfold further --kfold 3 --epochs 2 && kfold further --kfold 3 --together 3 &&
     same_folds whole further'
+check "folds on two devices" eval 'on_two_devices tiny kfold spread --kfold 3 && same_folds whole spread'
+check "--devices is for several" on_two_devices tiny refused one '--devices is for several trainings'
 check "two folds" eval 'kfold two --kfold 2 --seed 5 && [[ $(wc -l <"$folder/two/fold-1/val.txt") == 4 ]]'
 check "another seed divides otherwise" test -n "$(comm -3 <(sort "$folder/two/fold-1/val.txt") <(kfold again --kfold 2 --seed 6 &&
     sort "$folder/again/fold-1/val.txt"))"

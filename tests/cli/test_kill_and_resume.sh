@@ -101,14 +101,18 @@ stops() {
     check "$1: keeps what it timed" test -z "$(timings "$1" | sort | comm -13 - <(sort "$folder/timings"))"
 }
 
-# resumes NAME WORD...: the words are a command line. With $together, what is stopped takes as many trainings at a time; what it is
-# compared with takes one.
+# resumes NAME WORD...: the words are a command line. With $together, what is stopped takes as many trainings at a time, with $devices=2 on
+# two devices; what it is compared with takes one.
 resumes() {
     local name=$1 words=("${@:2}")
     is_chosen "$name" || return 0
     check "$name: without interruption" finish "whole_$name"
     [[ -z ${together:-} ]] || words+=(--together "$together")
-    stops "$name" "$(progress "whole_$name")"
+    if [[ -n ${devices:-} ]]; then
+        on_two_devices words stops "$name" "$(progress "whole_$name")"
+    else
+        stops "$name" "$(progress "whole_$name")"
+    fi
     check "$name: leaves the same" same_contents "whole_$name" "$name"
 }
 
@@ -120,7 +124,7 @@ if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then # test_checkpoint a
 fi
 together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
 signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
-together=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
+devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
     --views 1 "${tiny_field[@]}"
 together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs --halves 0 "${tiny_field[@]}"
 

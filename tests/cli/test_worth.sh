@@ -71,7 +71,8 @@ check "which verify makes again" prints '^payout_photos.csv +intact' "$program" 
 
 fresh steps
 check "8 retrainings" run worth steps --retrainings 8
-check "and 16 more" run worth steps --retrainings 24
+check "and 16 more, on two devices" run "$program" worth "$folder/steps" --devices llvmpipe,llvmpipe --no-thumbnails --quiet \
+    --retrainings 24
 check "give the bits of 24 at once" test "$(head_of steps)" = "$(head_of run)"
 fresh cut
 interrupt() { # interrupts 24 retrainings after 9 at least, of which the ledger has 8 or 16

@@ -11,6 +11,17 @@ trap 'rm -rf "$folder"' EXIT
 # Without --effects auto, which takes longer than such a training: it tries out which effects help.
 small=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --effects none --device llvmpipe)
 
+# on_two_devices ARRAY COMMAND...: with --devices in place of --device in the array of options; both are lavapipe.
+on_two_devices() {
+    local -n options_of_test=$1
+    local one=("${options_of_test[@]}") code=0
+    options_of_test=("${one[@]/#--device/--devices}")
+    options_of_test=("${options_of_test[@]/#llvmpipe/llvmpipe,llvmpipe}")
+    "${@:2}" || code=$?
+    options_of_test=("${one[@]}")
+    return "$code"
+}
+
 # run COMMAND...: keeps stdout and stderr in $folder, and shows them when the command fails.
 run() {
     "$@" >"$folder/stdout" 2>"$folder/stderr" && return

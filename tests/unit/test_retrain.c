@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "experiment/retrain.h"
 #include "support/temporary_folder.h"
+#include "train/submissions.h"
 
 enum { PHOTOS = 6 };
 
@@ -29,7 +30,9 @@ static int set_up(void **state) {
     f->config.log2_table = 8;
     f->config.width = 16;
     snprintf(f->config.effects, sizeof f->config.effects, "none");
-    const struct vw_session_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"}};
+    static const char *const preferred[] = {NULL}; // again
+    const struct vw_session_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"},
+                                             .devices = {NULL, preferred, 1}};
     ASSERT_OK(vw_session_open(&params, &f->session));
     *state = f;
     return 0;
@@ -108,12 +111,52 @@ static void without_photos_the_untrained_field_is_measured(void **state) {
     assert_true(none.val_psnr == again.val_psnr && none.val_psnr < all.val_psnr);
 }
 
+// Asked before each retraining begins.
+struct observer {
+    const struct vw_session *session;
+    uint32_t trainers[3]; // on both devices, and how often it was asked
+};
+
+static bool count_trainers(void *context) {
+    struct observer *observer = context;
+    for (uint32_t d = 0; d < 2; d++) observer->trainers[d] = observer->session->devices[d].submissions->trainer_count;
+    observer->trainers[2]++;
+    return false;
+}
+
+static void several_are_on_all_devices_in_turn(void **state) {
+    struct fixture *f = *state;
+    struct observer observer = {.session = &f->session};
+    const struct vw_retrainer_params params = {.session = &f->session,
+                                               .config = &f->config,
+                                               .out = f->folder,
+                                               .together = 2,
+                                               .interrupt = {count_trainers, &observer}};
+    struct vw_retrain_params retrainings[4];
+    struct vw_retrain_result results[4];
+    ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
+    assert_int_equal(f->retrainer.at_a_time, 4);
+    for (uint32_t i = 0; i < 4; i++)
+        retrainings[i] = (struct vw_retrain_params){f->retrainer.train_views, PHOTOS - i, 3, 0};
+    ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 4, results));
+    assert_int_equal(observer.trainers[2], 4);
+    assert_int_equal(observer.trainers[0], 2);
+    assert_int_equal(observer.trainers[1], 1); // the last one is not made yet
+    f->session.device_count = 1;               // the same results on one device
+    assert_int_equal(remove(temporary_path(f->folder, "retrainings.db")), 0);
+    for (uint32_t i = 0; i < 4; i++)
+        assert_true(retrain(f, VW_EQUAL_STEPS, 1, PHOTOS - i, 0).val_psnr == results[i].val_psnr);
+    assert_int_equal(f->retrainer.recalled, 0);
+    f->session.device_count = 2;
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(all_photos_are_the_same_in_both_ways, set_up, tear_down),
         cmocka_unit_test_setup_teardown(equal_steps_train_longer_than_equal_epochs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(single_photos_add_up_to_the_result, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(several_are_on_all_devices_in_turn, set_up, tear_down),
         cmocka_unit_test_setup_teardown(without_photos_the_untrained_field_is_measured, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

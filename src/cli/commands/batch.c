@@ -5,14 +5,11 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/word_list.h"
 #include "cli/commands/commands.h"
+#include "cli/device_list.h"
 #include "cli/interrupt.h"
 #include "cli/output/batch_output.h"
 #include "cli/parse_options.h"
-#include "viewworth/gpu.h"
-
-enum { DEVICES_MAX = 64 };
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 
@@ -39,57 +36,16 @@ static enum vw_status load_jobs(const char *path, struct vw_jobs *jobs) {
     return status;
 }
 
-// ---- Devices ------------------------------------------------------------------------------------------------------
-
-struct devices {
-    char *names[DEVICES_MAX]; // owned
-    uint32_t count;
-};
-
-static enum vw_status add_device(struct devices *devices, char *name) {
-    if (!name) return VW_ERROR_MEMORY;
-    devices->names[devices->count++] = name;
-    return VW_OK;
-}
-
-// The list is in order of preference: a CPU comes behind all GPUs, and is as good as none beside one.
-static enum vw_status list_all(struct devices *devices) {
-    struct vw_gpu_info *infos = NULL;
-    uint32_t count = 0;
-    enum vw_status status = vw_gpu_list(&infos, &count);
-    for (uint32_t i = 0; !status && i < count && devices->count < DEVICES_MAX; i++) {
-        bool is_cpu = infos[i].kind == VW_GPU_CPU;
-        if (infos[i].unsupported_reason[0] || (is_cpu && devices->count)) continue;
-        status = add_device(devices, vw_format_text("%u", infos[i].index));
-        if (is_cpu) break;
-    }
-    free(infos);
-    if (!status && !devices->count)
-        status = vw_fail(VW_ERROR_NO_DEVICE, "--devices all: no device can be used; see viewworth devices");
-    return status;
-}
-
-static enum vw_status read_list(const char *list, struct devices *devices) {
-    enum vw_status status = VW_OK;
-    for (struct vw_word word; !status && vw_word_list_next(&list, &word);) {
-        if (!word.length || devices->count == DEVICES_MAX)
-            return vw_fail(VW_ERROR_USAGE, "--devices takes all, or 1 to %d indices or names with commas between",
-                           DEVICES_MAX);
-        status = add_device(devices, vw_format_text("%.*s", (int)word.length, word.text));
-    }
-    return status;
-}
-
 // ---- The command --------------------------------------------------------------------------------------------------
 
 static enum vw_status run_batch(const struct vw_options *options, const struct vw_jobs *jobs,
-                                const struct devices *devices) {
+                                const struct vw_device_list *devices) {
     struct vw_batch_display display = {.quiet = options->quiet};
     struct vw_batch batch;
     enum vw_status status = vw_batch_make(&(struct vw_batch_params){.jobs = jobs,
                                                                     .out = options->out,
                                                                     .program = "/proc/self/exe",
-                                                                    .devices = (const char *const *)devices->names,
+                                                                    .devices = devices->texts,
                                                                     .device_count = devices->count,
                                                                     .per_device = options->per_device,
                                                                     .only = options->job,
@@ -113,13 +69,9 @@ static enum vw_status run_batch(const struct vw_options *options, const struct v
 }
 
 static enum vw_status run_here(const struct vw_options *options, const struct vw_jobs *jobs) {
-    struct devices devices = {0};
-    enum vw_status status = VW_OK;
-    if (options->devices)
-        status = strcmp(options->devices, "all") ? read_list(options->devices, &devices) : list_all(&devices);
-    if (!status) status = run_batch(options, jobs, &devices);
-    for (uint32_t i = 0; i < devices.count; i++) free(devices.names[i]);
-    return status;
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    return status ? status : run_batch(options, jobs, &devices);
 }
 
 static enum vw_status submit(const struct vw_options *options, const struct vw_jobs *jobs) {

@@ -54,14 +54,16 @@ static enum vw_status read_worths(const struct vw_options *options, struct vw_be
 
 enum vw_status vw_command_benchmark(const struct vw_options *options) {
     struct vw_progress progress = {0};
-    struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &progress),
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
                                          .retraining_seeds = options->retraining_seeds,
                                          .equal = options->equal,
                                          .leave_one_out = options->leave_one_out,
                                          .curves = curves_of(options->curves),
                                          .curve_scorers = options->curves};
     struct vw_benchmark benchmark = {0};
-    enum vw_status status = vw_options_check_lasting(options);
+    if (!status) status = vw_options_check_lasting(options);
     if (!status) status = read_subsets(options->subsets, &params);
     if (!status) status = read_worths(options, &params);
     params.common.seeds = options->valued_seeds;

@@ -7,7 +7,9 @@ _Static_assert((int)VW_TEXTS_MOST == (int)VW_PHOTO_SETS_MAX, "--list may be give
 
 enum vw_status vw_command_compare(const struct vw_options *options) {
     struct vw_progress progress = {0};
-    const struct vw_comparison_params params = {.common = vw_params_of_experiment(options, &progress),
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    const struct vw_comparison_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
                                                 .sets = {.lists = options->lists.texts,
                                                          .list_count = options->lists.count,
                                                          .scores = options->scores,
@@ -16,7 +18,8 @@ enum vw_status vw_command_compare(const struct vw_options *options) {
                                                 .valuation_seeds = options->valuation_seeds,
                                                 .rendered_views = options->views};
     struct vw_comparison comparison;
-    enum vw_status status = vw_comparison_make(&params, &comparison);
+    if (status) return status;
+    status = vw_comparison_make(&params, &comparison);
     vw_progress_end(&progress);
     if (!status) status = vw_comparison_print(&comparison, options->json);
     vw_comparison_free(&comparison);

@@ -6,9 +6,11 @@
 
 enum vw_status vw_command_reproduce(const struct vw_options *options) {
     struct vw_progress progress = {0};
-    const struct vw_experiment_params params = vw_params_of_experiment(options, &progress);
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    const struct vw_experiment_params params = vw_params_of_experiment(options, &devices, &progress);
     struct vw_reproduction reproduction;
-    enum vw_status status = vw_options_check_lasting(options);
+    if (!status) status = vw_options_check_lasting(options);
     if (status) return status;
     status = vw_reproduction_make(&params, &reproduction);
     vw_progress_end(&progress);

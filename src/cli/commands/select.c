@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
+#include "cli/device_list.h"
 #include "cli/interrupt.h"
 #include "cli/output/verified_selection_output.h"
 #include "cli/parse_options.h"
@@ -188,12 +189,14 @@ static void print_text(const struct selection_job *job) {
 }
 
 static enum vw_status verify(struct selection_job *job) {
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(job->options, &devices);
     const struct vw_verified_selection_params params = {.run = &job->run,
-                                                        .device = job->options->device,
+                                                        .devices = vw_device_list_choose(job->options, &devices),
                                                         .seeds = job->options->verify_seeds,
                                                         .together = job->options->together,
                                                         .interrupt = vw_interrupt_watch()};
-    enum vw_status status = vw_verified_selection_make(&params, &job->verified);
+    if (!status) status = vw_verified_selection_make(&params, &job->verified);
     if (status) return status;
     job->selection = job->verified.candidates.list[job->verified.chosen].selections[VW_HALF_BOTH];
     return VW_OK;

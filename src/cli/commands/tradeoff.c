@@ -5,8 +5,11 @@
 
 enum vw_status vw_command_tradeoff(const struct vw_options *options) {
     struct vw_progress progress = {0};
-    struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &progress), .halves = options->halves};
-    enum vw_status status = vw_sweep_parameters_parse(options->parameters, &params.parameters);
+    struct vw_device_list devices;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
+                                     .halves = options->halves};
+    if (!status) status = vw_sweep_parameters_parse(options->parameters, &params.parameters);
     if (status) return status;
     struct vw_sweep sweep;
     status = vw_sweep_make(&params, &sweep);

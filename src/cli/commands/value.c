@@ -42,10 +42,12 @@ static enum vw_status check_kfold(const struct vw_options *options) {
 }
 
 static enum vw_status make_folds(const struct vw_options *options) {
+    struct vw_device_list devices;
     enum vw_status status = check_kfold(options);
+    if (!status) status = vw_device_list_read(options, &devices);
     if (status) return status;
     struct vw_progress progress = {0};
-    const struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &progress),
+    const struct vw_kfold_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
                                            .folds = options->kfold};
     struct vw_kfold kfold;
     status = vw_kfold_make(&params, &kfold);
@@ -60,6 +62,10 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     vw_interrupt_follow_batch();
     if (status) return status;
     if (options->kfold) return make_folds(options);
+    if (options->devices)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--devices is for several trainings; give it with --kfold K, or to viewworth worth after the run");
     if (options->together && !options->worth)
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");

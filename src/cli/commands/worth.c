@@ -1,13 +1,13 @@
 #include "cli/commands/worth.h"
 
 #include "cli/commands/commands.h"
+#include "cli/device_list.h"
 #include "cli/interrupt.h"
 #include "cli/output/worth_output.h"
 #include "experiment/worth.h"
 
 static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {
     return (struct vw_worth_run_params){.out = out,
-                                        .device = options->device,
                                         .retrainings = retrainings,
                                         .until_accuracy = options->until_accuracy,
                                         .together = options->together,
@@ -23,9 +23,13 @@ enum vw_status vw_worth_check_options(const struct vw_options *options) {
 
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings) {
     struct vw_worth_run_params params = params_of(options, out, retrainings);
+    struct vw_device_list devices;
     struct vw_worth_run result;
+    enum vw_status status = vw_device_list_read(options, &devices);
+    if (status) return status;
+    params.devices = vw_device_list_choose(options, &devices);
     params.interrupt = vw_interrupt_watch();
-    enum vw_status status = vw_worth_run_make(&params, &result);
+    status = vw_worth_run_make(&params, &result);
     if (!status) status = vw_worth_print(&result, options->until_accuracy, options->json);
     vw_worth_run_free(&result);
     return status;

@@ -55,7 +55,7 @@ static enum vw_status record(struct vw_sweep_state *state, uint32_t configuratio
 
 static struct vw_trainer_params params_of(const struct vw_session *session, const struct vw_config *config,
                                           const struct vw_effect_verdict *effects, bool validate) {
-    return (struct vw_trainer_params){.gpu = session->gpu,
+    return (struct vw_trainer_params){.gpu = session->devices[0].gpu,
                                       .scene = session->scene,
                                       .config = config,
                                       .effects = effects,
@@ -78,7 +78,8 @@ static struct vw_step_times times_of(const struct vw_timed_trainer *timed) {
     return (struct vw_step_times){result.ms_per_step, result.cpu_ms_per_step};
 }
 
-// Paired timing of the base, the configuration without scoring, and the configuration with scoring.
+// On one device, while others rest. Paired timing of the base, the configuration without scoring, and the configuration
+// with scoring.
 static enum vw_status time_configuration(struct vw_sweep_state *state, uint32_t configuration) {
     enum { BASE, TRAIN, VALUE, TRAINERS };
     const struct vw_session *session = &state->session;
@@ -129,7 +130,7 @@ uint64_t vw_sweep_steps(const struct vw_sweep_state *state, uint32_t configurati
 
 void vw_sweep_step_ms(const struct vw_sweep_state *state, uint32_t configuration, double *train_ms, double *value_ms) {
     double base_ms[VW_CONFIGURATIONS_MAX];
-    bool cpu = vw_gpu_get_info(state->session.gpu)->kind == VW_GPU_CPU;
+    bool cpu = vw_gpu_get_info(state->session.devices[0].gpu)->kind == VW_GPU_CPU;
     const struct vw_measured_configuration *measured = &state->measured[configuration];
     for (uint32_t i = 0; i < state->configurations->count; i++) base_ms[i] = state->measured[i].base.wall_ms;
     double median_ms = vw_median(base_ms, state->configurations->count);

@@ -91,7 +91,7 @@ static enum vw_status measure(const struct vw_config *preset, const struct vw_se
     config.burn_in_epochs = 0;
     enum vw_status status = vw_config_check(&config);
     if (!status)
-        status = vw_estimate_take_steps(&(struct vw_trainer_params){.gpu = session->gpu,
+        status = vw_estimate_take_steps(&(struct vw_trainer_params){.gpu = session->devices[0].gpu,
                                                                     .scene = session->scene,
                                                                     .config = &config,
                                                                     .effects = session->effects,
@@ -187,7 +187,7 @@ static void warn_of_few_epochs(const struct choice *choice, const struct vw_plan
 static enum vw_status choose_budget(const struct vw_run_params *params, struct vw_session *session,
                                     struct vw_config *config, struct vw_plan *plan) {
     const struct vw_session_params of_session = {
-        .scene = params->scene, .device = params->device, .timers = params->profile};
+        .scene = params->scene, .devices.first = params->device, .timers = params->profile};
     const struct vw_config base = *config;
     struct choice choice = {.params = params, .session = session, .config = &base, .count = 1};
     choice.presets = params->preset ? vw_preset_find(params->preset) : vw_presets(&choice.count);
