@@ -1,5 +1,6 @@
 #include "batch/batch.h"
 
+#include <inttypes.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,10 +21,17 @@ enum { LOOK_NS = 50000000, LOG_END_BYTES = 2048, SIGNAL_CODE = 128 };
 // A killed batch's process may take so long to save what it has; then the job's own process says who writes there.
 static const double LOCKED_WAIT_S = 30;
 
-// What the processes are.
+// Jobs of one process. Each is the first one of its process, or names it.
 struct child {
-    pid_t process; // 0: none
-    double begun_s;
+    pid_t process; // of the first; 0: none
+    uint32_t first;
+    double begun_s; // of the first
+    bool alone;     // a process of several jobs has failed: the next one takes no other
+};
+
+// The jobs that a process is to take, in their order.
+struct group {
+    uint32_t jobs[VW_CHILD_JOBS_MAX], count;
 };
 
 struct queue {
@@ -88,40 +96,73 @@ struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch) {
 
 // ---- Starting -----------------------------------------------------------------------------------------------------
 
-// The program's name, the job's words, and those that depend on where it runs, which are `own`. Array and `own` are
-// owned by the caller.
-static char **make_words(const struct queue *queue, uint32_t job, char *own[2]) {
+enum { OWN_WORDS = 3 };
+
+// Those that depend on where jobs run: owned texts, of which the last ones may be left out.
+static enum vw_status make_own_words(const struct queue *queue, const struct group *group, char *own[OWN_WORDS]) {
     const struct vw_batch_params *params = queue->params;
-    uint32_t count = job_at(queue, job)->word_count;
-    char **words = vw_allocate(count + 5, sizeof *words), **next = words;
-    own[0] = vw_format_text("--out=%s/%s", params->out, job_at(queue, job)->name);
-    own[1] = params->device_count ? vw_format_text("--device=%s", params->devices[device_of(queue, job)]) : NULL;
-    if (!words || !own[0] || (params->device_count && !own[1])) {
-        free(words);
-        return NULL;
-    }
+    uint32_t first = group->jobs[0], count = 0;
+    const char *device = params->device_count ? params->devices[device_of(queue, first)] : NULL;
+    bool together = group->count > 1 && params->together_given;
+    bool made = (own[count++] = vw_format_text("--out=%s/%s", params->out, job_at(queue, first)->name));
+    if (made && device) made = (own[count++] = vw_format_text("--device=%s", device));
+    if (made && together) made = (own[count++] = vw_format_text("--together=%u", params->together));
+    return made ? VW_OK : VW_ERROR_MEMORY;
+}
+
+// The program's name, the first job's words, and its own. The array is owned by the caller.
+static char **make_words(const struct vw_job *job, char *const own[OWN_WORDS]) {
+    char **words = vw_allocate(job->word_count + OWN_WORDS + 3, sizeof *words), **next = words;
+    if (!words) return NULL;
     *next++ = "viewworth";
-    memcpy(next, job_at(queue, job)->words, count * sizeof *next);
-    next += count;
+    memcpy(next, job->words, job->word_count * sizeof *next);
+    next += job->word_count;
     *next++ = "--resume";
-    *next++ = own[0];
-    *next = own[1];
+    memcpy(next, own, OWN_WORDS * sizeof *next);
     return words;
 }
 
-static enum vw_status start_process(struct queue *queue, uint32_t job) {
-    const struct vw_batch_params *params = queue->params;
-    char *own[2] = {NULL, NULL}, **words = make_words(queue, job, own);
-    char *folder = vw_path_folder(job_at(queue, job)->name);
-    char *log_path = vw_format_text("%s/%s.log", params->out, job_at(queue, job)->name);
-    enum vw_status status = words && folder && log_path ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_folder_create_inside(params->out, folder);
-    if (!status) status = vw_folder_check_inside(params->out, job_at(queue, job)->name);
-    if (!status) status = vw_child_start(params->program, words, log_path, &queue->children[job].process);
-    free(log_path);
+// "0,1,2" for vw_child_start(), owned by the caller; of a single job none.
+static char *list_seeds(const struct queue *queue, const struct group *group) {
+    char *list = vw_copy_text("");
+    for (uint32_t i = 0; list && group->count > 1 && i < group->count; i++) {
+        char *longer = vw_format_text("%s%s%" PRIu64, list, i ? "," : "", job_at(queue, group->jobs[i])->seed);
+        free(list);
+        list = longer;
+    }
+    return list;
+}
+
+// Names the logs, which are owned by the caller, and makes the folder that they and the jobs' own ones are in.
+static enum vw_status make_folder(const struct queue *queue, const struct group *group, char **log_paths) {
+    const char *out = queue->params->out;
+    char *folder = vw_path_folder(job_at(queue, group->jobs[0])->name);
+    enum vw_status status = folder ? vw_folder_create_inside(out, folder) : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < group->count; i++) {
+        const char *name = job_at(queue, group->jobs[i])->name;
+        status = vw_folder_check_inside(out, name);
+        log_paths[i] = vw_format_text("%s/%s.log", out, name);
+        if (!status && !log_paths[i]) status = VW_ERROR_MEMORY;
+    }
     free(folder);
-    free(own[0]);
-    free(own[1]);
+    return status;
+}
+
+static enum vw_status start_process(struct queue *queue, const struct group *group, pid_t *process) {
+    char *own[OWN_WORDS] = {NULL}, *log_paths[VW_CHILD_JOBS_MAX] = {NULL}, *seeds = list_seeds(queue, group);
+    enum vw_status status = make_own_words(queue, group, own);
+    char **words = make_words(job_at(queue, group->jobs[0]), own);
+    if (!status && !(words && seeds)) status = VW_ERROR_MEMORY;
+    if (!status) status = make_folder(queue, group, log_paths);
+    const struct vw_child_params params = {.program = queue->params->program,
+                                           .words = words,
+                                           .seeds = seeds,
+                                           .log_paths = (const char *const *)log_paths,
+                                           .job_count = group->count};
+    if (!status) status = vw_child_start(&params, process);
+    for (int i = 0; i < OWN_WORDS; i++) free(own[i]);
+    for (uint32_t i = 0; i < group->count; i++) free(log_paths[i]);
+    free(seeds);
     free(words);
     return status;
 }
@@ -138,14 +179,34 @@ static bool is_locked(const struct queue *queue, uint32_t job) {
     return locked && vw_now_s() - queue->started_s < LOCKED_WAIT_S;
 }
 
-static enum vw_status start(struct queue *queue, uint32_t job) {
+static bool can_start(const struct queue *queue, uint32_t job) {
+    bool wanted = !queue->params->only || queue->params->only == job + 1;
+    return wanted && queue->batch->results[job].state == VW_JOB_WAITING && !is_locked(queue, job);
+}
+
+// A job, and those after it that can be taken with it. They have its device, as they have it alone.
+static struct group find_group(const struct queue *queue, uint32_t first) {
+    struct group group = {{first}, 1};
+    uint32_t most = queue->children[first].alone ? 1 : queue->params->together;
+    for (uint32_t i = first + 1; group.count < most && i < queue->batch->jobs->count; i++)
+        if (device_of(queue, i) == device_of(queue, first) && !queue->children[i].alone &&
+            vw_jobs_fit(job_at(queue, first), job_at(queue, i)) && can_start(queue, i))
+            group.jobs[group.count++] = i;
+    return group;
+}
+
+static enum vw_status start(struct queue *queue, const struct group *group) {
     struct vw_batch *batch = queue->batch;
-    enum vw_status status = start_process(queue, job);
+    uint32_t first = group->jobs[0];
+    enum vw_status status = start_process(queue, group, &queue->children[first].process);
     if (status) return status;
-    batch->results[job].state = VW_JOB_RUNNING;
-    batch->running++;
-    queue->on_device[device_of(queue, job)]++;
-    queue->children[job].begun_s = vw_now_s();
+    for (uint32_t i = 0; i < group->count; i++) {
+        batch->results[group->jobs[i]].state = VW_JOB_RUNNING;
+        queue->children[group->jobs[i]].first = first;
+    }
+    batch->running += group->count;
+    queue->on_device[device_of(queue, first)]++;
+    queue->children[first].begun_s = vw_now_s();
     return VW_OK;
 }
 
@@ -153,9 +214,9 @@ static enum vw_status start_waiting(struct queue *queue) {
     uint32_t most = queue->params->per_device ? queue->params->per_device : 1;
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < queue->batch->jobs->count; i++) {
-        bool wanted = !queue->params->only || queue->params->only == i + 1;
-        if (!wanted || queue->batch->results[i].state != VW_JOB_WAITING) continue;
-        if (queue->on_device[device_of(queue, i)] < most && !is_locked(queue, i)) status = start(queue, i);
+        if (queue->on_device[device_of(queue, i)] >= most || !can_start(queue, i)) continue;
+        const struct group group = find_group(queue, i);
+        status = start(queue, &group);
     }
     return status;
 }
@@ -199,20 +260,47 @@ static void count_states(struct vw_batch *batch) {
     }
 }
 
-static enum vw_status end(struct queue *queue, uint32_t job, int wait_status) {
+static enum vw_status end_job(struct queue *queue, uint32_t job, int exit_code, double seconds) {
     struct vw_job_result *result = &queue->batch->results[job];
-    bool exited = WIFEXITED(wait_status);
-    result->exit_code = exited ? WEXITSTATUS(wait_status) : SIGNAL_CODE + WTERMSIG(wait_status);
-    result->seconds += vw_now_s() - queue->children[job].begun_s;
-    result->state = !result->exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
-    if (result->state == VW_JOB_FAILED) result->message = describe_failure(queue, job, result->exit_code);
-    queue->children[job].process = 0;
-    queue->on_device[device_of(queue, job)]--;
+    result->exit_code = exit_code;
+    result->seconds += seconds;
+    result->state = !exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
+    if (result->state == VW_JOB_FAILED) result->message = describe_failure(queue, job, exit_code);
     count_states(queue->batch);
     const struct vw_job_record record = {result->exit_code, result->seconds, result->message};
     enum vw_status status = vw_job_record_write(queue->params->out, job_at(queue, job), &record);
     if (!status && !queue->params->only) status = write_states(queue->batch, queue->params->out);
     report(queue, job_at(queue, job));
+    return status;
+}
+
+// Which of several jobs failed is not known: each says so by itself. One that is done has nothing left to do then.
+static void try_alone(struct queue *queue, uint32_t job, double seconds) {
+    queue->children[job].alone = true;
+    queue->batch->results[job].state = VW_JOB_WAITING;
+    queue->batch->results[job].seconds += seconds;
+    count_states(queue->batch);
+}
+
+// The time of a process is shared out among its jobs.
+static enum vw_status end_process(struct queue *queue, uint32_t first, int wait_status) {
+    struct group group = {.count = 0};
+    enum vw_status status = VW_OK;
+    for (uint32_t i = first; i < queue->batch->jobs->count; i++)
+        if (queue->batch->results[i].state == VW_JOB_RUNNING && queue->children[i].first == first)
+            group.jobs[group.count++] = i;
+    int exit_code = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : SIGNAL_CODE + WTERMSIG(wait_status);
+    double seconds = (vw_now_s() - queue->children[first].begun_s) / group.count;
+    queue->children[first].process = 0;
+    queue->on_device[device_of(queue, first)]--;
+    for (uint32_t i = 0; i < group.count; i++) {
+        if (group.count > 1 && exit_code && !queue->stopping) {
+            try_alone(queue, group.jobs[i], seconds);
+            continue;
+        }
+        enum vw_status ended = end_job(queue, group.jobs[i], exit_code, seconds);
+        if (!status) status = ended;
+    }
     return status;
 }
 
@@ -222,7 +310,7 @@ static enum vw_status end_finished(struct queue *queue) {
         int wait_status = 0;
         pid_t process = queue->children[i].process;
         if (!process || waitpid(process, &wait_status, WNOHANG) != process) continue;
-        enum vw_status ended = end(queue, i, wait_status);
+        enum vw_status ended = end_process(queue, i, wait_status);
         if (!status) status = ended;
     }
     return status;

@@ -44,6 +44,8 @@ struct vw_batch_params {
     const char *const *devices; // indices or names; job i takes device i modulo their number
     uint32_t device_count;      // 0: the preferred device
     uint32_t per_device;        // processes at a time on each; 0: 1
+    uint32_t together;          // jobs that one process may take, if they fit (jobs.h), up to VW_CHILD_JOBS_MAX; 0: 1
+    bool together_given;        // else a process takes as many of its jobs at a time as its device suggests
     uint32_t only;              // the only job to run, counted from 1, beside other processes that run others; 0: all
     bool merge_only;            // runs no job, and merges those that are done
     struct vw_interrupt interrupt;
@@ -51,7 +53,8 @@ struct vw_batch_params {
     void *context;
 };
 
-// Runs the jobs that are not done. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
+// Runs the jobs that are not done. Where a process takes several and one of them fails, each is tried once more by
+// itself, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
 // (job_record.h). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with null
 // for what there is not, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`, writes
 // none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others have

@@ -13,53 +13,71 @@
 
 enum { INPUT, OUTPUT, ERRORS }; // the descriptors that a process begins with
 
-// The environment with the variable of this process: an owned array whose first text is owned.
-static char **make_environment(void) {
-    static const char name[] = VW_CHILD_PARENT_VARIABLE "=";
-    size_t count = 0, used = 0;
-    while (environ && environ[count]) count++;
-    char **made = vw_allocate(count + 2, sizeof *made);
-    char *own = made ? vw_format_text("%s%ld", name, (long)getpid()) : NULL;
-    if (!own) {
-        free(made);
-        return NULL;
-    }
-    made[used++] = own;
-    for (size_t i = 0; i < count; i++)
-        if (strncmp(environ[i], name, strlen(name)) != 0) made[used++] = environ[i];
-    return made;
+static bool is_own_variable(const char *variable) {
+    static const char *const own[] = {VW_CHILD_PARENT_VARIABLE "=", VW_CHILD_SEEDS_VARIABLE "="};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(own); i++)
+        if (!strncmp(variable, own[i], strlen(own[i]))) return true;
+    return false;
 }
 
-static int spawn(const char *program, char *const *words, char *const *environment, const char *log_path,
-                 pid_t *process) {
+enum { OWN_VARIABLES = 2 };
+
+static void free_environment(char **environment) {
+    for (int i = 0; i < OWN_VARIABLES && environment; i++) free(environment[i]);
+    free(environment);
+}
+
+// The environment with the variables of a child: an owned array whose first OWN_VARIABLES texts are owned.
+static char **make_environment(const char *seeds) {
+    size_t count = 0, used = OWN_VARIABLES;
+    while (environ && environ[count]) count++;
+    char **made = vw_allocate(count + OWN_VARIABLES + 1, sizeof *made);
+    if (!made) return NULL;
+    made[0] = vw_format_text(VW_CHILD_PARENT_VARIABLE "=%ld", (long)getpid());
+    made[1] = vw_format_text(VW_CHILD_SEEDS_VARIABLE "=%s", seeds);
+    for (size_t i = 0; i < count; i++)
+        if (!is_own_variable(environ[i])) made[used++] = environ[i]; // those that this process has itself
+    if (made[0] && made[1]) return made;
+    free_environment(made);
+    return NULL;
+}
+
+// One job alone has its log as stdout and stderr only.
+static int add_files(const struct vw_child_params *params, posix_spawn_file_actions_t *files) {
+    const int to_log = O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
+    int count = (int)params->job_count, kept = count > 1 ? count : 0;
+    int error = posix_spawn_file_actions_addopen(files, INPUT, "/dev/null", O_RDONLY, 0);
+    for (int i = 0; i < count && !error; i++)
+        error = posix_spawn_file_actions_addopen(files, VW_CHILD_LOG + i, params->log_paths[i], to_log, 0666);
+    if (!error) error = posix_spawn_file_actions_adddup2(files, VW_CHILD_LOG, OUTPUT);
+    if (!error) error = posix_spawn_file_actions_adddup2(files, VW_CHILD_LOG, ERRORS);
+    return error ? error : posix_spawn_file_actions_addclosefrom_np(files, VW_CHILD_LOG + kept);
+}
+
+static int spawn(const struct vw_child_params *params, char *const *environment, pid_t *process) {
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
     int error = posix_spawn_file_actions_init(&files);
     if (error) return error;
     error = posix_spawnattr_init(&attributes);
     if (!error) {
-        const int to_log = O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
         error = posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        if (!error) error = posix_spawn_file_actions_addopen(&files, INPUT, "/dev/null", O_RDONLY, 0);
-        if (!error) error = posix_spawn_file_actions_addopen(&files, OUTPUT, log_path, to_log, 0666);
-        if (!error) error = posix_spawn_file_actions_adddup2(&files, OUTPUT, ERRORS);
-        if (!error) error = posix_spawn_file_actions_addclosefrom_np(&files, ERRORS + 1);
-        if (!error) error = posix_spawn(process, program, &files, &attributes, words, environment);
+        if (!error) error = add_files(params, &files);
+        if (!error) error = posix_spawn(process, params->program, &files, &attributes, params->words, environment);
         posix_spawnattr_destroy(&attributes);
     }
     posix_spawn_file_actions_destroy(&files);
     return error;
 }
 
-enum vw_status vw_child_start(const char *program, char *const *words, const char *log_path, pid_t *process) {
-    char **environment = make_environment();
+enum vw_status vw_child_start(const struct vw_child_params *params, pid_t *process) {
+    char **environment = make_environment(params->seeds);
     if (!environment) return VW_ERROR_MEMORY;
-    int error = spawn(program, words, environment, log_path, process);
-    free(environment[0]);
-    free(environment);
+    int error = spawn(params, environment, process);
+    free_environment(environment);
     if (!error) return VW_OK;
-    return vw_fail(VW_ERROR_IO, "%s: cannot start a process that writes there: %s; check the folder", log_path,
-                   strerror(error));
+    return vw_fail(VW_ERROR_IO, "%s: cannot start a process that writes there: %s; check the folder",
+                   params->log_paths[0], strerror(error));
 }
 
 static int spawn_into_pipe(char *const *words, int end, pid_t *process) {

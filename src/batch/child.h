@@ -3,6 +3,7 @@
 #define VIEWWORTH_BATCH_CHILD_H
 
 #include <stddef.h>
+#include <stdint.h>
 #include <sys/types.h>
 
 #include "viewworth/status.h"
@@ -11,9 +12,21 @@
 // process (cli/interrupt.h), so that a batch that is killed leaves none behind.
 #define VW_CHILD_PARENT_VARIABLE "VIEWWORTH_BATCH_PROCESS"
 
-// Starts `program` with these words (the first is its name; NULL ends them) in a process group of its own: Ctrl-C does
-// not reach it. Stdout and stderr are added to the file `log_path`, which may not be a link.
-enum vw_status vw_child_start(const char *program, char *const *words, const char *log_path, pid_t *process);
+// The variable by which a child learns the seeds of the jobs that it values, "0,1,2"; empty: it is the job that its
+// words say. The log of job i of several is its open file VW_CHILD_LOG + i (cli/commands/value_jobs.h).
+#define VW_CHILD_SEEDS_VARIABLE "VIEWWORTH_BATCH_SEEDS"
+enum { VW_CHILD_LOG = 3, VW_CHILD_JOBS_MAX = 16 };
+
+struct vw_child_params {
+    const char *program;
+    char *const *words;           // the first is its name; NULL ends them
+    const char *seeds;            // of the jobs; "" of one
+    const char *const *log_paths; // of each; stdout and stderr are added to the first. None may be a link.
+    uint32_t job_count;           // up to VW_CHILD_JOBS_MAX
+};
+
+// Starts a process in a process group of its own: Ctrl-C does not reach it.
+enum vw_status vw_child_start(const struct vw_child_params *params, pid_t *process);
 
 // Runs the program of the PATH that the first word names to its end. `text` gets what it prints on stdout and stderr,
 // up to size - 1 bytes. VW_ERROR_IO where it cannot be started.

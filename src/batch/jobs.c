@@ -13,6 +13,8 @@
 #include "base/text.h"
 #include "base/word_list.h"
 
+enum { SEED_WORD = 2 }; // of a job, after "value" and the scene
+
 // A name with options, as the file has it: a config, or a scene. Texts and objects are borrowed from the file.
 struct entry {
     const char *name, *scene;
@@ -169,6 +171,7 @@ static enum vw_status write_words(const struct file *file, const struct entry *s
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts) && options; i++) {
         json_object_foreach((json_t *)parts[i], key, value) { vw_json_set(&options, key, json_incref(value)); }
     }
+    job->seed = (uint64_t)seed;
     job->words = vw_allocate(json_object_size(options) + 4, sizeof *job->words);
     bool complete = options && job->words;
     if (complete) {
@@ -176,7 +179,7 @@ static enum vw_status write_words(const struct file *file, const struct entry *s
         complete = job->scene;
         job->words[job->word_count++] = vw_copy_text("value");
         job->words[job->word_count++] = vw_path_join(file->folder, scene->scene);
-        job->words[job->word_count++] = vw_format_text("--seed=%" JSON_INTEGER_FORMAT, seed);
+        job->words[job->word_count++] = vw_format_text("--seed=%" JSON_INTEGER_FORMAT, seed); // SEED_WORD
         json_object_foreach(options, key, value) {
             if (!json_is_false(value)) job->words[job->word_count++] = write_option(key, value);
         }
@@ -236,6 +239,18 @@ enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs) {
     free(folder);
     json_decref(root);
     return reader.status;
+}
+
+// The name without its seed.
+static bool have_one_folder(const struct vw_job *a, const struct vw_job *b) {
+    size_t length = (size_t)(strrchr(a->name, '/') - a->name);
+    return !strncmp(a->name, b->name, length + 1) && !strchr(b->name + length + 1, '/');
+}
+
+bool vw_jobs_fit(const struct vw_job *a, const struct vw_job *b) {
+    bool fit = !a->single && !b->single && a->word_count == b->word_count && have_one_folder(a, b);
+    for (uint32_t i = 0; fit && i < a->word_count; i++) fit = i == SEED_WORD || !strcmp(a->words[i], b->words[i]);
+    return fit;
 }
 
 void vw_jobs_free(struct vw_jobs *jobs) {

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_BATCH_JOBS_H
 #define VIEWWORTH_BATCH_JOBS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/status.h"
@@ -19,7 +20,9 @@ struct vw_job {
     char *name;   // owned: "fox/seed-1", or with configs "fox/draft/seed-1"; also its folder in OUT
     char **words; // owned, and its texts: "value", SCENE, "--seed=1", "--epochs=16", ... and NULL at its end
     uint32_t word_count;
-    char *scene; // owned: as the file names it
+    char *scene;   // owned: as the file names it
+    uint64_t seed; // as its words say
+    bool single;   // the caller sets it: what it asks for needs a process of its own
 };
 
 struct vw_jobs {
@@ -31,6 +34,8 @@ struct vw_jobs {
 // file and field. What the options of a job mean is not checked here: words are for the command line. Free the jobs
 // also after a failure.
 enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs);
+// Whether one process can take the steps of both together: they differ by their seed alone, and so do their names.
+bool vw_jobs_fit(const struct vw_job *a, const struct vw_job *b);
 void vw_jobs_free(struct vw_jobs *jobs);
 
 #endif

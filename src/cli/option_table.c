@@ -48,6 +48,10 @@ const struct vw_option vw_option_table[] = {
      COMMON},
     {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
+    {"together", "K",
+     "Number of jobs that one process values at the same time where they differ only by their seed, which changes no "
+     "result; without this option one on a CPU, else as many as fit into half of the device's memory, at most 16",
+     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16), COMMON},
     {"devices", "LIST|all",
      "Vulkan devices, each an index or part of a name, with commas between; or all, which takes every GPU, or the CPU "
      "where there is none. Job i always takes the device at place i modulo their number",
@@ -136,8 +140,8 @@ const struct vw_option vw_option_table[] = {
      "training on the others; scores are means over the trainings, and the same command resumes",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
     {"together", "K",
-     "Number of trainings of --kfold or --worth that take their steps at the same time on each device, which changes no "
-     "result; without this option one on a CPU, else as many as fit into half of the device's memory",
+     "Number of trainings of --kfold or --worth that take their steps at the same time on each device, which changes "
+     "no result; without this option one on a CPU, else as many as fit into half of the device's memory",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"devices", "LIST|all",
      "Vulkan devices to train on at the same time, each an index or part of a name, with commas between, or all; with "

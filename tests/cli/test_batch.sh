@@ -144,6 +144,38 @@ while flock -n "$folder/waits/a/seed-0/.viewworth.lock" true; do sleep 0.01; don
 check "a job waits for another process in its folder" run batch short.json waits --devices all
 check "and for no longer" eval '! kill -0 $! 2>/dev/null && [[ $(states waits) = done,done,done,done ]]'
 
+# ---- Several in a process ------------------------------------------------------------------------------------------------------
+
+cat >"$folder/seeds.json" <<JSON
+{"defaults": {"rays": 16, "samples": 4, "val-rays": 64, "levels": 2, "log2-table": 6, "width": 16, "effects": "none", "epochs": 2},
+ "seeds": [0, 1, 5, 7], "jobs": [{"name": "a", "scene": "a.json"}, {"name": "b", "scene": "b.json", "seeds": [3]}]}
+JSON
+first_logs() { grep -l '^device ' "$folder/$1"/a/seed-*.log | wc -l; } # first_logs OUT: of its processes, for a
+check "five jobs, a process each" run batch seeds.json apart --together 1
+check "of which four are of one scene" test "$(first_logs apart)" = 4
+check "the same, up to three in a process" run batch seeds.json together --together 3
+check "in two processes for that scene" test "$(first_logs together)" = 2
+check "has the same canonical dump" same_dump apart together
+check "each tells its scores in its own log" test "$(grep -c '^highest credit' "$folder"/together/a/seed-*.log | grep -c ':1$')" = 4
+check "and has a record" test "$(grep -l '"exit_code": 0' "$folder"/together/a/seed-*.json | wc -l)" = 4
+check "the whole batch again has nothing to do" eval 'run batch seeds.json together && ! grep -q ^done "$folder/stderr"'
+mkdir -p "$folder/failing/a/seed-1/ledger.db"
+check "one that fails is named" ends_with 1 '1 of 5 jobs failed; .*a/seed-1: .*seed-1/ledger\.db' batch seeds.json failing --together 4
+check "and takes no other along" test "$(states failing)" = done,failed,done,done,done
+check "since each was tried alone" test "$(grep -c "^highest credit" "$folder/failing/a/seed-5.log") $(first_logs failing)" = "2 3"
+killed() { # killed OUT: a batch whose first process is killed as soon as it is there
+    local process child=
+    "$program" batch "$folder/seeds.json" --out "$folder/$1" --devices llvmpipe --together 4 >"$folder/stdout" 2>"$folder/stderr" &
+    process=$!
+    until child=$(pgrep -P "$process"); do sleep 0.01; done
+    kill -KILL "$child"
+    wait "$process"
+}
+check "so is each of a process that is killed" killed crashed
+check "to the same canonical dump" same_dump apart crashed
+check "more than 16 in a process are refused" fails 2 '--together takes a whole number, 1 to 16' batch seeds.json none --together 17
+check "--slurm has a process for each" fails 2 'leave out .*--together' batch seeds.json none --together 2 --slurm
+
 # ---- Single jobs ---------------------------------------------------------------------------------------------------------------
 
 for job in 3 1 4 2; do check "job $job alone" run batch short.json array --job "$job"; done

@@ -165,6 +165,27 @@ static void a_record_is_of_the_same_words(void **state) {
     vw_jobs_free(&others);
 }
 
+static void jobs_that_differ_by_their_seed_fit_together(void **state) {
+    (void)state;
+    struct vw_jobs jobs;
+    ASSERT_OK(
+        load("{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
+             "{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [0, 7, 8]}, {\"name\": \"cat\", \"scene\": \"cat\"},"
+             " {\"name\": \"same\", \"scene\": \"fox\"}, {\"name\": \"a\", \"scene\": \"fox\"}]}",
+             &jobs));
+    assert_int_equal(jobs.count, 12);
+    for (uint32_t i = 0; i < jobs.count; i++)
+        for (uint32_t j = 0; j < jobs.count; j++) { // 0 to 2 and 3 to 5 are of fox
+            bool fit = i == j || (i / 3 == j / 3 && i < 6 && j < 6);
+            assert_int_equal(vw_jobs_fit(&jobs.jobs[i], &jobs.jobs[j]), fit);
+        }
+    assert_int_equal(jobs.jobs[4].seed, 7);
+    jobs.jobs[4].single = true;
+    assert_false(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[4]) || vw_jobs_fit(&jobs.jobs[4], &jobs.jobs[3]));
+    assert_true(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[5]));
+    vw_jobs_free(&jobs);
+}
+
 static void a_broken_record_is_none(void **state) {
     (void)state;
     static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
@@ -189,6 +210,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(what_is_wrong_is_named, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(a_record_is_of_the_same_words, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(a_broken_record_is_none, make_folder, remove_folder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
 #include "batch/batch.h"
+#include "batch/child.h"
 #include "batch/slurm.h"
 
 #include <stdlib.h>
@@ -10,11 +11,13 @@
 #include "cli/interrupt.h"
 #include "cli/output/batch_output.h"
 #include "cli/parse_options.h"
+#include "viewworth/gpu.h"
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 
-// Whether `value` would take the job's words, before any job begins. getopt moves words, so that it gets a copy.
-static enum vw_status check_job(const struct vw_job *job) {
+// Whether `value` would take the job's words, before any job begins, and whether beside others. getopt moves words, so
+// that it gets a copy.
+static enum vw_status check_job(struct vw_job *job) {
     static const struct vw_command value = {.name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
     struct vw_options options;
     char out[] = "--out=NAME", **words = vw_allocate(job->word_count + 2, sizeof *words);
@@ -23,6 +26,7 @@ static enum vw_status check_job(const struct vw_job *job) {
     words[job->word_count] = out;
     enum vw_status status = vw_options_parse(&value, (int)job->word_count + 1, words, &options);
     if (!status) status = vw_options_check_lasting(&options);
+    job->single = options.budget || options.accuracy || options.profile || options.worth || options.together;
     free(words);
     return status;
 }
@@ -38,6 +42,18 @@ static enum vw_status load_jobs(const char *path, struct vw_jobs *jobs) {
 
 // ---- The command --------------------------------------------------------------------------------------------------
 
+// Unless it is given, a process takes several jobs where the preferred device is a GPU, which gains by it. The process
+// finds out how many its device takes at a time.
+static uint32_t choose_together(const struct vw_options *options) {
+    struct vw_gpu_info *infos = NULL;
+    uint32_t count = 0;
+    if (options->together || options->job) return options->together;
+    if (vw_gpu_list(&infos, &count)) return 1; // the jobs say what is wrong
+    bool gpu = count && infos[0].kind != VW_GPU_CPU;
+    free(infos);
+    return gpu ? VW_CHILD_JOBS_MAX : 1;
+}
+
 static enum vw_status run_batch(const struct vw_options *options, const struct vw_jobs *jobs,
                                 const struct vw_device_list *devices) {
     struct vw_batch_display display = {.quiet = options->quiet};
@@ -48,6 +64,8 @@ static enum vw_status run_batch(const struct vw_options *options, const struct v
                                                                     .devices = devices->texts,
                                                                     .device_count = devices->count,
                                                                     .per_device = options->per_device,
+                                                                    .together = choose_together(options),
+                                                                    .together_given = options->together > 0,
                                                                     .only = options->job,
                                                                     .merge_only = options->merge_only,
                                                                     .interrupt = vw_interrupt_watch(),
@@ -96,9 +114,10 @@ static enum vw_status submit(const struct vw_options *options, const struct vw_j
 static enum vw_status check_together(const struct vw_options *options) {
     if (!options->slurm && (options->partition || options->time_limit || options->gpus))
         return vw_fail(VW_ERROR_USAGE, "--partition, --gpus and --time-limit are of --slurm; add it");
-    if (options->slurm && (options->job || options->merge_only || vw_options_have(options, "per-device")))
+    if (options->slurm &&
+        (options->job || options->merge_only || options->together || vw_options_have(options, "per-device")))
         return vw_fail(VW_ERROR_USAGE,
-                       "--slurm decides where jobs run; leave out --job, --merge-only and --per-device");
+                       "--slurm decides where jobs run; leave out --job, --merge-only, --together and --per-device");
     if (options->merge_only && options->job)
         return vw_fail(VW_ERROR_USAGE, "--merge-only runs no job; leave out --job");
     return VW_OK;

@@ -1,5 +1,9 @@
+#include <stdlib.h>
+
 #include "base/memory.h"
+#include "batch/child.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/value_jobs.h"
 #include "cli/commands/worth.h"
 #include "cli/experiment_params.h"
 #include "cli/interrupt.h"
@@ -59,8 +63,10 @@ static enum vw_status make_folds(const struct vw_options *options) {
 
 enum vw_status vw_command_value(const struct vw_options *options) {
     enum vw_status status = vw_options_check_lasting(options);
+    const char *seeds = getenv(VW_CHILD_SEEDS_VARIABLE);
     vw_interrupt_follow_batch();
     if (status) return status;
+    if (seeds && *seeds) return vw_value_jobs(options, seeds);
     if (options->kfold) return make_folds(options);
     if (options->devices)
         return vw_fail(
