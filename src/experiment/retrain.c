@@ -23,6 +23,10 @@ static uint32_t epochs_of(const struct vw_retrainer *retrainer, const struct vw_
     return retraining->epochs ? retraining->epochs : retrainer->params.config->epochs;
 }
 
+static bool gains(const struct vw_retrain_params *retraining) {
+    return retraining->photo_count > 0 && retraining->photos_of == VW_RETRAIN_PHOTOS_GAINS;
+}
+
 // Those of all photos that a retraining leaves out.
 static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
     uint32_t count = 0, kept = 0;
@@ -41,7 +45,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
     struct vw_config config = vw_config_without_probes(retrainer->params.config); // probes need validation
     config.seed = retraining->seed;
     config.epochs = epochs_of(retrainer, retraining);
-    config.val_rays = vw_config_default.val_rays;
+    if (!gains(retraining)) config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
     const struct vw_trainer_params params = {
         .gpu = device->gpu,
@@ -53,6 +57,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
         .train_view_count = alone ? retraining->view_count : retrainer->train_count,
         .left_out_views = retrainer->left_out,
         .left_out_count = some && !alone ? list_left_out(retrainer, retraining) : 0,
+        .validate = gains(retraining),
         .submissions = device->submissions};
     return vw_trainer_create(&params, trainer);
 }
@@ -127,9 +132,27 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
     for (uint32_t i = 0; i < retraining->view_count; i++)
         vw_hasher_add_text(&hasher, retrainer->params.session->scene->views[retraining->views[i]].name);
+    if (gains(
+            retraining)) { // its rows of train photos are others than those of an equal one that is measured at the end
+        vw_hasher_add_text(&hasher, "gains");
+        vw_hasher_add_integer(&hasher, retrainer->params.config->val_rays);
+    }
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, id);
 }
+
+// Where a retraining is made.
+struct seat {
+    struct vw_trainer *trainer; // NULL: the seat is free
+    const struct vw_retrain_params *retraining;
+    struct vw_retrain_result *result;
+    char id[VW_HASH_HEX_BYTES];
+    uint32_t ends, measured;       // ends of epochs to measure, and of these, those that were
+    struct vw_retrain_view *views; // owned; means over these ends, and behind them the gains
+    uint32_t view_count;
+    double val_psnr; // after the last step, of gains; NaN: no step had a value yet
+    double cpu_s;
+};
 
 // The measurements of single views.
 struct measured_views {
@@ -138,16 +161,19 @@ struct measured_views {
     double *ssims; // NaN of a view that has none
 };
 
-static enum vw_status list_measured_views(const struct vw_scene *scene, struct measured_views *measured) {
-    *measured = (struct measured_views){.views = vw_allocate(scene->view_count, sizeof *measured->views),
-                                        .errors = vw_allocate(scene->view_count, sizeof *measured->errors),
-                                        .ssims = vw_allocate(scene->view_count, sizeof *measured->ssims)};
+// Those of validation and test, then the photos that the retraining asks for.
+static enum vw_status list_measured_views(const struct vw_scene *scene, const struct vw_retrain_params *retraining,
+                                          struct measured_views *measured) {
+    uint32_t photo_count = gains(retraining) ? 0 : retraining->photo_count, most = scene->view_count + photo_count;
+    *measured = (struct measured_views){.views = vw_allocate(most, sizeof *measured->views),
+                                        .errors = vw_allocate(most, sizeof *measured->errors),
+                                        .ssims = vw_allocate(most, sizeof *measured->ssims)};
     if (!measured->views || !measured->errors || !measured->ssims) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        if (scene->views[v].split != VW_SPLIT_VAL && scene->views[v].split != VW_SPLIT_TEST) continue;
-        measured->ssims[measured->count] = NAN;
-        measured->views[measured->count++] = v;
-    }
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        if (scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST)
+            measured->views[measured->count++] = v;
+    for (uint32_t i = 0; i < photo_count; i++) measured->views[measured->count++] = retraining->photos[i].image_id;
+    for (uint32_t i = 0; i < measured->count; i++) measured->ssims[i] = NAN;
     return VW_OK;
 }
 
@@ -185,14 +211,14 @@ static void free_measured(struct measured_views *measured) {
 
 // Both splits at once, since setting up costs most when few pixels are measured. Free what was measured also after a
 // failure.
-static enum vw_status measure(const struct vw_retrainer *retrainer, struct vw_trainer *trainer, const char *id,
+static enum vw_status measure(const struct vw_retrainer *retrainer, const struct seat *seat,
                               struct measured_views *measured, struct vw_retrain_result *result) {
     const struct vw_scene *scene = retrainer->params.session->scene;
-    enum vw_status status = list_measured_views(scene, measured);
+    enum vw_status status = list_measured_views(scene, seat->retraining, measured);
     if (!status && retrainer->params.whole_views)
-        status = vw_whole_views_measure(trainer, measured->views, measured->count, &retrainer->saved_views, id,
-                                        measured->errors, measured->ssims);
-    else if (!status) status = measure_shares(trainer, scene, measured);
+        status = vw_whole_views_measure(seat->trainer, measured->views, measured->count, &retrainer->saved_views,
+                                        seat->id, measured->errors, measured->ssims);
+    else if (!status) status = measure_shares(seat->trainer, scene, measured);
     if (status) return status;
     average_split(scene, VW_SPLIT_VAL, measured, &result->val_psnr, &result->val_ssim, &result->val_l1);
     average_split(scene, VW_SPLIT_TEST, measured, &result->test_psnr, &result->test_ssim, &result->test_l1);
@@ -213,18 +239,6 @@ static void report_progress(struct vw_retrainer *retrainer) {
 }
 
 // ---- Several at a time ----
-
-// Where a retraining is made: seat i is on device i modulo their number.
-struct seat {
-    struct vw_trainer *trainer; // NULL: the seat is free
-    const struct vw_retrain_params *retraining;
-    struct vw_retrain_result *result;
-    char id[VW_HASH_HEX_BYTES];
-    uint32_t ends, measured;       // ends of epochs to measure, and of these, those that were
-    struct vw_retrain_view *views; // owned; means over these ends
-    uint32_t view_count;
-    double cpu_s;
-};
 
 // Retrainings on their way. The first failure is the one to report: no other retraining begins then, but those that
 // have begun are finished and kept.
@@ -272,7 +286,8 @@ static enum vw_status sit_down(struct work *work, const struct vw_retrain_params
                        retrainer->params.out);
     while (seat->trainer) seat++;
     share_cpu_time(work);
-    *seat = (struct seat){.retraining = retraining, .result = result, .ends = 1};
+    *seat = (struct seat){.retraining = retraining, .result = result, .ends = 1, .val_psnr = NAN};
+    for (uint32_t i = 0; i < retraining->photo_count; i++) retraining->photos[i].psnr_db = 0;
     if (retraining->view_count > 0 && retrainer->params.averaged_epochs > 1)
         seat->ends = retrainer->params.averaged_epochs;
     if (seat->ends > epochs_of(retrainer, retraining)) seat->ends = epochs_of(retrainer, retraining);
@@ -293,6 +308,9 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
     if (is_being_made(work, id)) return false;
     enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, result);
     found = found && vw_saved_views_exist(&retrainer->saved_views, id);
+    if (!status && found && retraining->photo_count > 0)
+        status = vw_retrainings_recall_views(retrainer->retrainings, id, retraining->photos, retraining->photo_count,
+                                             &found);
     if (!status && !found) status = sit_down(work, retraining, id, result);
     retrainer->recalled += !status && found;
     note(work, status);
@@ -300,7 +318,8 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
 }
 
 static enum vw_status add_views(struct seat *seat, const struct measured_views *measured) {
-    if (!seat->views) seat->views = vw_allocate(measured->count, sizeof *seat->views);
+    const struct vw_retrain_params *retraining = seat->retraining;
+    if (!seat->views) seat->views = vw_allocate(measured->count + retraining->photo_count, sizeof *seat->views);
     if (!seat->views) return VW_ERROR_MEMORY;
     seat->view_count = measured->count;
     for (uint32_t i = 0; i < measured->count; i++) {
@@ -310,10 +329,30 @@ static enum vw_status add_views(struct seat *seat, const struct measured_views *
     return VW_OK;
 }
 
+// Sums up what steps gain. A step without a value gains nothing: the next one that has a value takes what it did.
+static void add_gains(struct seat *seat, const struct vw_step_record *records, uint32_t count) {
+    const struct vw_retrain_params *retraining = seat->retraining;
+    for (uint32_t i = 0; gains(retraining) && i < count; i++) {
+        if (!isfinite(records[i].val_psnr)) continue;
+        for (uint32_t photo = 0; photo < retraining->photo_count; photo++)
+            if (retraining->photos[photo].image_id == records[i].view)
+                retraining->photos[photo].psnr_db += records[i].val_psnr - seat->val_psnr;
+        seat->val_psnr = records[i].val_psnr;
+    }
+}
+
+// Fills the photos that were asked for, and makes rows of gains.
+static void take_photos(struct seat *seat) {
+    const struct vw_retrain_params *retraining = seat->retraining;
+    for (uint32_t i = 0; i < retraining->photo_count; i++)
+        if (gains(retraining)) seat->views[seat->view_count++] = retraining->photos[i];
+        else retraining->photos[i] = seat->views[seat->view_count - retraining->photo_count + i];
+}
+
 static enum vw_status take_measures(const struct vw_retrainer *retrainer, struct seat *seat) {
     struct vw_retrain_result measured, *mean = seat->result;
     struct measured_views views;
-    enum vw_status status = measure(retrainer, seat->trainer, seat->id, &views, &measured);
+    enum vw_status status = measure(retrainer, seat, &views, &measured);
     if (!status) status = add_views(seat, &views);
     free_measured(&views);
     if (status) return status;
@@ -333,6 +372,7 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     made.epochs = epochs_of(retrainer, seat->retraining);
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
+    take_photos(seat);
     enum vw_status status = vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
                                                seat->result, seat->views, seat->view_count);
     if (status) return status;
@@ -349,7 +389,10 @@ static void advance(struct work *work) {
         uint32_t count = 0;
         if (!seat->trainer) continue;
         enum vw_status status = vw_trainer_advance(seat->trainer, &records, &count);
-        if (!status && count > 0) continue;
+        if (!status && count > 0) {
+            add_gains(seat, records, count);
+            continue;
+        }
         if (!status) status = take_measures(work->retrainer, seat);
         if (!status && seat->measured < seat->ends) {
             release(seat);

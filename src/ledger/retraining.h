@@ -14,11 +14,28 @@ enum vw_equal {
 };
 const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
 
+// What a retraining tells of a single photo.
+struct vw_retrain_view {
+    uint32_t image_id;
+    double psnr_db; // of the trained field on it; or what its steps gain, see vw_retrain_photos
+};
+
+// What a retraining tells of single train photos beside its result.
+enum vw_retrain_photos {
+    VW_RETRAIN_PHOTOS_PSNR,  // PSNR of the trained field on photos that it may not have seen
+    VW_RETRAIN_PHOTOS_GAINS, // what the steps on a photo add to the validation PSNR, which is measured after every step
+};
+
 struct vw_retrain_params {
     const uint32_t *views; // borrowed; image_ids trained on, ascending; none: the untrained field
     uint32_t view_count;
     uint64_t seed;   // of order, pixels, jitter and initialisation
     uint32_t epochs; // 0: the default of the function
+    // Train photos whose psnr_db is filled in as `photos_of` says: any of them, ascending, or, of gains, those of
+    // `views`. Borrowed; NULL: none. Asking for PSNR makes no other retraining of it.
+    struct vw_retrain_view *photos;
+    uint32_t photo_count;
+    enum vw_retrain_photos photos_of;
 };
 
 // Quality of the trained field on the validation and test photos, over their usable pixels. NaN where a split has no
@@ -29,12 +46,6 @@ struct vw_retrain_result {
     double val_ssim, test_ssim; // mean over the split's views that have one (image/ssim.h); NaN also where views are
                                 // not measured whole
     double seconds;             // CPU time; for display only
-};
-
-// The quality of the trained field on one validation or test photo.
-struct vw_retrain_view {
-    uint32_t image_id;
-    double psnr_db;
 };
 
 // Makes retrainings, in any order, or returns the recorded results of equal ones.

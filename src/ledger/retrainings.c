@@ -95,8 +95,16 @@ enum { PSNR = 2, VIEW_HASH = 3 };
 
 static const char view_hashed_as[] = "viewworth retraining view row 1";
 
+static enum vw_status fail_at_view(const struct vw_database *database, const char *retraining_id,
+                                   const struct vw_retrain_view *view, const char *why) {
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: retraining %s: its row of photo %" PRIu32
+                   " in table view %s; delete the retraining's rows to train it again",
+                   database->path, retraining_id, view->image_id, why);
+}
+
 static enum vw_status find_view(struct vw_database *database, sqlite3_stmt *statement, const char *retraining_id,
-                                struct vw_retrain_view *view) {
+                                struct vw_retrain_view *view, bool *found) {
     bool there = false;
     sqlite3_reset(statement);
     if (sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK ||
@@ -104,25 +112,41 @@ static enum vw_status find_view(struct vw_database *database, sqlite3_stmt *stat
         return vw_database_fail(database, "find a photo of a retraining");
     enum vw_status status = vw_database_next(database, statement, &there);
     if (status) return status;
-    if (!there || !vw_row_fits_hash(statement, VIEW_HASH, view_hashed_as))
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: retraining %s: its row of photo %" PRIu32
-                       " in table view %s; delete the retraining's rows to train it again",
-                       database->path, retraining_id, view->image_id,
-                       there ? "was edited: its row_hash does not match" : "is missing");
-    view->psnr_db = vw_row_read_real(statement, PSNR);
+    if (there && !vw_row_fits_hash(statement, VIEW_HASH, view_hashed_as))
+        return fail_at_view(database, retraining_id, view, "was edited: its row_hash does not match");
+    if (there) view->psnr_db = vw_row_read_real(statement, PSNR);
+    *found = there;
     return VW_OK;
+}
+
+// Ends at the first view that is missing; `*found` is how many come before it.
+static enum vw_status find_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                 struct vw_retrain_view *views, uint32_t view_count, uint32_t *found) {
+    sqlite3_stmt *statement = NULL;
+    bool there = true;
+    enum vw_status status = vw_database_prepare(
+        &retrainings->database, "SELECT " VIEW_COLUMNS ", row_hash FROM view WHERE retraining_id = ? AND image_id = ?",
+        &statement);
+    for (*found = 0; !status && there && *found < view_count; *found += there)
+        status = find_view(&retrainings->database, statement, retraining_id, &views[*found], &there);
+    sqlite3_finalize(statement);
+    return status;
 }
 
 enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
                                          struct vw_retrain_view *views, uint32_t view_count) {
-    sqlite3_stmt *statement = NULL;
-    enum vw_status status = vw_database_prepare(
-        &retrainings->database, "SELECT " VIEW_COLUMNS ", row_hash FROM view WHERE retraining_id = ? AND image_id = ?",
-        &statement);
-    for (uint32_t i = 0; !status && i < view_count; i++)
-        status = find_view(&retrainings->database, statement, retraining_id, &views[i]);
-    sqlite3_finalize(statement);
+    uint32_t found = 0;
+    enum vw_status status = find_views(retrainings, retraining_id, views, view_count, &found);
+    return !status && found < view_count
+               ? fail_at_view(&retrainings->database, retraining_id, &views[found], "is missing")
+               : status;
+}
+
+enum vw_status vw_retrainings_recall_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                           struct vw_retrain_view *views, uint32_t view_count, bool *found) {
+    uint32_t there = 0;
+    enum vw_status status = find_views(retrainings, retraining_id, views, view_count, &there);
+    if (!status) *found = there == view_count;
     return status;
 }
 

@@ -5,7 +5,8 @@
 //   decides its bits. views: image_ids, ascending, separated by spaces. NULL: no value. row_hash: hash of the other
 //   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew.
 // - view(retraining_id, image_id, psnr, row_hash): what the retraining reaches on each validation and test photo, in
-// dB.
+//   dB, and on train photos that were asked for; of a retraining that was measured after every step, what the steps on
+//   each train photo gain.
 // - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): the results of the
 // benchmark,
 //   as in benchmark.csv.
@@ -43,7 +44,11 @@ enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const cha
 // VW_ERROR_MISMATCH when a row was edited, or when one is missing.
 enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
                                          struct vw_retrain_view *views, uint32_t view_count);
-// Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result.
+// The same, but that a missing row is no failure: `*found` tells whether all are there.
+enum vw_status vw_retrainings_recall_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                           struct vw_retrain_view *views, uint32_t view_count, bool *found);
+// Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result, and gets rows
+// of photos that it lacks.
 enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
                                   const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
                                   const struct vw_retrain_view *views, uint32_t view_count);

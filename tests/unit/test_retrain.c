@@ -137,7 +137,8 @@ static void several_are_on_all_devices_in_turn(void **state) {
     ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
     assert_int_equal(f->retrainer.at_a_time, 4);
     for (uint32_t i = 0; i < 4; i++)
-        retrainings[i] = (struct vw_retrain_params){f->retrainer.train_views, PHOTOS - i, 3, 0};
+        retrainings[i] = (struct vw_retrain_params){
+            .views = f->retrainer.train_views, .view_count = PHOTOS - i, .seed = 3};
     ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 4, results));
     assert_int_equal(observer.trainers[2], 4);
     assert_int_equal(observer.trainers[0], 2);
@@ -150,6 +151,61 @@ static void several_are_on_all_devices_in_turn(void **state) {
     f->session.device_count = 2;
 }
 
+// Asking for photos makes no other retraining: its result and its id stay.
+static void photos_that_were_left_out_can_be_measured(void **state) {
+    struct fixture *f = *state;
+    struct vw_retrain_result plain = retrain(f, VW_EQUAL_STEPS, 2, PHOTOS - 2, 0), measured, recalled;
+    struct vw_retrain_view left_out[] = {{f->retrainer.train_views[PHOTOS - 2], 0},
+                                         {f->retrainer.train_views[PHOTOS - 1], 0}},
+                           again[] = {left_out[0], left_out[1]}, val[] = {{6, 0}, {7, 0}}, found[] = {{6, 0}, {7, 0}};
+    struct vw_retrain_params retraining = {
+        .views = f->retrainer.train_views, .view_count = PHOTOS - 2, .seed = 3, .photos = left_out, .photo_count = 2};
+    char id[VW_HASH_HEX_BYTES], plain_id[VW_HASH_HEX_BYTES];
+    vw_retrainer_name(&f->retrainer, &retraining, id);
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &measured));
+    assert_int_equal(f->retrainer.made, 2); // the first one did not measure them
+    assert_true(measured.val_psnr == plain.val_psnr && measured.test_l1 == plain.test_l1);
+    assert_true(left_out[0].psnr_db > 3 && left_out[0].psnr_db != left_out[1].psnr_db);
+    retraining.photos = again;
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &recalled));
+    assert_int_equal(f->retrainer.made, 2);
+    assert_true(again[0].psnr_db == left_out[0].psnr_db && again[1].psnr_db == left_out[1].psnr_db);
+    retraining.photos = val; // measured in the same way as validation photos are
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &recalled));
+    ASSERT_OK(vw_retrainer_find_views(&f->retrainer, &retraining, found, 2));
+    assert_true(val[0].psnr_db == found[0].psnr_db && val[1].psnr_db == found[1].psnr_db);
+    retraining.photo_count = 0;
+    vw_retrainer_name(&f->retrainer, &retraining, plain_id);
+    assert_string_equal(id, plain_id);
+}
+
+// An epoch takes one step on each photo: its gains add up to what the epoch gains, and come back from the store.
+static void steps_gain_what_the_epoch_gains(void **state) {
+    struct fixture *f = *state;
+    struct vw_retrain_view gains[PHOTOS], again[PHOTOS];
+    struct vw_retrain_result first = retrain(f, VW_EQUAL_STEPS, 1, PHOTOS, 1), untrained, result;
+    for (uint32_t i = 0; i < PHOTOS; i++) gains[i].image_id = again[i].image_id = f->retrainer.train_views[i];
+    struct vw_retrain_params retraining = {.views = f->retrainer.train_views,
+                                           .view_count = PHOTOS,
+                                           .seed = 3,
+                                           .epochs = 1,
+                                           .photos = gains,
+                                           .photo_count = PHOTOS,
+                                           .photos_of = VW_RETRAIN_PHOTOS_GAINS};
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
+    assert_int_equal(f->retrainer.made, 2);
+    assert_true(result.val_psnr == first.val_psnr); // validation changes nothing
+    ASSERT_OK(vw_retrain(&f->retrainer, &(struct vw_retrain_params){.seed = 3}, 1, &untrained));
+    double sum = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++) sum += gains[i].psnr_db;
+    double gained = result.val_psnr - untrained.val_psnr; // by other pixels: within a tenth
+    assert_true(fabs(gained) > 0.01 && fabs(sum - gained) < 0.1 * fabs(gained));
+    retraining.photos = again;
+    ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
+    assert_int_equal(f->retrainer.made, 3);
+    for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db == gains[i].psnr_db);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(all_photos_are_the_same_in_both_ways, set_up, tear_down),
@@ -157,6 +213,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down),
         cmocka_unit_test_setup_teardown(single_photos_add_up_to_the_result, set_up, tear_down),
         cmocka_unit_test_setup_teardown(several_are_on_all_devices_in_turn, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(photos_that_were_left_out_can_be_measured, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(steps_gain_what_the_epoch_gains, set_up, tear_down),
         cmocka_unit_test_setup_teardown(without_photos_the_untrained_field_is_measured, set_up, tear_down),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -41,7 +41,17 @@ static void what_single_photos_reach_comes_back(void **state) {
     ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 1));
     assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH);
     assert_non_null(strstr(vw_error_message(), "photo 4 in table view was edited"));
+    bool all = true;
     found[0].image_id = 5;
+    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, found, 1, &all));
+    assert_false(all);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, &(struct vw_retrain_view){6, 18.5},
+                                 1)); // a photo that was asked for later
+    found[1].image_id = 6;
+    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all));
+    assert_true(all && found[1].psnr_db == 18.5);
+    found[1].image_id = 4;
+    assert_int_equal(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all), VW_ERROR_MISMATCH);
     assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH);
     assert_non_null(strstr(vw_error_message(), "photo 5 in table view is missing"));
     vw_retrainings_close(&retrainings);
