@@ -52,6 +52,8 @@ struct vw_options {
     const char *parameters; // names of what a sweep changes
     bool leave_one_out;
     const char *worth_retrainings; // numbers with commas between
+    const char *methods;           // names with commas between, or "all"
+    const char *run_equivalents;   // numbers and parts of N with commas between
     const char *curves;
     const char *view;
     const char *to;

@@ -59,7 +59,18 @@ static uint64_t worth_seed(const struct work *work, uint32_t valued) {
            (uint64_t)valued * worth_retrainings_most(work->params);
 }
 
+// Those of methods lie behind all others, wherever these end, so that more of the others leave theirs as they are.
+enum { METHODS_FROM = 1 << 30 };
+
+static struct vw_method_scorers_params methods_of(const struct vw_benchmark_params *params) {
+    return (struct vw_method_scorers_params){.methods = params->methods,
+                                             .budgets = params->run_equivalents,
+                                             .first_seed = params->common.config->seed + METHODS_FROM,
+                                             .key = params->common.config->seed};
+}
+
 static uint32_t count_seeds(const struct vw_benchmark_params *params) {
+    if (params->methods) return METHODS_FROM + params->common.seeds * VW_METHOD_SEEDS;
     return params->common.seeds * (1 + worth_retrainings_most(params)) + params->retraining_seeds +
            leave_one_out_seeds(params);
 }
@@ -127,6 +138,8 @@ static uint64_t count_retrainings(const struct work *work) {
     uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
                      (uint64_t)curves * vw_curve_trainings(params->retraining_seeds, params->curves == VW_CURVES_GAIN);
     count += (uint64_t)params->common.seeds * worth_retrainings_most(params);
+    const struct vw_method_scorers_params methods = methods_of(params);
+    count += vw_method_scorers_count(&methods, &work->retrainer, params->common.seeds);
     if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;
 }
@@ -166,7 +179,8 @@ static enum vw_status find_worths(struct work *work) {
             &work->worths[truth]);
     if (status) return status;
     const struct vw_scorer scorer = {.name = vw_subset_worth_name, .of_subsets = true};
-    double *scores = vw_scorers_add(&work->scorers, scorer, work->subsets.count * seeds);
+    const struct vw_scorer_cost cost = {.trainings = work->subsets.count * seeds};
+    double *scores = vw_scorers_add(&work->scorers, scorer, cost);
     if (!scores) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < evaluation->seed_count * photos; i++) scores[i] = work->worths[0].values[i % photos];
     return VW_OK;
@@ -209,7 +223,7 @@ static enum vw_status add_worths(struct work *work, struct vw_benchmark *benchma
         char *name = benchmark->worth_names[i];
         snprintf(name, VW_BENCHMARK_NAME_BYTES, "worth_%u", params->worth_retrainings[i]);
         scores[i] = vw_scorers_add(&work->scorers, (struct vw_scorer){.name = name, .has_sign = true},
-                                   1 + params->worth_retrainings[i]);
+                                   (struct vw_scorer_cost){.trainings = 1 + params->worth_retrainings[i]});
         if (!scores[i]) return VW_ERROR_MEMORY;
     }
     for (uint32_t seed = 0; !status && params->worth_count && seed < params->common.seeds; seed++)
@@ -221,7 +235,8 @@ static enum vw_status leave_one_out(struct work *work) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     const struct vw_scorer scorer = {.name = vw_leave_one_out_scorer, .has_sign = true};
     if (!work->params->leave_one_out) return VW_OK;
-    double *scores = vw_scorers_add(&work->scorers, scorer, evaluation->photo_count + 1);
+    const struct vw_scorer_cost cost = {.trainings = evaluation->photo_count + 1};
+    double *scores = vw_scorers_add(&work->scorers, scorer, cost);
     if (!scores) return VW_ERROR_MEMORY;
     enum vw_status status = vw_leave_one_out(evaluation, leave_one_out_seeds(work->params), leave_one_out_seed(work),
                                              vw_retrain, &work->retrainer, &work->left_out);
@@ -239,7 +254,7 @@ static enum vw_status add_costs(const struct vw_scorers *scorers, struct vw_metr
     for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++)
         status = vw_metrics_add(metrics, "cost", "trainings",
                                 (struct vw_metric){.method = evaluation->scorers[i].name,
-                                                   .value = scorers->trainings[i],
+                                                   .value = scorers->costs[i].trainings,
                                                    .ci_low = NAN,
                                                    .ci_high = NAN,
                                                    .count = evaluation->seed_count});
@@ -303,6 +318,8 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     vw_hasher_add_integer(&hasher, work->params->equal);
     for (uint32_t i = 0; i < work->params->worth_count; i++)
         vw_hasher_add_integer(&hasher, work->params->worth_retrainings[i]);
+    if (work->params->methods) vw_hasher_add_text(&hasher, work->params->methods);
+    if (work->params->run_equivalents) vw_hasher_add_text(&hasher, work->params->run_equivalents);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
     return vw_retrainings_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
@@ -329,9 +346,12 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
     benchmark->methods = vw_allocate(evaluation->scorer_count, sizeof *benchmark->methods);
     benchmark->csv_path = vw_path_join(work->params->common.out, "benchmark.csv");
     if (!benchmark->methods || !benchmark->csv_path) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < evaluation->scorer_count; i++)
-        benchmark->methods[benchmark->method_count++] =
-            (struct vw_benchmark_method){evaluation->scorers[i].name, work->scorers.trainings[i]};
+    for (uint32_t i = 0; i < evaluation->scorer_count; i++) {
+        const struct vw_scorer_cost *cost = &work->scorers.costs[i];
+        double seconds = cost->trainings > 0 ? cost->trainings * benchmark->training_seconds : 0;
+        benchmark->methods[benchmark->method_count++] = (struct vw_benchmark_method){
+            evaluation->scorers[i].name, cost->trainings, cost->seconds > 0 ? cost->seconds : seconds};
+    }
     enum vw_status status = record_metrics(work, &benchmark->metrics);
     return status ? status : write_files(work, benchmark);
 }
@@ -365,6 +385,8 @@ static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
     status = train_on_all(work, &benchmark->training_seconds);
     if (!status) status = find_worths(work);
     if (!status) status = add_worths(work, benchmark);
+    const struct vw_method_scorers_params methods = methods_of(work->params);
+    if (!status) status = vw_method_scorers_add(&methods, retrainer, &work->scorers, &benchmark->method_names);
     if (!status) status = leave_one_out(work);
     if (!status) status = evaluate(work, &benchmark->metrics);
     return status ? status : write_results(work, benchmark);
@@ -376,7 +398,9 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     if (!work) return VW_ERROR_MEMORY;
     work->params = params;
     enum vw_status status = vw_experiment_check(&params->common, count_seeds(params), true);
+    const struct vw_method_scorers_params methods = methods_of(params);
     if (!status) status = check_curves(params);
+    if (!status) status = vw_method_scorers_check(&methods);
     if (!status) status = vw_out_lock_take(params->common.out, &work->lock);
     if (!status) status = make(work, benchmark);
     for (uint32_t truth = 0; truth < VW_TRUTH_COUNT; truth++) vw_worths_free(&work->worths[truth]);
@@ -395,4 +419,5 @@ void vw_benchmark_free(struct vw_benchmark *benchmark) {
     free(benchmark->methods);
     free(benchmark->metrics.rows);
     free(benchmark->csv_path);
+    free(benchmark->method_names);
 }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "experiment/experiment.h"
+#include "experiment/method_scorers.h"
 #include "value/evaluation/evaluation.h"
 #include "viewworth/status.h"
 
@@ -30,12 +31,15 @@ struct vw_benchmark_params {
     uint32_t worth_count;
     bool leave_one_out; // also retrain without each photo, with the larger of both numbers of seeds
     enum vw_curves curves;
-    const char *curve_scorers; // with VW_CURVES_LISTED: names with commas between
+    const char *curve_scorers;             // with VW_CURVES_LISTED: names with commas between
+    const char *methods, *run_equivalents; // as method_scorers.h has them; NULL: none, and its default
 };
 
 struct vw_benchmark_method {
-    const char *name;   // lives as long as the benchmark
-    uint32_t trainings; // that one set of its scores takes
+    const char *name; // lives as long as the benchmark
+    // What one set of its scores takes:
+    double trainings; // run-equivalents
+    double seconds;   // CPU time; NaN: unknown
 };
 
 struct vw_benchmark {
@@ -49,6 +53,7 @@ struct vw_benchmark {
     double training_seconds;                      // CPU time of a training on all photos; NaN: unknown
     char *csv_path;                               // owned
     char worth_names[VW_BENCHMARK_WORTHS][VW_BENCHMARK_NAME_BYTES]; // "worth_24"
+    char (*method_names)[VW_METHOD_NAME_BYTES];                     // owned
 };
 
 // Makes the benchmark, or resumes it. Writes to OUT: seed_<seed>/ (seed_runs.h), retrainings.db, and the files of

@@ -132,8 +132,8 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hasher_add_integer(&hasher, (int64_t)retraining->seed);
     for (uint32_t i = 0; i < retraining->view_count; i++)
         vw_hasher_add_text(&hasher, retrainer->params.session->scene->views[retraining->views[i]].name);
-    if (gains(
-            retraining)) { // its rows of train photos are others than those of an equal one that is measured at the end
+    // Rows of train photos are others than those of an equal retraining that is measured at the end.
+    if (gains(retraining)) {
         vw_hasher_add_text(&hasher, "gains");
         vw_hasher_add_integer(&hasher, retrainer->params.config->val_rays);
     }
@@ -141,7 +141,7 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hash_to_hex(hash, id);
 }
 
-// Where a retraining is made.
+// Where a retraining is made: seat i is on device i modulo their number.
 struct seat {
     struct vw_trainer *trainer; // NULL: the seat is free
     const struct vw_retrain_params *retraining;

@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "experiment/baselines.h"
+#include "experiment/methods/registry.h"
 #include "experiment/seed_runs.h"
 #include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
@@ -22,10 +23,11 @@ bool vw_scorer_exists(const char *name) {
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
     if (!strncmp(name, "worth_", 6) && name[6] && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
+    if (vw_is_method_and_budget(name)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
 }
 
-double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings) {
+double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, struct vw_scorer_cost cost) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     size_t count = (size_t)evaluation->seed_count * evaluation->photo_count;
     uint32_t place = evaluation->scorer_count;
@@ -38,7 +40,7 @@ double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint
     for (size_t i = 0; i < count; i++) scores[i] = NAN;
     scorer.scores = scores;
     scorers->list[place] = scorer;
-    scorers->trainings[place] = trainings;
+    scorers->costs[place] = cost;
     evaluation->scorer_count++;
     return scores;
 }
@@ -46,7 +48,7 @@ double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint
 static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings) {
     for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++)
         if (!strcmp(scorers->list[i].name, scorer.name)) return scorers->scores[i];
-    return vw_scorers_add(scorers, scorer, trainings);
+    return vw_scorers_add(scorers, scorer, (struct vw_scorer_cost){.trainings = trainings});
 }
 
 // In trainings: the run, and what its sweep takes beside (scripts/benchmark_lasting).
@@ -124,7 +126,7 @@ static void drop_incomplete(struct vw_scorers *scorers) {
             continue;
         }
         scorers->list[kept] = scorers->list[i];
-        scorers->trainings[kept] = scorers->trainings[i];
+        scorers->costs[kept] = scorers->costs[i];
         scorers->scores[kept++] = scorers->scores[i];
     }
     evaluation->scorer_count = kept;

@@ -10,17 +10,24 @@
 
 enum { VW_SCORERS_MAX = 256 };
 
+// What one set of scores takes.
+struct vw_scorer_cost {
+    double trainings; // on all photos; shorter ones are parts of one
+    double seconds;   // CPU time; 0: that of as many trainings
+};
+
 struct vw_scorers {
     struct vw_evaluation evaluation; // its arrays are those below
     struct vw_scorer list[VW_SCORERS_MAX];
-    double *scores[VW_SCORERS_MAX];     // owned; [seed][photo] of each
-    uint32_t trainings[VW_SCORERS_MAX]; // that one set of its scores takes
-    const char **ground_truths;         // owned array
+    double *scores[VW_SCORERS_MAX]; // owned; [seed][photo] of each
+    struct vw_scorer_cost costs[VW_SCORERS_MAX];
+    const char **ground_truths; // owned array
 };
 
 extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retraining without each photo
 
-// Whether a method, a baseline, leave-one-out or the worths from subsets have that name.
+// Whether a method, with its budget where it takes one, a baseline, leave-one-out or the worths from subsets have that
+// name.
 bool vw_scorer_exists(const char *name);
 // Reads the runs of the first `seed_count` seeds in params->out and computes the baselines. Methods without a score for
 // some photo are left out. Free it also after a failure.
@@ -28,7 +35,7 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
                                uint32_t seed_count, struct vw_scorers *scorers);
 // Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `scorer`
 // gives all but the scores.
-double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, uint32_t trainings);
+double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, struct vw_scorer_cost cost);
 // Fills scores[photo] with the worth from `count` retrainings of the evaluation's photos, whose prior is the scores of
 // a valued seed; NaN where there are too few.
 enum vw_status vw_scorers_find_worth(const struct vw_scorers *scorers, uint32_t valued,

@@ -62,7 +62,9 @@ static void print_header(const struct vw_benchmark *benchmark) {
     vw_print("  trainings  CPU s\n");
 }
 
-static void print_method(const struct vw_benchmark *benchmark, const char *method, int64_t trainings) {
+// `cost`: NULL for what is no method.
+static void print_method(const struct vw_benchmark *benchmark, const char *method,
+                         const struct vw_benchmark_method *cost) {
     const struct column *shown = columns[benchmark->has_tests];
     vw_print("%-*s", NAME_WIDTH, method);
     for (int c = 0; c < COLUMN_COUNT; c++) {
@@ -71,10 +73,8 @@ static void print_method(const struct vw_benchmark *benchmark, const char *metho
         format_cell(vw_metrics_find(&benchmark->metrics, shown[c].group, shown[c].name, method), &shown[c], text);
         vw_print("  %*s", width_of(&shown[c]), text);
     }
-    if (trainings < 0) vw_print("\n");
-    else
-        vw_print("  %9lld %6.3g\n", (long long)trainings,
-                 trainings ? (double)trainings * benchmark->training_seconds : 0.0);
+    if (cost) vw_print("  %9.4g %6.3g\n", cost->trainings, cost->seconds);
+    else vw_print("\n");
 }
 
 // Metrics of the scene, not of a method: "harm/blur  0.31 (0.12 to 0.50)".
@@ -106,9 +106,9 @@ static void print_text(const struct vw_benchmark *benchmark) {
     vw_print("\n");
     print_header(benchmark);
     for (uint32_t i = 0; i < benchmark->method_count; i++)
-        print_method(benchmark, benchmark->methods[i].name, benchmark->methods[i].trainings);
-    print_method(benchmark, "noise ceiling", -1);
-    print_method(benchmark, "chance", -1);
+        print_method(benchmark, benchmark->methods[i].name, &benchmark->methods[i]);
+    print_method(benchmark, "noise ceiling", NULL);
+    print_method(benchmark, "chance", NULL);
     vw_print("\nNo score can exceed the noise ceiling; a score within the interval of chance shows nothing.\n");
     vw_print("table    %s\n", benchmark->csv_path);
 }
@@ -129,21 +129,28 @@ static json_t *metrics_to_json(const struct vw_metrics *metrics) {
 static json_t *costs_to_json(const struct vw_benchmark *benchmark) {
     json_t *object = json_object();
     for (uint32_t i = 0; i < benchmark->method_count; i++)
-        vw_json_set(&object, benchmark->methods[i].name, json_integer(benchmark->methods[i].trainings));
+        vw_json_set(&object, benchmark->methods[i].name, vw_json_real(benchmark->methods[i].trainings));
+    return object;
+}
+
+static json_t *seconds_to_json(const struct vw_benchmark *benchmark) {
+    json_t *object = json_object();
+    for (uint32_t i = 0; i < benchmark->method_count; i++)
+        vw_json_set(&object, benchmark->methods[i].name, vw_json_real(benchmark->methods[i].seconds));
     return object;
 }
 
 enum vw_status vw_benchmark_print(const struct vw_benchmark *benchmark, bool json) {
     if (json)
-        return vw_json_print(
-            json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:I, s:s, s:o, s:o, s:o}", "scene",
-                      benchmark->params->common.scene.path, "photos", (json_int_t)benchmark->photo_count, "halves",
-                      (json_int_t)benchmark->half_count, "subsets_of_all_sizes", (json_int_t)benchmark->size_count,
-                      "valued_seeds", (json_int_t)benchmark->params->common.seeds, "retraining_seeds",
-                      (json_int_t)benchmark->params->retraining_seeds, "equal", vw_equal_name(benchmark->params->equal),
-                      "truth_epochs", (json_int_t)benchmark->truth_epochs, "table", benchmark->csv_path,
-                      "seconds_per_training", vw_json_real(benchmark->training_seconds), "trainings",
-                      costs_to_json(benchmark), "metrics", metrics_to_json(&benchmark->metrics)));
+        return vw_json_print(json_pack(
+            "{s:s, s:I, s:I, s:I, s:I, s:I, s:s, s:I, s:s, s:o, s:o, s:o, s:o}", "scene",
+            benchmark->params->common.scene.path, "photos", (json_int_t)benchmark->photo_count, "halves",
+            (json_int_t)benchmark->half_count, "subsets_of_all_sizes", (json_int_t)benchmark->size_count,
+            "valued_seeds", (json_int_t)benchmark->params->common.seeds, "retraining_seeds",
+            (json_int_t)benchmark->params->retraining_seeds, "equal", vw_equal_name(benchmark->params->equal),
+            "truth_epochs", (json_int_t)benchmark->truth_epochs, "table", benchmark->csv_path, "seconds_per_training",
+            vw_json_real(benchmark->training_seconds), "trainings", costs_to_json(benchmark), "seconds",
+            seconds_to_json(benchmark), "metrics", metrics_to_json(&benchmark->metrics)));
     print_text(benchmark);
     return VW_OK;
 }
