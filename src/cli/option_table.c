@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "batch/jobs.h"
 #include "experiment/comparison_data.h"
+#include "experiment/methods/registry.h"
 #include "experiment/sweep/configurations.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
@@ -187,12 +188,12 @@ const struct vw_option vw_option_table[] = {
      "retrainings are not those that judge",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
     {"methods", "LIST|all",
-     "Also evaluate methods of the literature that retrain, with commas between: tmc_shapley, data_banzhaf, "
-     "leave_one_out, data_oob, dvrl, g_shapley; their retrainings are not those that judge",
+     "Also evaluate methods of the literature that retrain, with commas between: " VW_RETRAINING_METHODS
+     "; their retrainings are not those that judge",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"), .words = "all"},
     {"run-equivalents", "LIST",
-     "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of train "
-     "photos, as in N/2 and 4N",
+     "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of "
+     "train photos, as in N/2 and 4N",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, run_equivalents), COMMON, DEFAULT("1,2,4,10,N,4N")},
     {"curves", "LIST|all|none|gain",
      "Methods with removal and addition curves, with commas between; gain: all methods, but only what leaving out the "

@@ -53,8 +53,8 @@ static enum vw_status check_methods(const char *list) {
         for (uint32_t i = 0; i < vw_retraining_method_count; i++)
             known |= vw_word_is(word, vw_retraining_methods[i]->name);
         if (!known)
-            return vw_fail(VW_ERROR_USAGE, "--methods: \"%.*s\" is none; see viewworth benchmark --help for the names",
-                           (int)word.length, word.text);
+            return vw_fail(VW_ERROR_USAGE, "--methods: \"%.*s\" is none of " VW_RETRAINING_METHODS, (int)word.length,
+                           word.text);
     }
     return VW_OK;
 }

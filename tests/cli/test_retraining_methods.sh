@@ -17,7 +17,8 @@ at_least() { awk -v value="$2" -v least="$1" 'BEGIN {exit !(value != "" && value
 # ---- All methods ----
 
 check "a benchmark of all methods and all subsets" benchmark all --subsets all --methods all --run-equivalents 2,N,9
-for method in tmc_shapley_8 tmc_shapley_9 data_banzhaf_2 data_banzhaf_8 leave_one_out_9 data_oob_2 data_oob_9 dvrl_8 g_shapley_2 g_shapley_9; do
+for method in tmc_shapley_8 tmc_shapley_9 data_banzhaf_2 data_banzhaf_8 leave_one_out_9 data_oob_2 data_oob_9 dvrl_8 g_shapley_2 \
+    g_shapley_9; do
     check "a table row of $method" grep -qE "^$method +" "$folder/stdout"
     for metric in exact_shapley/val_psnr exact_banzhaf/val_psnr exact_leave_one_out/test_psnr lds/val_psnr cost/trainings; do
         check "  and $metric" test -n "$(value "$metric" "$method")"

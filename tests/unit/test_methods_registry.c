@@ -347,11 +347,15 @@ static void names_are_of_methods_and_budgets(void **state) {
     assert_true(vw_is_method_and_budget("tmc_shapley_40") && vw_is_method_and_budget("dvrl_1"));
     assert_false(vw_is_method_and_budget("tmc_shapley") || vw_is_method_and_budget("tmc_shapley_") ||
                  vw_is_method_and_budget("tmc_shapley_4x") || vw_is_method_and_budget("shapley_4"));
+    const char *listed = VW_RETRAINING_METHODS;
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
+        assert_int_equal(strncmp(listed, method->name, strlen(method->name)), 0);
+        listed += strlen(method->name) + (m + 1 < vw_retraining_method_count ? strlen(", ") : 0);
         assert_ptr_equal(vw_retraining_method_find(method->name), method);
         assert_true(strlen(method->name) <= 16 && method->meaning[0]);
     }
+    assert_string_equal(listed, "");
 }
 
 int main(void) {

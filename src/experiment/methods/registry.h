@@ -42,6 +42,8 @@ struct vw_retraining_method {
     enum vw_status (*score)(const struct vw_retraining_input *input, double *scores);
 };
 
+// Their names in the order of the table, for texts.
+#define VW_RETRAINING_METHODS "tmc_shapley, data_banzhaf, leave_one_out, data_oob, dvrl, g_shapley"
 extern const struct vw_retraining_method *const vw_retraining_methods[];
 extern const uint32_t vw_retraining_method_count;
 

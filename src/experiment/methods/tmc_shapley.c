@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/statistics.h"
 #include "experiment/methods/registry.h"
 
 // After more than TRUNCATING prefixes in a row within TOLERANCE_DB of training on all photos the others of the order
@@ -34,15 +35,10 @@ static double score_of(const struct orders *orders, uint32_t photo) {
     return orders->counts[photo] ? orders->sums[photo] / orders->counts[photo] : NAN;
 }
 
-static int ascending(const void *a, const void *b) {
-    const uint32_t *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 // The first `size` photos of the order.
 static struct vw_retrain_params prefix(const struct orders *orders, uint32_t size, uint64_t seed, uint32_t *views) {
     for (uint32_t i = 0; i < size; i++) views[i] = orders->input->photos[orders->order[i]];
-    qsort(views, size, sizeof *views, ascending);
+    vw_sort_places(views, size);
     return (struct vw_retrain_params){.views = views, .view_count = size, .seed = seed};
 }
 
