@@ -51,17 +51,17 @@ static double sum_of(const double *scores) {
     return sum;
 }
 
-// Sizes 3 to 8 are as good as all: six in a row, the first group of eight. The first order is whole, the others end
+// Sizes 3 to 8 are as good as all: six in a row, in the first group of 16. The first order is whole, the others end
 // there.
 static void orders_end_where_photos_change_nothing(void **state) {
     (void)state;
     struct game game = {.untrained_db = -1}; // PSNR crosses zero
     double scores[PHOTOS];
-    struct vw_retraining_cost cost = score(&game, PHOTOS + 8 * 10, scores);
-    assert_int_equal(game.made, PHOTOS + 8 * 10);
-    assert_int_equal(game.largest, 8);
+    struct vw_retraining_cost cost = score(&game, PHOTOS + 16 * 10, scores);
+    assert_int_equal(game.made, PHOTOS + 16 * 10);
+    assert_int_equal(game.largest, 16);
     assert_int_equal(game.last_seed, 11); // one of each order
-    assert_true(cost.run_equivalents == PHOTOS + 8 * 10);
+    assert_true(cost.run_equivalents == PHOTOS + 16 * 10);
     assert_true(fabs(sum_of(scores) - 3 * 2.0) < 1e-9); // eleven orders, each shared out among all photos
 }
 

@@ -10,7 +10,7 @@
 
 // After more than TRUNCATING prefixes in a row within TOLERANCE_DB of training on all photos the others of the order
 // count as 0. Prefixes are trained LOOK_AHEAD at a time: those of a group behind the truncation are trained in vain.
-enum { TRUNCATING = 5, LOOK_AHEAD = 8 };
+enum { TRUNCATING = 5, LOOK_AHEAD = 16 };
 // About the noise of a training. Not a share of the PSNR, as in the paper's code, since PSNR has no zero.
 static const double TOLERANCE_DB = 0.1;
 // Orders end once the scores of each of the last SETTLED orders differ from the last ones by less than ERROR of them,
