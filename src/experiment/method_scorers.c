@@ -75,20 +75,27 @@ enum vw_status vw_method_scorers_check(const struct vw_method_scorers_params *pa
     return check_methods(params->methods);
 }
 
-// The budgets for so many photos, each once, in the order given; returns how many.
-static uint32_t list_budgets(const struct vw_method_scorers_params *params, uint32_t photo_count,
-                             uint32_t budgets[VW_METHOD_BUDGETS_MAX]) {
+// Budgets for so many photos, each once, as they were given: "4N" stands for the same budget in scenes of any size.
+struct budgets {
+    uint32_t numbers[VW_METHOD_BUDGETS_MAX];
+    struct vw_word words[VW_METHOD_BUDGETS_MAX];
+    uint32_t count;
+};
+
+static struct budgets list_budgets(const struct vw_method_scorers_params *params, uint32_t photo_count) {
     const char *rest = params->budgets ? params->budgets : vw_method_budgets_default;
-    uint32_t count = 0;
+    struct budgets budgets = {.count = 0};
     struct vw_word word;
     struct budget budget;
-    while (vw_word_list_next(&rest, &word) && count < VW_METHOD_BUDGETS_MAX && read_budget(word, &budget)) {
+    while (vw_word_list_next(&rest, &word) && budgets.count < VW_METHOD_BUDGETS_MAX && read_budget(word, &budget)) {
         uint64_t number = budget.per_photo ? (uint64_t)budget.times * photo_count / budget.parts : budget.times;
         bool listed = number < 1 || number > BUDGET_MOST;
-        for (uint32_t i = 0; i < count; i++) listed |= budgets[i] == number;
-        if (!listed) budgets[count++] = (uint32_t)number;
+        for (uint32_t i = 0; i < budgets.count; i++) listed |= budgets.numbers[i] == number;
+        if (listed) continue;
+        budgets.words[budgets.count] = word;
+        budgets.numbers[budgets.count++] = (uint32_t)number;
     }
-    return count;
+    return budgets;
 }
 
 // ---- Scores ----
@@ -113,24 +120,23 @@ static bool can_use(const struct vw_retraining_method *method, const struct vw_r
 
 uint64_t vw_method_scorers_count(const struct vw_method_scorers_params *params, const struct vw_retrainer *retrainer,
                                  uint32_t valued_seeds) {
-    uint32_t budgets[VW_METHOD_BUDGETS_MAX], budget_count = list_budgets(params, retrainer->train_count, budgets);
+    const struct budgets budgets = list_budgets(params, retrainer->train_count);
     uint32_t epochs = retrainer->params.config->epochs;
     uint64_t count = 0;
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
         uint32_t of_each = epochs / (method->epochs ? method->epochs(epochs) : epochs);
-        for (uint32_t i = 0; is_asked_for(params->methods, method) && i < budget_count; i++)
-            count += (uint64_t)budgets[i] * (of_each + 1); // an untrained field beside each, at most
+        for (uint32_t i = 0; is_asked_for(params->methods, method) && i < budgets.count; i++)
+            count += (uint64_t)budgets.numbers[i] * (of_each + 1); // an untrained field beside each, at most
     }
     return count * valued_seeds;
 }
 
 static enum vw_status add_scorer(const struct vw_method_scorers_params *params,
-                                 const struct vw_retraining_method *method, uint32_t budget,
-                                 struct vw_retrainer *retrainer, struct vw_scorers *scorers, char *name) {
+                                 const struct vw_retraining_method *method, uint32_t budget, const char *name,
+                                 struct vw_retrainer *retrainer, struct vw_scorers *scorers) {
     uint32_t seeds = scorers->evaluation.seed_count;
     struct vw_scorer_cost mean = {0};
-    snprintf(name, VW_METHOD_NAME_BYTES, "%s_%" PRIu32, method->name, budget);
     double *scores = vw_scorers_add(scorers, (struct vw_scorer){.name = name, .has_sign = method->has_sign}, mean);
     enum vw_status status = scores ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t valued = 0; !status && valued < seeds; valued++) {
@@ -147,7 +153,7 @@ static enum vw_status add_scorer(const struct vw_method_scorers_params *params,
 
 enum vw_status vw_method_scorers_add(const struct vw_method_scorers_params *params, struct vw_retrainer *retrainer,
                                      struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]) {
-    uint32_t budgets[VW_METHOD_BUDGETS_MAX], budget_count = list_budgets(params, retrainer->train_count, budgets);
+    const struct budgets budgets = list_budgets(params, retrainer->train_count);
     uint32_t added = 0;
     enum vw_status status = VW_OK;
     if (!params->methods) return VW_OK;
@@ -155,14 +161,16 @@ enum vw_status vw_method_scorers_add(const struct vw_method_scorers_params *para
     if (!*names) return VW_ERROR_MEMORY;
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
-        for (uint32_t i = 0; !status && is_asked_for(params->methods, method) && i < budget_count; i++) {
-            const struct vw_retraining_input input = input_of(params, retrainer, 0, budgets[i]);
+        for (uint32_t i = 0; !status && is_asked_for(params->methods, method) && i < budgets.count; i++) {
+            const struct vw_retraining_input input = input_of(params, retrainer, 0, budgets.numbers[i]);
+            char *name = (*names)[added++];
+            snprintf(name, VW_METHOD_NAME_BYTES, "%s_%.*s", method->name, (int)budgets.words[i].length,
+                     budgets.words[i].text);
             if (can_use(method, &input))
-                status = add_scorer(params, method, budgets[i], retrainer, scorers, (*names)[added++]);
+                status = add_scorer(params, method, budgets.numbers[i], name, retrainer, scorers);
             else
-                vw_log_info("method   %s_%" PRIu32 " is left out: it takes %" PRIu32 " to %d run-equivalents",
-                            method->name, budgets[i], method->least_budget(&input),
-                            VW_METHOD_SEEDS / (int)input.epochs);
+                vw_log_info("method   %s is left out: it takes %" PRIu32 " to %d run-equivalents", name,
+                            method->least_budget(&input), VW_METHOD_SEEDS / (int)input.epochs);
         }
     }
     return status;

@@ -1,4 +1,5 @@
-// The methods of methods/registry.h as scorers of a benchmark: one per method and budget, "tmc_shapley_40".
+// The methods of methods/registry.h as scorers of a benchmark: one per method and budget, "tmc_shapley_40" or
+// "tmc_shapley_4N", as the budget was given.
 #ifndef VIEWWORTH_METHOD_SCORERS_H
 #define VIEWWORTH_METHOD_SCORERS_H
 

@@ -344,7 +344,8 @@ static void a_failing_retraining_ends_a_method(void **state) {
 
 static void names_are_of_methods_and_budgets(void **state) {
     (void)state;
-    assert_true(vw_is_method_and_budget("tmc_shapley_40") && vw_is_method_and_budget("dvrl_1"));
+    assert_true(vw_is_method_and_budget("tmc_shapley_40") && vw_is_method_and_budget("dvrl_1") &&
+                vw_is_method_and_budget("tmc_shapley_4N"));
     assert_false(vw_is_method_and_budget("tmc_shapley") || vw_is_method_and_budget("tmc_shapley_") ||
                  vw_is_method_and_budget("tmc_shapley_4x") || vw_is_method_and_budget("shapley_4"));
     const char *listed = VW_RETRAINING_METHODS;

@@ -22,7 +22,7 @@ const struct vw_retraining_method *vw_retraining_method_find(const char *name) {
 
 bool vw_is_method_and_budget(const char *name) {
     const char *budget = strrchr(name, '_');
-    return budget && budget[1] && strspn(budget + 1, "0123456789") == strlen(budget + 1) &&
+    return budget && budget[1] && strspn(budget + 1, "0123456789N/") == strlen(budget + 1) &&
            find(name, (size_t)(budget - name));
 }
 

@@ -57,7 +57,7 @@ extern const struct vw_retraining_method vw_g_shapley;
 
 // NULL when there is none.
 const struct vw_retraining_method *vw_retraining_method_find(const char *name);
-// Whether the name is that of a method and a budget, as "tmc_shapley_40".
+// Whether the name is that of a method and a budget, as "tmc_shapley_40" or "tmc_shapley_4N".
 bool vw_is_method_and_budget(const char *name);
 
 // What scores took: a shorter retraining, or one on fewer photos at equal epochs, counts as its share of a whole one;
