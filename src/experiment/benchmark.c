@@ -217,7 +217,7 @@ static enum vw_status find_worths_of_seed(struct work *work, uint32_t valued, do
 // Worth as `viewworth worth` gives it, with the scores of the valued run as its prior.
 static enum vw_status add_worths(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_benchmark_params *params = work->params;
-    double *scores[VW_BENCHMARK_WORTHS];
+    double *scores[VW_BENCHMARK_WORTHS] = {0};
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < params->worth_count; i++) {
         char *name = benchmark->worth_names[i];

@@ -110,7 +110,8 @@ static struct vw_retraining_input input_of(const struct vw_method_scorers_params
                                         .first_seed = params->first_seed + (uint64_t)valued * VW_METHOD_SEEDS,
                                         .key = params->key + valued,
                                         .budget = budget,
-                                        .epochs = retrainer->params.config->epochs};
+                                        .epochs = retrainer->params.config->epochs,
+                                        .features = params->features};
 }
 
 // Whether the budget is enough, and asks for no more seeds than there are.
