@@ -77,12 +77,15 @@ struct vw_box {
     double half_extent_world; // > 0; the box is a cube
 };
 
+struct vw_name_index;
+
 struct vw_scene {
     char *path;            // owned; as in vw_scene_params
     char *format;          // owned; "transforms", "phototourism", "colmap", "recipe"
     struct vw_view *views; // owned; in the order of the scene file (or files: train, val, test)
     uint32_t view_count;
-    uint32_t split_count[4]; // by enum vw_split
+    struct vw_name_index *names; // owned; private: finds views by name
+    uint32_t split_count[4];     // by enum vw_split
     struct vw_box box;
     char *box_source;        // owned; how the box was chosen, for `info`
     float background[3];     // colour behind transparent pixels, [0,1]

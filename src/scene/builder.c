@@ -52,46 +52,39 @@ enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) {
     return VW_OK;
 }
 
-const char *vw_view_name_of(const char *name) {
-    while (!strncmp(name, "./", 2)) name += 2;
-    return name;
+static const char *name_of_view(const void *context, size_t place) {
+    return ((const struct vw_scene *)context)->views[place].name;
+}
+
+enum vw_status vw_scene_index_names(struct vw_scene *scene) {
+    struct vw_name_index *index = vw_allocate(1, sizeof *index);
+    if (!index) return VW_ERROR_MEMORY;
+    scene->names = index;
+    return vw_name_index_make(name_of_view, scene, scene->view_count, index);
 }
 
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name) {
-    name = vw_view_name_of(name);
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        if (!strcmp(scene->views[v].name, name)) return &scene->views[v];
-    return NULL;
-}
-
-static bool ends_with_name(const char *path, const char *name) {
-    size_t path_length = strlen(path), name_length = strlen(name);
-    return path_length > name_length && path[path_length - name_length - 1] == '/' &&
-           !strcmp(path + path_length - name_length, name);
+    size_t place = 0;
+    return vw_name_index_find(scene->names, name, &place) ? &scene->views[place] : NULL;
 }
 
 // The view with that name in a COLMAP model, whose names omit the folder of the photos.
 static struct vw_view *find_in_model(const struct vw_scene *scene, const char *name) {
     static const char *const photo_folders[] = {"images/", "dense/images/"};
+    struct vw_view *found = NULL;
     if (strcmp(scene->format, "colmap") != 0 && strcmp(scene->format, "phototourism") != 0) return NULL;
-    for (uint32_t v = 0; v < scene->view_count; v++)
-        for (size_t i = 0; i < VW_ARRAY_COUNT(photo_folders); i++) {
-            size_t length = strlen(photo_folders[i]);
-            const char *path = scene->views[v].name;
-            if (!strncmp(path, photo_folders[i], length) && !strcmp(path + length, name)) return &scene->views[v];
-        }
-    return NULL;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(photo_folders) && !found; i++) {
+        char *path = vw_format_text("%s%s", photo_folders[i], name);
+        if (path) found = vw_scene_find_view(scene, path);
+        free(path);
+    }
+    return found;
 }
 
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name) {
+    size_t place = 0;
     struct vw_view *found = vw_scene_find_view(scene, name);
     if (!found) found = find_in_model(scene, vw_view_name_of(name));
-    if (found) return found;
-    name = vw_view_name_of(name);
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        if (!ends_with_name(scene->views[v].name, name)) continue;
-        if (found) return NULL;
-        found = &scene->views[v];
-    }
+    if (!found && vw_name_index_find_ending(scene->names, name, &place)) found = &scene->views[place];
     return found;
 }

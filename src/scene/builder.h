@@ -4,6 +4,7 @@
 #define VIEWWORTH_BUILDER_H
 
 #include "image/pixel.h"
+#include "scene/name_index.h"
 #include "viewworth/scene.h"
 
 struct vw_photo_list;
@@ -40,13 +41,13 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
 // Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
+// Makes all views findable by name, once the loader has appended them.
+enum vw_status vw_scene_index_names(struct vw_scene *scene);
 // The view of that name; NULL when there is none. A leading "./" is ignored.
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name);
 // The same for a name in a user's list, which may omit the folder of the photos, as in a COLMAP model, or all folders
 // if only one view has that file name.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
-// `name` without leading "./".
-const char *vw_view_name_of(const char *name);
 
 // transforms_json.c
 bool vw_transforms_probe(const char *path);

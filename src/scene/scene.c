@@ -71,7 +71,8 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
 static enum vw_status finish(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
     struct vw_scene *scene = builder->scene;
-    enum vw_status status = vw_splits_assign(params, scene);
+    enum vw_status status = vw_scene_index_names(scene);
+    if (!status) status = vw_splits_assign(params, scene);
     if (!status && params->providers) status = vw_providers_read(params->providers, scene);
     if (!status && builder->photos) status = vw_photos_read(builder);
     if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
@@ -148,6 +149,8 @@ void vw_scene_close(struct vw_scene **scene) {
         vw_image_clear(&closing->views[v].image);
     }
     for (uint32_t i = 0; i < closing->note_count; i++) free(closing->notes[i]);
+    if (closing->names) vw_name_index_clear(closing->names);
+    free(closing->names);
     free(closing->notes);
     free(closing->views);
     free(closing->points);

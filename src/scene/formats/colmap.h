@@ -5,6 +5,7 @@
 #ifndef VIEWWORTH_COLMAP_H
 #define VIEWWORTH_COLMAP_H
 
+#include "scene/name_index.h"
 #include "viewworth/scene.h"
 
 struct vw_scene_builder;
@@ -49,6 +50,7 @@ struct vw_colmap_model {
     struct vw_colmap_feature *features; // owned
     struct vw_colmap_point *points;     // owned
     struct vw_colmap_track *tracks;     // owned
+    struct vw_name_index names;         // owned; of the images
     size_t camera_count, image_count, feature_count, point_count, track_count;
 };
 

@@ -145,30 +145,27 @@ enum vw_status colmap_add_feature(struct colmap_builder *builder, double x_px, d
     return VW_OK;
 }
 
-static int compare_names(const void *a, const void *b) {
-    return strcmp((*(const struct vw_colmap_image *const *)a)->name, (*(const struct vw_colmap_image *const *)b)->name);
+static const char *name_of_image(const void *context, size_t place) {
+    return ((const struct vw_colmap_model *)context)->images[place].name;
 }
 
-static enum vw_status refuse_same_names(const struct vw_colmap_model *model) {
-    const struct vw_colmap_image **sorted = vw_allocate(model->image_count, sizeof *sorted);
-    if (!sorted) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < model->image_count; i++) sorted[i] = &model->images[i];
-    qsort(sorted, model->image_count, sizeof *sorted, compare_names);
-    enum vw_status status = VW_OK;
-    for (size_t i = 1; !status && i < model->image_count; i++)
-        if (!strcmp(sorted[i]->name, sorted[i - 1]->name))
+static enum vw_status index_names(struct vw_colmap_model *model) {
+    enum vw_status status = vw_name_index_make(name_of_image, model, model->image_count, &model->names);
+    for (size_t i = 0; i < model->image_count && !status; i++) {
+        size_t first = i;
+        if (vw_name_index_find(&model->names, model->images[i].name, &first) && first != i)
             status = vw_fail(VW_ERROR_INPUT, "images %u and %u: field name: both are %s; names must be unique",
-                             sorted[i - 1]->id, sorted[i]->id, sorted[i]->name);
-    free(sorted);
+                             model->images[first].id, model->images[i].id, model->images[i].name);
+    }
     return status;
 }
 
 enum vw_status colmap_images_done(struct colmap_builder *builder) {
-    const struct vw_colmap_model *model = builder->model;
+    struct vw_colmap_model *model = builder->model;
     if (!model->image_count) return vw_fail(VW_ERROR_INPUT, "no images in it; export the model again");
     enum vw_status status =
         index_ids("image", &model->images->id, sizeof *model->images, model->image_count, &builder->image_ids);
-    return status ? status : refuse_same_names(model);
+    return status ? status : index_names(model);
 }
 
 // ---- Points ----

@@ -72,6 +72,7 @@ enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder
 
 void vw_colmap_clear(struct vw_colmap_model *model) {
     for (size_t i = 0; i < model->image_count; i++) free(model->images[i].name);
+    vw_name_index_clear(&model->names);
     free(model->cameras);
     free(model->images);
     free(model->features);
@@ -81,8 +82,6 @@ void vw_colmap_clear(struct vw_colmap_model *model) {
 }
 
 ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *name) {
-    name = vw_view_name_of(name);
-    for (size_t i = 0; i < model->image_count; i++)
-        if (!strcmp(model->images[i].name, name)) return (ptrdiff_t)i;
-    return -1;
+    size_t place = 0;
+    return vw_name_index_find(&model->names, name, &place) ? (ptrdiff_t)place : -1;
 }

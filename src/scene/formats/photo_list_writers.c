@@ -14,13 +14,6 @@
 #include "base/text.h"
 #include "base/memory.h"
 
-const struct vw_listed_photo *vw_photo_list_find(const struct vw_photo_list *list, const char *name) {
-    name = vw_view_name_of(name);
-    for (uint32_t i = 0; i < list->photo_count; i++)
-        if (strcmp(list->photos[i].name, name) == 0) return &list->photos[i];
-    return NULL;
-}
-
 bool vw_photo_list_keeps(const struct vw_listed_photo *photo) {
     return photo->chosen || photo->split == VW_SPLIT_VAL || photo->split == VW_SPLIT_TEST;
 }

@@ -4,8 +4,6 @@
 
 #include "scene/formats/photo_list.h"
 
-// The photo with that name (a leading "./" is ignored); NULL: none.
-const struct vw_listed_photo *vw_photo_list_find(const struct vw_photo_list *list, const char *name);
 // Whether the photo belongs in a list with all splits.
 bool vw_photo_list_keeps(const struct vw_listed_photo *photo);
 // Returns VW_ERROR_INPUT with the message that a photo of the list is no longer in the scene.

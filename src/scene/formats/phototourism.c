@@ -61,53 +61,28 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
 
 // ---- Rows to splits ----
 
-// A registered photo, for lookup by name.
-struct registered {
-    const char *name;
-    uint32_t view;
-};
-
 struct assignment {
     struct vw_scene *scene;
-    struct registered *photos; // owned; sorted by name
-    size_t photo_count;
-    bool *listed;         // owned; of each view
-    uint32_t *test_views; // owned; in the order of the TSV
+    const struct vw_colmap_model *model;
+    const uint32_t *views; // of the model's images; UINT32_MAX: the photo is missing
+    bool *listed;          // owned; of each view
+    uint32_t *test_views;  // owned; in the order of the TSV
     uint32_t test_count;
     size_t skipped_count, skipped_test_count, no_id_count;
     const char *first_skipped;
 };
 
-static int compare_photos(const void *a, const void *b) {
-    return strcmp(((const struct registered *)a)->name, ((const struct registered *)b)->name);
-}
-
-static enum vw_status prepare(const struct vw_colmap_model *model, const uint32_t *views, const struct vw_tsv *tsv,
-                              struct assignment *assignment) {
-    assignment->photos = vw_allocate(model->image_count, sizeof *assignment->photos);
-    assignment->listed = vw_allocate(assignment->scene->view_count, sizeof *assignment->listed);
-    assignment->test_views = vw_allocate(tsv->test_count, sizeof *assignment->test_views);
-    if (!assignment->photos || !assignment->listed || !assignment->test_views) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < model->image_count; i++)
-        if (views[i] != UINT32_MAX)
-            assignment->photos[assignment->photo_count++] =
-                (struct registered){vw_view_name_of(model->images[i].name), views[i]};
-    qsort(assignment->photos, assignment->photo_count, sizeof *assignment->photos, compare_photos);
-    return VW_OK;
-}
-
 static void assign_row(const struct vw_tsv_row *row, struct assignment *assignment) {
-    const struct registered key = {.name = vw_view_name_of(row->name)};
-    const struct registered *photo =
-        bsearch(&key, assignment->photos, assignment->photo_count, sizeof key, compare_photos);
-    if (!photo) {
+    ptrdiff_t image = vw_colmap_find_image(assignment->model, row->name);
+    uint32_t view = image < 0 ? UINT32_MAX : assignment->views[image];
+    if (view == UINT32_MAX) {
         if (!assignment->skipped_count++) assignment->first_skipped = row->name;
         assignment->skipped_test_count += row->test;
         return;
     }
-    assignment->listed[photo->view] = true;
+    assignment->listed[view] = true;
     assignment->no_id_count += !row->has_id;
-    if (row->test) assignment->test_views[assignment->test_count++] = photo->view;
+    if (row->test) assignment->test_views[assignment->test_count++] = view;
 }
 
 // The first half of the test rows is for validation, the second for tests.
@@ -146,14 +121,17 @@ static enum vw_status note_rows(const struct vw_tsv *tsv, const struct assignmen
 static enum vw_status assign_splits(const struct vw_scene_builder *builder, const struct vw_colmap_model *model,
                                     const uint32_t *views, const struct vw_tsv *tsv) {
     const bool list_only = builder->params->pool && !strcmp(builder->params->pool, "list");
-    struct assignment assignment = {.scene = builder->scene};
-    enum vw_status status = prepare(model, views, tsv, &assignment);
+    struct assignment assignment = {.scene = builder->scene,
+                                    .model = model,
+                                    .views = views,
+                                    .listed = vw_allocate(builder->scene->view_count, sizeof *assignment.listed),
+                                    .test_views = vw_allocate(tsv->test_count, sizeof *assignment.test_views)};
+    enum vw_status status = assignment.listed && assignment.test_views ? VW_OK : VW_ERROR_MEMORY;
     for (size_t i = 0; !status && i < tsv->row_count; i++) assign_row(&tsv->rows[i], &assignment);
     if (!status) {
         apply(&assignment, list_only);
         status = note_rows(tsv, &assignment, list_only);
     }
-    free(assignment.photos);
     free(assignment.listed);
     free(assignment.test_views);
     return status;

@@ -28,7 +28,11 @@ static const char *name_of(const struct vw_listed_photo *photo) {
     return strncmp(photo->name, photo_folder, length) == 0 ? vw_view_name_of(photo->name + length) : NULL;
 }
 
-static enum vw_status match_rows(struct tsv_list *made) {
+static const char *name_of_row(const void *context, size_t place) {
+    return ((const struct vw_tsv *)context)->rows[place].name;
+}
+
+static enum vw_status match_rows(struct tsv_list *made, const struct vw_name_index *rows) {
     const struct vw_photo_list *list = made->list;
     made->photos = vw_allocate(made->tsv.row_count, sizeof *made->photos);
     made->has_row = vw_allocate(list->photo_count, sizeof *made->has_row);
@@ -37,20 +41,22 @@ static enum vw_status match_rows(struct tsv_list *made) {
         const char *name = name_of(&list->photos[i]);
         if (!name || vw_colmap_find_image(&made->model, name) < 0)
             return vw_photo_list_refuse_missing(list, &list->photos[i]);
-        for (size_t row = 0; !made->has_row[i] && row < made->tsv.row_count; row++) {
-            made->has_row[i] = strcmp(vw_view_name_of(made->tsv.rows[row].name), name) == 0;
-            if (made->has_row[i]) made->photos[row] = &list->photos[i];
-        }
+        size_t row = 0;
+        made->has_row[i] = vw_name_index_find(rows, name, &row);
+        if (made->has_row[i]) made->photos[row] = &list->photos[i];
     }
     return VW_OK;
 }
 
 static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
+    struct vw_name_index rows = {0};
     char *dense = vw_path_join(folder, "dense"), *model_folder = dense ? vw_colmap_find(dense) : NULL;
     enum vw_status status = dense ? vw_phototourism_read_tsv(folder, &made->tsv) : VW_ERROR_MEMORY;
     if (!status && !model_folder) status = vw_fail(VW_ERROR_INPUT, "%s/sparse: no COLMAP model; restore it", dense);
     if (!status) status = vw_colmap_read(model_folder, folder, &made->model);
-    if (!status) status = match_rows(made);
+    if (!status) status = vw_name_index_make(name_of_row, &made->tsv, made->tsv.row_count, &rows);
+    if (!status) status = match_rows(made, &rows);
+    vw_name_index_clear(&rows);
     free(model_folder);
     free(dense);
     return status;

@@ -22,11 +22,13 @@ static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_tr
 
 struct reader {
     struct vw_scene_builder *builder;
-    struct vw_ngp_box box;   // of the first file with one
-    json_t *splits;          // of the current file, from its own keys; NULL: none
-    uint32_t missing_count;  // frames without an image
-    char *missing_name;      // owned; of the first of them
-    uint32_t rescaled_count; // frames whose intrinsics are for another image size
+    struct vw_ngp_box box;        // of the first file with one
+    json_t *splits;               // of the current file, from its own keys; NULL: none
+    struct vw_name_index frames;  // owned; of the current file
+    struct vw_name_index earlier; // owned; of the views of the files before
+    uint32_t missing_count;       // frames without an image
+    char *missing_name;           // owned; of the first of them
+    uint32_t rescaled_count;      // frames whose intrinsics are for another image size
 };
 
 // ---- Finding files ----
@@ -152,25 +154,34 @@ static enum vw_status count_missing(struct reader *reader, const char *name) {
     return reader->missing_name ? VW_OK : VW_ERROR_MEMORY;
 }
 
-static enum vw_status load_frame(struct reader *reader, const char *where, const json_t *file, const json_t *frame,
+// Refuses a frame whose photo an earlier one has.
+static enum vw_status refuse_again(const struct reader *reader, const char *where, size_t place, const char *name,
+                                   enum vw_split split) {
+    const struct vw_scene *scene = reader->builder->scene;
+    size_t first = place, view = 0;
+    if (vw_name_index_find(&reader->earlier, name, &view) && scene->views[view].split != split)
+        return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name,
+                       vw_split_name(scene->views[view].split), vw_split_name(split));
+    if (vw_name_index_find(&reader->earlier, name, &view) ||
+        (vw_name_index_find(&reader->frames, name, &first) && first < place))
+        return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
+    return VW_OK;
+}
+
+static enum vw_status load_frame(struct reader *reader, const char *where, const json_t *file, size_t place,
                                  enum vw_split split) {
+    const json_t *frame = json_array_get(json_object_get(file, "frames"), place);
     const char *spelled = json_string_value(json_object_get(frame, "file_path"));
     if (!spelled || !*vw_view_name_of(spelled))
         return vw_fail(VW_ERROR_INPUT, "%s: field file_path is missing or not a text; name the frame's photo", where);
     const char *name = vw_view_name_of(spelled);
     const json_t *own = json_object_get(reader->splits, name);
     if (reader->splits) split = own ? (enum vw_split)json_integer_value(own) : VW_SPLIT_EXCLUDED;
-    const struct vw_view *same = vw_scene_find_view(reader->builder->scene, name);
-    if (same && same->split != split)
-        return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name,
-                       vw_split_name(same->split), vw_split_name(split));
-    if (same)
-        return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
     char *image_path = NULL;
     enum vw_status status = find_image(reader, where, name, &image_path);
-    if (!status)
-        status =
-            image_path ? add_frame(reader, where, file, frame, split, name, image_path) : count_missing(reader, name);
+    if (!status && !image_path) return count_missing(reader, name);
+    if (!status) status = refuse_again(reader, where, place, name, split);
+    if (!status) status = add_frame(reader, where, file, frame, split, name, image_path);
     free(image_path);
     return status;
 }
@@ -219,6 +230,26 @@ enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t 
                    error.text);
 }
 
+static const char *name_of_frame(const void *frames, size_t place) {
+    return json_string_value(json_object_get(json_array_get(frames, place), "file_path"));
+}
+
+static const char *name_of_view(const void *context, size_t place) {
+    return ((const struct vw_scene *)context)->views[place].name;
+}
+
+static void forget_names(struct reader *reader) {
+    vw_name_index_clear(&reader->frames);
+    vw_name_index_clear(&reader->earlier);
+}
+
+static enum vw_status index_names(struct reader *reader, const json_t *frames) {
+    const struct vw_scene *scene = reader->builder->scene;
+    forget_names(reader);
+    enum vw_status status = vw_name_index_make(name_of_frame, frames, json_array_size(frames), &reader->frames);
+    return status ? status : vw_name_index_make(name_of_view, scene, scene->view_count, &reader->earlier);
+}
+
 static enum vw_status load_frames(struct reader *reader, const char *path, const json_t *file, enum vw_split split) {
     const json_t *frames = json_object_get(file, "frames");
     if (!json_array_size(frames))
@@ -229,19 +260,18 @@ static enum vw_status load_frames(struct reader *reader, const char *path, const
         if (status) return status;
     }
     enum vw_status status = vw_transforms_refuse_unknown(path, file);
+    if (!status) status = index_names(reader, frames);
     for (size_t i = 0; !status && i < json_array_size(frames); i++) {
-        const json_t *frame = json_array_get(frames, i);
-        const char *name = json_string_value(json_object_get(frame, "file_path"));
+        const char *name = name_of_frame(frames, i);
         char *where = vw_format_text("%s: frame %zu (%s)", path, i, name ? name : "unnamed");
-        status = where ? load_frame(reader, where, file, frame, split) : VW_ERROR_MEMORY;
+        status = where ? load_frame(reader, where, file, i, split) : VW_ERROR_MEMORY;
         free(where);
     }
     return status;
 }
 
 static const char *first_name(const json_t *file) {
-    const char *name =
-        json_string_value(json_object_get(json_array_get(json_object_get(file, "frames"), 0), "file_path"));
+    const char *name = name_of_frame(json_object_get(file, "frames"), 0);
     return name ? vw_view_name_of(name) : "unnamed";
 }
 
@@ -255,6 +285,7 @@ static enum vw_status load_file(struct reader *reader, const char *path, enum vw
     if (!status && reader->builder->scene->view_count == view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
                          reader->missing_count - missing_count, first_name(file));
+    forget_names(reader);
     json_decref(file);
     json_decref(reader->splits);
     reader->splits = NULL;

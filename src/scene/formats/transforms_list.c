@@ -25,6 +25,7 @@ struct target {
 
 struct writer {
     const struct vw_photo_list *list;
+    struct vw_name_index photos; // owned; of the list
     bool single;
     char *way; // owned; relative path from the new files to the scene's folder
     struct target targets[VW_TRANSFORMS_FILES_MOST];
@@ -117,9 +118,10 @@ static enum vw_status count_unknown(struct writer *writer, const char *name) {
 static enum vw_status take_frame(struct writer *writer, const char *path, json_t *keys, const json_t *frame) {
     const char *name = json_string_value(json_object_get(frame, "file_path"));
     if (!name) return vw_fail(VW_ERROR_INPUT, "%s: a frame has no file_path; restore the scene that was valued", path);
-    const struct vw_listed_photo *photo = vw_photo_list_find(writer->list, name);
-    if (!photo) return count_unknown(writer, name);
-    writer->seen[photo - writer->list->photos] = true;
+    size_t place = 0;
+    if (!vw_name_index_find(&writer->photos, name, &place)) return count_unknown(writer, name);
+    const struct vw_listed_photo *photo = &writer->list->photos[place];
+    writer->seen[place] = true;
     if (!vw_photo_list_keeps(photo)) return VW_OK;
     struct target *target = NULL;
     enum vw_status status = open_target(writer, photo->split, path, keys, &target);
@@ -148,10 +150,15 @@ static enum vw_status check_seen(const struct writer *writer) {
     return VW_OK;
 }
 
+static const char *name_of_photo(const void *context, size_t place) {
+    return ((const struct vw_photo_list *)context)->photos[place].name;
+}
+
 static enum vw_status take_scene(struct writer *writer) {
     struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST] = {0};
     size_t count = 0;
-    enum vw_status status = vw_transforms_find(writer->list->scene_path, files, &count);
+    enum vw_status status = vw_name_index_make(name_of_photo, writer->list, writer->list->photo_count, &writer->photos);
+    if (!status) status = vw_transforms_find(writer->list->scene_path, files, &count);
     for (size_t i = 0; !status && i < count; i++) status = take_file(writer, files[i].path);
     for (size_t i = 0; i < count; i++) free(files[i].path);
     return status ? status : check_seen(writer);
@@ -231,6 +238,7 @@ static void close_writer(struct writer *writer) {
         json_decref(writer->targets[i].frames);
         json_decref(writer->splits[i]);
     }
+    vw_name_index_clear(&writer->photos);
     free(writer->way);
     free(writer->seen);
     free(writer->first_unknown);

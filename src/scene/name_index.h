@@ -1,0 +1,32 @@
+// Finds names among many without looking at each: opening a scene and writing its lists take n log n. The names are
+// sorted from their ends, so that those with a common end (the same path in another folder) are neighbours.
+#ifndef VIEWWORTH_NAME_INDEX_H
+#define VIEWWORTH_NAME_INDEX_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "viewworth/status.h"
+
+struct vw_name_index {
+    struct vw_indexed_name *sorted; // owned
+    size_t count;
+};
+
+// The name at a place; NULL: none. It is borrowed for as long as the index lives.
+typedef const char *vw_name_at(const void *context, size_t place);
+// Makes the index of the places 0 to `place_count` - 1. A leading "./" of a name is ignored, here and when looked for.
+// The caller clears the index, also after a failure.
+enum vw_status vw_name_index_make(vw_name_at *name_at, const void *context, size_t place_count,
+                                  struct vw_name_index *index);
+void vw_name_index_clear(struct vw_name_index *index); // accepts a zeroed one
+
+// The first place that has this name. False: none.
+bool vw_name_index_find(const struct vw_name_index *index, const char *name, size_t *place);
+// The only place whose name ends with a slash and this name. False: there is none, or there are more.
+bool vw_name_index_find_ending(const struct vw_name_index *index, const char *name, size_t *place);
+// `name` without leading "./".
+const char *vw_view_name_of(const char *name);
+
+#endif
