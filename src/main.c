@@ -8,6 +8,7 @@
 #include "cli/help.h"
 #include "cli/parse_options.h"
 #include "cli/manual.h"
+#include "cli/params.h"
 #include "cli/output/progress.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
@@ -178,7 +179,8 @@ static enum vw_status run_command(const struct vw_command *command, int argc, ch
         return VW_OK;
     }
     vw_log_set_sink(vw_log_to_stderr, &options.quiet);
-    return command->run(&options);
+    status = vw_params_set_memory(&options);
+    return status ? status : command->run(&options);
 }
 
 static enum vw_status run(int argc, char **argv) {

@@ -78,6 +78,7 @@ struct vw_box {
 };
 
 struct vw_name_index;
+struct vw_photo_source;
 
 struct vw_scene {
     char *path;            // owned; as in vw_scene_params
@@ -97,8 +98,9 @@ struct vw_scene {
     char **notes;               // owned; what was skipped or repaired, one line each, for `info`
     uint32_t note_count;
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
-    uint8_t hash[VW_HASH_BYTES]; // of everything above that training depends on: names, splits, image hashes, masks,
-                                 // cameras, poses, near and far, box, background, downscale; not of the path
+    struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
+    uint8_t hash[VW_HASH_BYTES];    // of everything above that training depends on: names, splits, image hashes, masks,
+                                    // cameras, poses, near and far, box, background, downscale; not of the path
 };
 
 // How many observations (tracks) are of points outside a box.
@@ -126,8 +128,23 @@ struct vw_scene_params {
 // blur, an occluder, exposure (1.9), and so on. So neither --seed nor the order of the scene file matters, but the kind
 // of defect depends on which other photos are trained on. A corrupted photo has 8-bit pixels, and its sha256 is of
 // these. Points and their tracks are unchanged. vw_view.ground_truth has the labels.
+//
+// All files are hashed here, but photos of integers without an alpha channel are decoded when they are first needed:
+// see vw_scene_decode(). Pixels that are more than the memory for them (see below) live in a file without a name in the
+// cache folder, which is mapped; those of recipes and of corrupted photos are always in memory.
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene);
 void vw_scene_close(struct vw_scene **scene);
+
+// Decodes those of these views (scene indices) that are not yet, several at a time; excluded views stay without pixels.
+// To be called before the pixels of vw_view.image are read: reading others ends the program. Any thread may call it; a
+// thread may read what its own calls have named. VW_ERROR_IO if a file cannot be decoded, or is no longer the one that
+// was hashed. It changes nothing else of the scene.
+enum vw_status vw_scene_decode(const struct vw_scene *scene, const uint32_t *views, uint32_t count);
+enum vw_status vw_scene_decode_all(const struct vw_scene *scene);
+
+// How much memory the pixels of a scene opened from now on may take; 0, the default: half of the machine's. Never more
+// than the machine has.
+void vw_scene_set_memory(uint64_t size_bytes);
 
 // The views of a split, as ascending scene indices. `*views` and `*count` must be zero before; the caller frees
 // `*views`, also after a failure.

@@ -33,7 +33,8 @@ struct vw_image {
     uint64_t masked_count;  // pixels of the file with a NaN, infinite or negative channel; they have RGBA 0
     uint8_t *unusable; // owned; width_px * height_px bytes, 1 for those pixels; NULL if masked_count is 0. A downscaled
                        // pixel is unusable if at least half of the pixels that it covers are
-    void *pixels;      // owned; freed by vw_image_clear
+    void *pixels;      // owned; freed by vw_image_clear. NULL in a view of a scene: not decoded yet (vw_scene_decode)
+    bool lent;         // the pixels are their scene's and stay there
 };
 
 // ---- Step records ----

@@ -23,6 +23,7 @@ struct vw_options {
     const char *const *operands; // all operands
     uint32_t operand_count;
     const char *device;
+    const char *memory; // for pixels, with its unit
     const char *format;
     const char *pool;
     const char *train_list, *val_list, *test_list;

@@ -1,6 +1,9 @@
 #include "cli/params.h"
 
+#include <ctype.h>
 #include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "cli/parse_options.h"
@@ -18,6 +21,26 @@ struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
         .downscale = options->downscale,
         .corrupt = options->corrupt,
     };
+}
+
+enum vw_status vw_params_set_memory(const struct vw_options *options) {
+    static const struct {
+        const char *name;
+        double bytes;
+    } units[] = {{"kB", 1e3},     {"MB", 1e6},     {"GB", 1e9},     {"TB", 1e12},
+                 {"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+    const char *text = options->memory;
+    if (!text) return VW_OK;
+    size_t length = strspn(text, "0123456789."); // strtod knows nan, inf, hexadecimal numbers and exponents, too
+    char *end = NULL;
+    double number = isdigit((unsigned char)text[0]) ? strtod(text, &end) : 0;
+    for (size_t i = 0; end == text + length && i < VW_ARRAY_COUNT(units); i++) {
+        if (strcmp(end, units[i].name) != 0 || number * units[i].bytes < 1 || number * units[i].bytes > 0x1p60)
+            continue;
+        vw_scene_set_memory((uint64_t)(number * units[i].bytes));
+        return VW_OK;
+    }
+    return vw_fail(VW_ERROR_USAGE, "--memory takes a size above 0 with its unit, as 4GB or 512MiB, not \"%s\"", text);
 }
 
 static uint32_t list_explicit_fields(const struct vw_options *options) {

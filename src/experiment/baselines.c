@@ -87,6 +87,8 @@ static double sharpness_of(const struct vw_scene *scene, const struct vw_view *v
 }
 
 static enum vw_status score_sharpness(const struct vw_baseline_input *input, double *scores) {
+    enum vw_status status = vw_scene_decode(input->scene, input->photos, input->photo_count);
+    if (status) return status;
     for (uint32_t i = 0; i < input->photo_count; i++)
         scores[i] = sharpness_of(input->scene, &input->scene->views[input->photos[i]]);
     return VW_OK;
@@ -100,6 +102,8 @@ static double brightness_of(const struct vw_scene *scene, const struct vw_view *
 }
 
 static enum vw_status score_exposure(const struct vw_baseline_input *input, double *scores) {
+    enum vw_status status = vw_scene_decode(input->scene, input->photos, input->photo_count);
+    if (status) return status;
     double *sorted = vw_allocate(input->photo_count, sizeof *sorted);
     if (!sorted) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < input->photo_count; i++)

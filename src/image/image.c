@@ -1,15 +1,17 @@
 #include "image/image.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 void vw_image_clear(struct vw_image *image) {
     if (!image) return;
-    free(image->pixels);
+    if (!image->lent) free(image->pixels);
     free(image->unusable);
     *image = (struct vw_image){0};
 }
 
 void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, float rgba[4]) {
+    assert(image->pixels && "whoever reads a photo of a scene calls vw_scene_decode() before");
     size_t first = ((size_t)y_px * image->width_px + x_px) * 4;
     for (size_t c = 0; c < 4; c++) rgba[c] = vw_pixel_get(image->format, image->pixels, first + c);
 }

@@ -23,16 +23,18 @@ enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_
 // Float values are clamped to [0,1] and counted. VW_ERROR_INPUT as vw_image_probe() and for more than 5 % masked
 // pixels; VW_ERROR_IO if the pixels cannot be decoded, or the file changes meanwhile.
 enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image);
-// The bytes of its pixels after that.
+// What its pixels will be after that, and their bytes.
+struct vw_image_header vw_image_loaded_header(const struct vw_image_header *header, uint32_t downscale);
 uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t downscale);
 
 // The same in two parts, so that several are decoded at once. A file whose header is no longer `header` is refused. The
-// path must live until the end. `sha256` is that of the file; NULL: not wanted. Finishing frees the load in any case;
-// to cancel accepts NULL.
+// path must live until the end. `sha256` is that of the file, also when it cannot be decoded; NULL: not wanted.
+// `pixels` has room for vw_image_loaded_bytes(), and is lent to the image; NULL: the image owns its pixels. Finishing
+// frees the load in any case; to cancel accepts NULL.
 struct vw_image_load;
 enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header,
                                    uint32_t downscale, struct vw_image_load **load);
-enum vw_status vw_image_load_finish(struct vw_image_load **load, uint8_t *sha256, struct vw_image *image);
+enum vw_status vw_image_load_finish(struct vw_image_load **load, void *pixels, uint8_t *sha256, struct vw_image *image);
 void vw_image_load_cancel(struct vw_image_load **load);
 
 // Writes 3- or 4-channel float pixels in [0,1]; the extension of `path` decides the format (PNG: 8 bit, EXR: half or

@@ -122,7 +122,7 @@ struct vw_image_load {
     struct vw_decoder_job *job;
 };
 
-static struct vw_image_header loaded_header(const struct vw_image_header *header, uint32_t downscale) {
+struct vw_image_header vw_image_loaded_header(const struct vw_image_header *header, uint32_t downscale) {
     bool filtered = downscale > 1 && header->format != VW_PIXEL_FLOAT32;
     return (struct vw_image_header){.width_px = vw_downscaled_px(header->width_px, downscale),
                                     .height_px = vw_downscaled_px(header->height_px, downscale),
@@ -131,7 +131,7 @@ static struct vw_image_header loaded_header(const struct vw_image_header *header
 }
 
 uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t downscale) {
-    struct vw_image_header loaded = loaded_header(header, downscale);
+    struct vw_image_header loaded = vw_image_loaded_header(header, downscale);
     return (uint64_t)loaded.width_px * loaded.height_px * loaded.channels * vw_pixel_channel_bytes(loaded.format);
 }
 
@@ -143,7 +143,7 @@ static uint64_t needed_bytes(const struct vw_image_header *header) {
 static enum vw_status begin_load(const struct vw_image_header *header, uint32_t downscale, struct vw_image_load *load) {
     const struct vw_decoder_request request = {
         .task = VW_DECODER_READ_PHOTO, .photo_format = load->file.format, .downscale = downscale, .header = *header};
-    load->header = loaded_header(header, downscale);
+    load->header = vw_image_loaded_header(header, downscale);
     enum vw_status status = vw_decoder_begin(&request, load->file.descriptor, NULL, 0,
                                              needed_bytes(header) + (uint64_t)load->file.info.st_size, &load->job);
     return status ? vw_fail_context(status, "%s", load->file.path) : VW_OK;
@@ -185,7 +185,7 @@ static enum vw_status check_pixels(struct vw_image *image, size_t pixel_count) {
 }
 
 static enum vw_status receive_pixels(const struct vw_image_load *load, const struct vw_decoder_answer *answer,
-                                     struct vw_image *image) {
+                                     void *pixels, struct vw_image *image) {
     const struct vw_image_header *header = &load->header;
     size_t pixel_count = (size_t)header->width_px * header->height_px;
     size_t pixels_bytes = pixel_count * 4 * vw_pixel_channel_bytes(header->format);
@@ -198,7 +198,8 @@ static enum vw_status receive_pixels(const struct vw_image_load *load, const str
     if (memcmp(&answer->header, header, sizeof *header) != 0 ||
         answer->payload_bytes != pixels_bytes + (image->masked_count ? pixel_count : 0))
         return vw_fail(VW_ERROR_IO, "the decoder gives pixels of another size than its header");
-    image->pixels = vw_allocate(pixels_bytes, 1);
+    image->pixels = pixels ? pixels : vw_allocate(pixels_bytes, 1);
+    image->lent = pixels != NULL;
     image->unusable = image->masked_count ? vw_allocate(pixel_count, 1) : NULL;
     if (!image->pixels || (image->masked_count && !image->unusable)) return VW_ERROR_MEMORY;
     enum vw_status status = vw_decoder_receive(load->job, image->pixels, pixels_bytes);
@@ -206,14 +207,15 @@ static enum vw_status receive_pixels(const struct vw_image_load *load, const str
     return status ? status : check_pixels(image, pixel_count);
 }
 
-static enum vw_status finish_load(const struct vw_image_load *load, uint8_t *sha256, struct vw_image *image) {
+static enum vw_status finish_load(const struct vw_image_load *load, void *pixels, uint8_t *sha256,
+                                  struct vw_image *image) {
     const char *path = load->file.path;
     struct vw_decoder_answer answer = {0};
     enum vw_status status = sha256 ? vw_sha256_descriptor(load->file.descriptor, path, sha256) : VW_OK;
     if (status) return status;
     status = vw_decoder_finish(load->job, &answer);
     bool refused = status == VW_ERROR_INPUT;
-    if (!status) status = receive_pixels(load, &answer, image);
+    if (!status) status = receive_pixels(load, &answer, pixels, image);
     if (!status && !is_unchanged(&load->file))
         return vw_fail(VW_ERROR_IO, "%s: the image changed while it was read; run the command again", path);
     if (!status) return VW_OK;
@@ -222,9 +224,10 @@ static enum vw_status finish_load(const struct vw_image_load *load, uint8_t *sha
                    : vw_fail(status, "%s: cannot decode the image: %s; replace or remove it", path, why.message);
 }
 
-enum vw_status vw_image_load_finish(struct vw_image_load **load, uint8_t *sha256, struct vw_image *image) {
+enum vw_status vw_image_load_finish(struct vw_image_load **load, void *pixels, uint8_t *sha256,
+                                    struct vw_image *image) {
     struct vw_image loaded = {0};
-    enum vw_status status = finish_load(*load, sha256, &loaded);
+    enum vw_status status = finish_load(*load, pixels, sha256, &loaded);
     if (status) vw_image_clear(&loaded);
     else *image = loaded;
     vw_image_load_cancel(load);
@@ -237,7 +240,7 @@ enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_ima
     vw_decoder_hold();
     enum vw_status status = vw_image_probe(path, VW_IMAGE_OF_PATH, &header);
     if (!status) status = vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, downscale, &load);
-    if (!status) status = vw_image_load_finish(&load, NULL, image);
+    if (!status) status = vw_image_load_finish(&load, NULL, NULL, image);
     vw_decoder_release();
     return status;
 }

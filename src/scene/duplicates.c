@@ -130,7 +130,7 @@ enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_
     uint32_t *leaders = vw_allocate(scene->view_count, sizeof *leaders);
     double *similarities = vw_allocate(scene->view_count, sizeof *similarities);
     struct vw_duplicate *found = vw_allocate(scene->view_count, sizeof *found);
-    enum vw_status status = prints && leaders && similarities && found ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status = prints && leaders && similarities && found ? vw_scene_decode_all(scene) : VW_ERROR_MEMORY;
     for (uint32_t v = 0; !status && v < scene->view_count; v++)
         if (is_asked(&scene->views[v])) take_fingerprint(&scene->views[v], &prints[v]);
     if (!status) {

@@ -1,22 +1,16 @@
-// Reads photos: pixels, masks, --downscale, file hashes, transparency, and notes on repaired pixels.
+// Reads photos when a scene is opened: masks, --downscale, file hashes, transparency, notes on repaired pixels, and the
+// pixels of photos that cannot wait.
 #include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
-#include <unistd.h>
 
-#include "image/decoder.h"
 #include "image/downscale.h"
 #include "scene/camera_fit.h"
 #include "scene/builder.h"
 #include "scene/lens_mask.h"
 #include "scene/mask.h"
-#include "scene/safe_path.h"
+#include "scene/photo_source.h"
 #include "image/image.h"
-#include "base/hash.h"
 #include "base/memory.h"
-
-static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 36; // of a scene's photos
-static const uint64_t AHEAD_LIMIT_BYTES = UINT64_C(1) << 30; // of photos that are decoded before it is their turn
 
 struct repairs {
     uint32_t clamped_views, bad_views;
@@ -61,137 +55,55 @@ static void downscale_camera(struct vw_camera *camera, uint32_t factor) {
     vw_camera_resize(vw_downscaled_px(camera->width_px, factor), vw_downscaled_px(camera->height_px, factor), camera);
 }
 
-// All photos are in memory at once. The limit is also that of the machine, which would otherwise stall.
-static enum vw_status check_total(const struct vw_scene_builder *builder) {
-    const struct vw_scene *scene = builder->scene;
-    uint64_t total_bytes = 0, most_bytes = TOTAL_LIMIT_BYTES;
-    uint64_t machine_bytes = (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE);
-    if (!builder->params->headers_only && machine_bytes < most_bytes) most_bytes = machine_bytes;
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        if (scene->views[v].split == VW_SPLIT_EXCLUDED) continue;
-        total_bytes += vw_image_loaded_bytes(&builder->photos[v].image_header, builder->params->downscale);
-        if (total_bytes > most_bytes)
-            return vw_fail(VW_ERROR_INPUT,
-                           "%s: with this one, the photos are more than the limit of %.1f GiB in memory; use "
-                           "--downscale, or fewer photos",
-                           builder->photos[v].image_path, ldexp((double)most_bytes, -30));
-    }
-    return VW_OK;
-}
-
-// ---- Decoding ahead ----
-
-// Several photos are decoded at once, by other processes; they are finished in their order, so that neither the scene
-// nor the first error depends on timing.
-struct reading {
-    struct vw_scene_builder *builder;
-    struct loads {
-        struct vw_image_load *image, *mask;
-    } * loads;      // owned; per view
-    uint32_t begun; // views whose loads have begun
-    uint64_t decoded_ahead_bytes;
-    struct repairs repairs;
-};
-
-static uint64_t decoded_bytes(const struct reading *reading, uint32_t index) {
-    const struct vw_image_header *header = &reading->builder->photos[index].image_header;
-    return (uint64_t)header->width_px * header->height_px * header->channels * sizeof(float);
-}
-
-static enum vw_status begin_load(const struct vw_scene_builder *builder, const char *path,
-                                 const struct vw_image_header *header, uint32_t downscale,
-                                 struct vw_image_load **load) {
-    int descriptor = -1;
-    enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
-    return status ? status : vw_image_load_begin(path, descriptor, header, downscale, load);
-}
-
-static enum vw_status begin_view(struct reading *reading, uint32_t index) {
-    const struct vw_scene_builder *builder = reading->builder;
-    const struct vw_scene_builder_photo *photo = &builder->photos[index];
-    struct loads *loads = &reading->loads[index];
-    if (builder->scene->views[index].split == VW_SPLIT_EXCLUDED) { // it is not decoded
-        reading->begun = index + 1;
-        return VW_OK;
-    }
-    enum vw_status status =
-        begin_load(builder, photo->image_path, &photo->image_header, builder->params->downscale, &loads->image);
-    if (!status && photo->mask_path)
-        status = begin_load(builder, photo->mask_path, &photo->mask_header, 1, &loads->mask);
-    if (status) {
-        vw_image_load_cancel(&loads->image);
-        return status;
-    }
-    reading->begun = index + 1;
-    reading->decoded_ahead_bytes += decoded_bytes(reading, index);
-    return VW_OK;
-}
-
-// Begins the view that is next, and some after it. What fails there fails again when it is its turn.
-static enum vw_status begin_ahead(struct reading *reading, uint32_t next) {
-    uint32_t ahead = vw_decoder_parallel_count() + 1;
-    enum vw_status status = reading->begun > next ? VW_OK : begin_view(reading, next);
-    while (!status && reading->begun < reading->builder->scene->view_count && reading->begun < next + ahead &&
-           reading->decoded_ahead_bytes < AHEAD_LIMIT_BYTES)
-        if (begin_view(reading, reading->begun)) break;
-    return status;
-}
-
 // ---- Pixels ----
 
-static enum vw_status finish_mask(struct reading *reading, uint32_t index) {
-    const struct vw_scene_builder_photo *photo = &reading->builder->photos[index];
+static enum vw_status finish_mask(struct vw_photo_reading *reading, struct vw_scene *scene, uint32_t index) {
+    const struct vw_scene_builder_photo *photo = &scene->source->photos[index];
     struct vw_image file = {0};
     if (!reading->loads[index].mask) return VW_OK;
-    enum vw_status status = vw_image_load_finish(&reading->loads[index].mask, NULL, &file);
+    enum vw_status status = vw_image_load_finish(&reading->loads[index].mask, NULL, NULL, &file);
     if (!status)
         status = vw_mask_make(photo->mask_path, &file, photo->image_header.width_px, photo->image_header.height_px,
-                              reading->builder->params->downscale, &reading->builder->scene->views[index].mask);
+                              scene->source->downscale, &scene->views[index].mask);
     vw_image_clear(&file);
     return status;
 }
 
-static enum vw_status hash_file(const char *folder, const char *path, uint8_t sha256[VW_HASH_BYTES]) {
-    int descriptor = -1;
-    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
-    if (status) return status;
-    status = vw_sha256_descriptor(descriptor, path, sha256);
-    close(descriptor);
-    return status;
+static void count_repairs(const struct vw_image *image, const struct vw_image_header *header, struct repairs *repairs) {
+    repairs->clamped_views += image->clamped_count > 0;
+    repairs->bad_views += image->masked_count > 0;
+    repairs->clamped_values += image->clamped_count;
+    repairs->bad_pixels += image->masked_count;
+    repairs->value_count += (uint64_t)header->width_px * header->height_px * 4;
 }
 
-static enum vw_status finish_view(struct reading *reading, uint32_t index) {
-    const struct vw_scene_builder_photo *photo = &reading->builder->photos[index];
-    struct vw_view *view = &reading->builder->scene->views[index];
-    struct repairs *repairs = &reading->repairs;
-    if (view->split == VW_SPLIT_EXCLUDED) return hash_file(reading->builder->folder, photo->image_path, view->sha256);
-    enum vw_status status = vw_image_load_finish(&reading->loads[index].image, view->sha256, &view->image);
-    reading->decoded_ahead_bytes -= decoded_bytes(reading, index);
-    if (status) return status;
-    reading->builder->scene->has_alpha |= view->image.has_alpha;
-    repairs->clamped_views += view->image.clamped_count > 0;
-    repairs->bad_views += view->image.masked_count > 0;
-    repairs->clamped_values += view->image.clamped_count;
-    repairs->bad_pixels += view->image.masked_count;
-    repairs->value_count += (uint64_t)photo->image_header.width_px * photo->image_header.height_px * 4;
-    status = finish_mask(reading, index);
+static enum vw_status finish_view(struct vw_photo_reading *reading, struct vw_scene *scene, uint32_t index,
+                                  struct repairs *repairs) {
+    const struct vw_image_header *header = &scene->source->photos[index].image_header;
+    struct vw_image_header loaded = vw_image_loaded_header(header, scene->source->downscale);
+    struct vw_view *view = &scene->views[index];
+    struct vw_image image = {.width_px = loaded.width_px, .height_px = loaded.height_px, .format = loaded.format};
+    enum vw_status status = vw_photo_reading_finish(reading, index, view->sha256, &image);
+    if (status || view->split == VW_SPLIT_EXCLUDED) return status;
+    view->image = image;
+    scene->has_alpha |= image.has_alpha;
+    count_repairs(&image, header, repairs);
+    status = finish_mask(reading, scene, index);
     return status ? status : vw_lens_mask(view, &repairs->unseen_pixels);
 }
 
-static enum vw_status read_pixels(struct vw_scene_builder *builder, struct repairs *repairs) {
-    uint32_t view_count = builder->scene->view_count;
-    struct reading reading = {.builder = builder, .loads = vw_allocate(view_count, sizeof *reading.loads)};
-    enum vw_status status = reading.loads ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < view_count && !status; v++) {
-        status = begin_ahead(&reading, v);
-        if (!status) status = finish_view(&reading, v);
+static enum vw_status read_files(struct vw_scene *scene, struct repairs *repairs) {
+    struct vw_photo_reading reading = {0};
+    uint32_t *all = vw_allocate(scene->view_count, sizeof *all);
+    if (!all) return VW_ERROR_MEMORY;
+    for (uint32_t v = 0; v < scene->view_count; v++) all[v] = v;
+    enum vw_status status = vw_photo_reading_begin(scene, all, scene->view_count, true, &reading);
+    for (uint32_t v = 0; v < scene->view_count && !status; v++) {
+        status = vw_photo_reading_advance(&reading, v);
+        if (!status) status = finish_view(&reading, scene, v, repairs);
     }
-    for (uint32_t v = 0; reading.loads && v < view_count; v++) {
-        vw_image_load_cancel(&reading.loads[v].image);
-        vw_image_load_cancel(&reading.loads[v].mask);
-    }
-    free(reading.loads);
-    *repairs = reading.repairs;
+    vw_photo_reading_end(&reading);
+    free(all);
     return status;
 }
 
@@ -215,12 +127,13 @@ enum vw_status vw_photos_read(struct vw_scene_builder *builder) {
     struct repairs repairs = {0};
     enum vw_status status = find_masks(builder);
     if (status) return status;
-    status = check_total(builder);
+    status = vw_photo_source_create(builder);
     if (status) return status;
     downscale_tracks(scene, builder->params->downscale);
     for (uint32_t v = 0; v < scene->view_count; v++)
         downscale_camera(&scene->views[v].camera, builder->params->downscale);
-    if (!builder->params->headers_only) status = read_pixels(builder, &repairs);
+    if (builder->params->headers_only) vw_photo_source_destroy(&scene->source);
+    else status = read_files(scene, &repairs);
     if (status) return status;
     for (int c = 0; c < 3; c++) scene->background[c] = scene->has_alpha ? 1 : 0; // white is Blender's convention
     return note_repairs(scene, &repairs);

@@ -6,6 +6,7 @@
 
 #include "scene/formats/colmap.h"
 #include "scene/builder.h"
+#include "scene/photo_source.h"
 #include "scene/formats/photo_list_writers.h"
 #include "scene/synthetic/recipe.h"
 #include "base/file.h"
@@ -148,6 +149,7 @@ void vw_scene_close(struct vw_scene **scene) {
         free(closing->views[v].mask);
         vw_image_clear(&closing->views[v].image);
     }
+    vw_photo_source_destroy(&closing->source);
     for (uint32_t i = 0; i < closing->note_count; i++) free(closing->notes[i]);
     if (closing->names) vw_name_index_clear(closing->names);
     free(closing->names);

@@ -134,7 +134,8 @@ static enum vw_status take_information(struct measuring *measuring, uint32_t vie
 enum vw_status coverage_measure(const struct probe_context *context, uint32_t passes, double *coverage) {
     struct measuring measuring = {.context = context, .passes = passes};
     const struct schedule *schedule = context->schedule;
-    enum vw_status status = prepare(&measuring);
+    enum vw_status status = vw_scene_decode(context->scene, schedule->train_views, schedule->train_count);
+    if (status == VW_OK) status = prepare(&measuring);
     for (uint32_t i = 0; i < schedule->train_count && status == VW_OK; i++) {
         status = take_information(&measuring, schedule->train_views[i]);
         for (uint64_t k = 0; k < measuring.entries && status == VW_OK; k++) measuring.total[k] += measuring.own[k];

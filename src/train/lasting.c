@@ -108,6 +108,9 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
     if (status != VW_OK) return status;
     lasting->context = vw_trainer_context(lasting->trainer);
     lasting->total_steps = vw_trainer_total_steps(lasting->trainer);
+    const struct schedule *schedule = lasting->context->schedule;
+    status = vw_scene_decode(lasting->context->scene, schedule->train_views, schedule->train_count);
+    if (status != VW_OK) return status;
     uint32_t room = lasting->context->schedule->batch_steps_max, measures = count_measures(lasting, params->by_view);
     uint64_t memory_bytes =
         params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->context->field->gpu);

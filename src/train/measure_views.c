@@ -123,6 +123,7 @@ enum vw_status measure_views(const struct measured_field *measured, const uint32
     struct evaluator evaluator = {0};
     struct seen_view seen;
     enum vw_status status = allocate(most, &seen);
+    if (status == VW_OK) status = vw_scene_decode(measured->scene, views, view_count);
     if (status == VW_OK)
         status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
@@ -197,6 +198,7 @@ enum vw_status measure_whole_view(const struct measured_field *measured, uint32_
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
     size_t most = (size_t)image->width_px * image->height_px + CODE_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
+    if (status == VW_OK) status = vw_scene_decode(measured->scene, &view, 1);
     if (status == VW_OK)
         status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
     if (status == VW_OK) status = fit_code(measured, view, &seen, &code);

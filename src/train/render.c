@@ -37,8 +37,8 @@ enum vw_status render_view(struct field *field, const struct vw_scene *scene, ui
     struct vw_pixel *pixels = vw_allocate(TILE_RAYS, sizeof *pixels);
     vw_float4 *colours = vw_allocate(TILE_RAYS, sizeof *colours);
     float *rendered = vw_allocate((size_t)size_px[0] * size_px[1], 3 * sizeof *rendered);
-    enum vw_status status =
-        pixels && colours && rendered ? evaluator_create(field, TILE_RAYS, &evaluator) : VW_ERROR_MEMORY;
+    enum vw_status status = pixels && colours && rendered ? vw_scene_decode(scene, &view, 1) : VW_ERROR_MEMORY;
+    if (status == VW_OK) status = evaluator_create(field, TILE_RAYS, &evaluator);
     if (status == VW_OK) status = render_tiles(scene, view, size_px, &evaluator, pixels, colours, rendered);
     evaluator_destroy(&evaluator);
     free(pixels);

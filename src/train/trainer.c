@@ -203,6 +203,20 @@ bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
     return !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) && !state_is_due(trainer);
 }
 
+// Those of the next batch and, because photos are decoded side by side, of some steps behind it.
+enum vw_status trainer_decode_photos(struct vw_trainer *trainer) {
+    enum { STEPS_LEAST = 16 };
+    uint64_t first = trainer->next_step ? trainer->next_step : 1, total = schedule_total_steps(&trainer->schedule);
+    uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
+    uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
+    if (!views) return VW_ERROR_MEMORY;
+    for (; count < steps && first + count <= total; count++)
+        views[count] = schedule_view_of_step(&trainer->schedule, first + count);
+    enum vw_status status = vw_scene_decode(trainer->scene, views, count);
+    free(views);
+    return status;
+}
+
 // Records the next steps, up to the last or to one behind which the state is probed.
 void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;

@@ -69,7 +69,8 @@ static enum vw_status choose_scored(const struct validation_params *params, stru
 
 static enum vw_status choose_pixels(const struct validation_params *params, struct validation *validation, bool fits,
                                     struct pixel_choice *choice) {
-    enum vw_status status = allocate_pixels(params, validation, fits, choice);
+    enum vw_status status = vw_scene_decode(params->scene, validation->views, validation->view_count);
+    if (status == VW_OK) status = allocate_pixels(params, validation, fits, choice);
     if (status == VW_OK) status = choose_scored(params, validation, fits, choice);
     if (status != VW_OK || !fits) return status;
     uint32_t scored = choice->count;

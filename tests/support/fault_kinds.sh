@@ -258,7 +258,8 @@ change() { # change HOW FILE
 
 state() { query "$1" 'SELECT scene_hash FROM run' && rows "$1"; } # which photos, and what they gave
 
-# Photos are read before the first step. What was read of a photo is all from before a change, or all from after it.
+# Photos are hashed before the first step and decoded when they are needed. What was read of a photo is all from before a change, or all
+# from after it.
 swap_while_loading() { # swap_while_loading HOW N: when the photo is opened for the Nth time
     local out=photos-$1-$2 scene=$folder/scene-$1-$2 code=0
     make_scene "$scene"

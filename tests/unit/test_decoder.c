@@ -161,7 +161,7 @@ static void a_file_exchanged_after_its_header_is_refused(void **state) {
     assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
     write_photo(*state, 64);
     assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
-    assert_int_equal(vw_image_load_finish(&load, NULL, &image), VW_ERROR_IO);
+    assert_int_equal(vw_image_load_finish(&load, NULL, NULL, &image), VW_ERROR_IO);
     assert_non_null(strstr(vw_error_message(), "its header changed"));
     assert_null(load);
 }
@@ -179,7 +179,7 @@ static void a_file_that_changes_while_it_is_read_is_refused(void **state) {
     assert_non_null(file);
     fputs("more", file);
     assert_int_equal(fclose(file), 0);
-    assert_int_equal(vw_image_load_finish(&load, sha256, &image), VW_ERROR_IO);
+    assert_int_equal(vw_image_load_finish(&load, NULL, sha256, &image), VW_ERROR_IO);
     assert_non_null(strstr(vw_error_message(), "changed while it was read"));
     assert_null(image.pixels);
 }
@@ -252,7 +252,7 @@ static void every_photo_has_a_worker_of_its_own(void **state) {
         assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
         for (int waited = 0; waited < 200 && workers[i] <= workers[i - 1]; waited++, usleep(10000))
             workers[i] = atol(child_of(server)); // the server may not have started it yet
-        assert_int_equal(vw_image_load_finish(&load, sha256, &image), VW_OK);
+        assert_int_equal(vw_image_load_finish(&load, NULL, sha256, &image), VW_OK);
         vw_image_clear(&image);
         assert_true(workers[i] > workers[i - 1]);
     }

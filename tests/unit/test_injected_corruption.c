@@ -27,7 +27,9 @@ static int remove_folder(void **state) {
 }
 
 static struct vw_scene *open_corrupted(const char *folder, uint32_t corrupt) {
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = corrupt});
+    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = corrupt});
+    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
+    return scene;
 }
 
 static uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {

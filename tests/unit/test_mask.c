@@ -208,6 +208,7 @@ static void hidden_pixels_weigh_nothing(void **state) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     write_mask(*state, "masks/01.png", 8, 6, half);
     struct vw_scene *scene = open_scene(*state);
+    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
     for (uint32_t i = 0; i < 48; i++) {
         assert_true(pixels_at(scene, 1, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
         assert_true(pixels_at(scene, 0, i % 8, i / 8).weight == 1);

@@ -116,27 +116,32 @@ static void other_formats_are_refused(void **state) {
 
 // ---- Limits ---------------------------------------------------------------------------------------------------------
 
-// The headers of 65 photos of 1 GiB each.
+// The headers of 1,025 photos of 1 GiB each.
 static void the_photos_of_a_scene_have_a_limit(void **state) {
     static const uint8_t png[] = {0x89, 'P',  'N',  'G', '\r', '\n', 0x1a, '\n', 0,   0,   0,   13,   'I',  'H', 'D',
                                   'R',  0,    0,    64,  0,    0,    0,    64,   0,   8,   6,   0,    0,    0,   0xa9,
                                   0xc8, 0x10, 0x84, 0,   0,    0,    0,    'I',  'D', 'A', 'T', 0x35, 0xaf, 6,   0x1e};
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
-    tiny_scene_write(*state, &(struct tiny_scene){.count = 65});
-    const char *first = temporary_path(*state, "images/00.png");
+    char *first = vw_path_join(*state, "0.png");
     assert_int_equal(vw_file_write(first, png, sizeof png), VW_OK);
-    for (int i = 1; i < 65; i++) {
+    FILE *json = fopen(temporary_path(*state, "transforms.json"), "w");
+    assert_non_null(json);
+    fprintf(json, "{\"camera_angle_x\": 0.7, \"frames\": [");
+    for (int i = 0; i < 1025; i++) {
         char name[32];
-        snprintf(name, sizeof name, "images/%02d.png", i);
-        const char *path = temporary_path(*state, name);
-        assert_int_equal(unlink(path), 0);
-        assert_int_equal(link(temporary_path(*state, "images/00.png"), path), 0);
+        snprintf(name, sizeof name, "%d.png", i);
+        if (i > 0) assert_int_equal(link(first, temporary_path(*state, name)), 0);
+        fprintf(json, "%s{\"file_path\": \"%s\", \"transform_matrix\": [[1,0,0,%d],[0,1,0,0],[0,0,1,4],[0,0,0,1]]}",
+                i > 0 ? ", " : "", name, i);
     }
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "images/64.png", "limit of 64.0 GiB", "--downscale", NULL);
+    fprintf(json, "]}");
+    assert_int_equal(fclose(json), 0);
+    free(first);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "/1024.png", "limit of 1024 GiB", "--downscale", NULL);
     struct vw_scene_params smaller = params;
     smaller.downscale = 2; // 16 bits of a quarter of the pixels
     struct vw_scene *scene = tiny_scene_open(&smaller);
-    assert_int_equal(scene->views[64].camera.width_px, 8192);
+    assert_int_equal(scene->views[1024].camera.width_px, 8192);
     vw_scene_close(&scene);
 }
 

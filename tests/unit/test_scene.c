@@ -142,6 +142,7 @@ static void excluded_views_are_not_decoded(void **state) {
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
     assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
+    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
     assert_null(scene->views[3].image.pixels);
     assert_non_null(scene->views[2].image.pixels);
     const uint8_t zero[VW_HASH_BYTES] = {0};

@@ -44,7 +44,7 @@ static enum vw_status list_candidates(const struct vw_residuals_params *params, 
     if (!*candidates) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         enum vw_split split = scene->views[v].split;
-        if (!scene->views[v].image.pixels || (split != VW_SPLIT_VAL && split != VW_SPLIT_TRAIN)) continue;
+        if (!scene->views[v].image.width_px || (split != VW_SPLIT_VAL && split != VW_SPLIT_TRAIN)) continue;
         double quality = split == VW_SPLIT_VAL ? -1 : quality_of(params->scoring, v);
         (*candidates)[(*count)++] = (struct candidate){v, quality};
     }

@@ -28,7 +28,7 @@ double vw_thumbnails_estimate_s(const struct vw_scene *scene) {
         const struct vw_image *image = &scene->views[v].image;
         void *data = NULL;
         size_t size_bytes = 0;
-        if (scene->views[v].split == VW_SPLIT_EXCLUDED || !image->pixels) continue;
+        if (scene->views[v].split == VW_SPLIT_EXCLUDED || vw_scene_decode(scene, &v, 1) || !image->pixels) continue;
         started_s = vw_now_s();
         (void)vw_image_make_thumbnail(image, THUMBNAIL_HEIGHT_PX, scene->background, &data,
                                       &size_bytes); // that fails again, in its place
@@ -43,6 +43,7 @@ enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbn
                                  .pictures = vw_allocate(scene->view_count, sizeof *made.pictures)};
     enum vw_status status = made.names && made.pictures ? VW_OK : VW_ERROR_MEMORY;
     if (!status) made.count = scene->view_count;
+    if (!status) status = vw_scene_decode_all(scene);
     for (uint32_t i = 0; i < made.count && !status; i++) status = make_one(scene, i, &made);
     if (status) vw_thumbnails_free(&made);
     else *thumbnails = made;

@@ -12,7 +12,7 @@ static uint64_t count_host_bytes(const struct vw_scene *scene) {
     uint64_t sum = scene->point_count * sizeof *scene->points + scene->track_count * sizeof *scene->tracks;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
-        uint64_t pixels = view->image.pixels ? (uint64_t)view->image.width_px * view->image.height_px : 0;
+        uint64_t pixels = (uint64_t)view->image.width_px * view->image.height_px; // 0 of excluded photos
         sum += pixels * (4 * channel_bytes[view->image.format] + (view->mask ? 1 : 0));
     }
     return sum;

@@ -62,7 +62,7 @@ static enum vw_status corrupt_pixels(const struct vw_recipe *recipe, struct vw_v
     enum vw_status status = vw_corrupt_photo(recipe, 0, &photo);
     if (!status) status = vw_recipe_store_photo(&photo, view);
     if (!status) {
-        free(before.pixels);
+        if (!before.lent) free(before.pixels);
         view->image.unusable = before.unusable;
         view->image.masked_count = before.masked_count;
     }
@@ -86,13 +86,22 @@ static enum vw_status corrupt_view(const struct candidate *candidate, struct vw_
     return status || view->ground_truth ? status : VW_ERROR_MEMORY;
 }
 
+static enum vw_status decode(const struct vw_scene *scene, const struct candidate *candidates, uint32_t count) {
+    uint32_t *views = vw_allocate(count, sizeof *views);
+    if (!views) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) views[i] = (uint32_t)(candidates[i].view - scene->views);
+    enum vw_status status = vw_scene_decode(scene, views, count);
+    free(views);
+    return status;
+}
+
 static enum vw_status corrupt(const struct vw_scene_params *params, struct vw_scene *scene,
                               struct candidate *candidates, struct vw_recipe *recipe) {
-    enum vw_status status = VW_OK;
     uint32_t count = list_candidates(scene, candidates);
     if (params->corrupt > count)
         return vw_fail(VW_ERROR_USAGE, "--corrupt %u: there are only %u train photos; use a smaller number",
                        params->corrupt, count);
+    enum vw_status status = decode(scene, candidates, params->corrupt);
     for (uint32_t i = 0; !status && i < params->corrupt; i++)
         status = corrupt_view(&candidates[i], kinds[i % VW_ARRAY_COUNT(kinds)], recipe);
     for (uint32_t v = 0; !status && v < scene->view_count; v++) {

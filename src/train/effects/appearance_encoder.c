@@ -15,6 +15,8 @@ static enum vw_status create_thumbnails(struct vw_gpu *gpu, const struct model *
                        "--effects: appearance_encoder: the thumbnails of %u photos exceed this device's binding range; "
                        "leave it out, or exclude photos",
                        scene->view_count);
+    enum vw_status status = vw_scene_decode_all(scene);
+    if (status != VW_OK) return status;
     vw_float4 *thumbnails = vw_allocate(size_bytes, 1); // of excluded photos, which have no pixels: 0
     if (!thumbnails) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scene->view_count; i++) {
@@ -23,7 +25,7 @@ static enum vw_status create_thumbnails(struct vw_gpu *gpu, const struct model *
             thumbnail_make(&scene->views[i], &whole, thumbnails + (size_t)THUMBNAIL_PIXELS * i);
     }
     const struct vw_buffer_params buffer = {.name = "thumbnails", .size_bytes = size_bytes};
-    enum vw_status status = vw_buffer_create(gpu, &buffer, &encoder->thumbnails);
+    status = vw_buffer_create(gpu, &buffer, &encoder->thumbnails);
     if (status == VW_OK) status = vw_buffer_write(encoder->thumbnails, 0, thumbnails, size_bytes);
     free(thumbnails);
     return status;

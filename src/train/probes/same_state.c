@@ -85,7 +85,8 @@ static void read_part(struct same_state_probes *probes, const struct probe_conte
 enum vw_status same_state_take(struct same_state_probes *probes, const struct probe_context *context,
                                struct vw_batch *batch, uint32_t first_draw, struct vw_step_record *record) {
     double started_s = vw_now_s();
-    enum vw_status status = VW_OK;
+    const struct schedule *schedule = context->schedule;
+    enum vw_status status = vw_scene_decode(context->scene, schedule->train_views, schedule->train_count);
     uint32_t total = probe_count(context), batch_steps = context->schedule->batch_steps;
     struct part part = {.step = record->step + 1, .first_draw = first_draw};
     for (; part.first < total && status == VW_OK; part.first += part.count) {

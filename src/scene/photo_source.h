@@ -1,0 +1,54 @@
+// The photos of an open scene: their files, and the place of their pixels. Internal to src/scene.
+#ifndef VIEWWORTH_PHOTO_SOURCE_H
+#define VIEWWORTH_PHOTO_SOURCE_H
+
+#include <pthread.h>
+
+#include "scene/builder.h"
+#include "scene/pixel_store.h"
+
+struct vw_photo_source {
+    char *folder;                          // owned; no file may be outside of it
+    struct vw_scene_builder_photo *photos; // owned; of each view
+    uint32_t view_count, downscale;
+    struct vw_pixel_store store;
+    uint64_t *places;       // owned; of each view's pixels in the store, in bytes
+    pthread_mutex_t lock;   // of what follows, and of pixels that are not there yet
+    bool *asked;            // owned; of each view: scratch
+    uint32_t decoded_count; // views whose pixels are there
+};
+
+// Takes the builder's photos and folder over into its scene, and makes room for their pixels.
+enum vw_status vw_photo_source_create(struct vw_scene_builder *builder);
+void vw_photo_source_destroy(struct vw_photo_source **source); // accepts NULL
+
+// Several files are decoded at once, by other processes; they are finished in their order, so that neither the scene
+// nor the first error depends on timing.
+struct vw_photo_reading {
+    const struct vw_scene *scene;
+    const uint32_t *views; // in ascending order
+    uint32_t count;
+    bool opening; // the scene: masks are read, too, but photos that can wait are not decoded
+    struct vw_photo_loads {
+        struct vw_image_load *image, *mask;
+    } * loads;      // owned; per view of the list
+    uint32_t begun; // views whose loads have begun
+    uint64_t ahead_bytes;
+    double told_s; // when progress was last told
+};
+
+// Whether a photo is decoded when it is first needed: what is decided at opening does not depend on its pixels.
+bool vw_photo_can_wait(const struct vw_scene_builder_photo *photo);
+
+// `views` outlives the reading, which is ended by the caller, also after a failure.
+enum vw_status vw_photo_reading_begin(const struct vw_scene *scene, const uint32_t *views, uint32_t count, bool opening,
+                                      struct vw_photo_reading *reading);
+// Begins what the view at a place of the list needs, and some after it.
+enum vw_status vw_photo_reading_advance(struct vw_photo_reading *reading, uint32_t place);
+// Finishes the photo at a place that was begun: the file's hash and, unless it can wait, its image, whose pixels are at
+// their place. A view that has pixels after that is counted.
+enum vw_status vw_photo_reading_finish(struct vw_photo_reading *reading, uint32_t place, uint8_t sha256[VW_HASH_BYTES],
+                                       struct vw_image *image);
+void vw_photo_reading_end(struct vw_photo_reading *reading);
+
+#endif

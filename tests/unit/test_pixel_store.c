@@ -1,0 +1,179 @@
+// Pixels are decoded when they are needed, from the files that were hashed, and live in a file without a name when they
+// are more than the memory for them.
+#include "support/cmocka_test.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "image/image.h"
+#include "scene/photo_source.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+enum { PHOTOS = 8, PHOTO_BYTES = TINY_WIDTH_PX * TINY_HEIGHT_PX * 4 };
+
+static int make_folder(void **state) {
+    char *folder = temporary_folder_create();
+    *state = folder;
+    tiny_scene_write(folder, &(struct tiny_scene){.count = PHOTOS});
+    return setenv("XDG_CACHE_HOME", temporary_path(folder, "cache"), 1);
+}
+
+static int remove_folder(void **state) {
+    vw_scene_set_memory(0);
+    temporary_folder_remove(*state);
+    return 0;
+}
+
+static struct vw_scene *open_in(const char *folder, uint64_t memory_bytes) {
+    vw_scene_set_memory(memory_bytes);
+    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+}
+
+static uint32_t count_files(const char *folder) {
+    DIR *files = opendir(folder);
+    uint32_t count = 0;
+    for (const struct dirent *file; files && (file = readdir(files));) count += file->d_name[0] != '.';
+    if (files) closedir(files);
+    return count;
+}
+
+static void pixels_are_there_only_once_they_are_asked_for(void **state) {
+    struct vw_scene *scene = open_in(*state, 0);
+    const uint32_t wanted[] = {5, 2, 5};
+    for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
+    assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // what is needed without pixels is known
+    assert_int_equal(vw_scene_decode(scene, wanted, 3), VW_OK);
+    for (uint32_t v = 0; v < PHOTOS; v++) assert_int_equal(scene->views[v].image.pixels != NULL, v == 2 || v == 5);
+    assert_int_equal(scene->source->decoded_count, 2);
+    void *pixels = scene->views[2].image.pixels;
+    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
+    assert_ptr_equal(scene->views[2].image.pixels, pixels);
+    assert_int_equal(scene->source->decoded_count, PHOTOS);
+    vw_scene_close(&scene);
+}
+
+static void the_file_has_the_pixels_that_memory_has(void **state) {
+    struct vw_scene *in_memory = open_in(*state, PHOTOS * PHOTO_BYTES),
+                    *in_file = open_in(*state, PHOTOS * PHOTO_BYTES - 1);
+    assert_null(in_memory->source->store.bytes);
+    assert_non_null(in_file->source->store.bytes);
+    assert_memory_equal(in_memory->hash, in_file->hash, VW_HASH_BYTES);
+    assert_int_equal(vw_scene_decode_all(in_memory), VW_OK);
+    assert_int_equal(vw_scene_decode_all(in_file), VW_OK);
+    for (uint32_t v = 0; v < PHOTOS; v++) {
+        const unsigned char *pixels = in_file->views[v].image.pixels, *first = in_file->source->store.bytes;
+        assert_true(pixels >= first && pixels + PHOTO_BYTES <= first + in_file->source->store.size_bytes);
+        assert_memory_equal(pixels, in_memory->views[v].image.pixels, PHOTO_BYTES);
+    }
+    assert_int_equal(count_files(temporary_path(*state, "cache/viewworth")), 0); // also while it is in use
+    vw_scene_close(&in_memory);
+    vw_scene_close(&in_file);
+}
+
+static void injected_corruption_replaces_pixels_of_the_file(void **state) {
+    struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
+    const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
+    assert_int_equal(vw_scene_open(&params, &corrupted), VW_OK);
+    assert_int_equal(vw_scene_decode_all(corrupted), VW_OK);
+    assert_int_equal(vw_scene_decode_all(plain), VW_OK);
+    uint32_t differ = 0;
+    for (uint32_t v = 0; v < PHOTOS; v++)
+        differ += memcmp(plain->views[v].image.pixels, corrupted->views[v].image.pixels, PHOTO_BYTES) != 0;
+    assert_int_equal(differ, 1);
+    vw_scene_close(&plain);
+    vw_scene_close(&corrupted);
+}
+
+static void a_disk_without_room_is_an_error(void **state) {
+    struct vw_scene *scene = NULL;
+    struct rlimit kept, least;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &kept), 0);
+    least = (struct rlimit){.rlim_cur = PHOTO_BYTES, .rlim_max = kept.rlim_max};
+    signal(SIGXFSZ, SIG_IGN);
+    vw_scene_set_memory(1);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &least), 0);
+    enum vw_status status = vw_scene_open(&(struct vw_scene_params){.path = *state}, &scene);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &kept), 0);
+    assert_int_equal(status, VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "cache/viewworth"));
+    assert_non_null(strstr(vw_error_message(), "--memory"));
+}
+
+static void another_file_than_was_hashed_is_refused(void **state) {
+    struct vw_scene *scene = open_in(*state, 0);
+    const uint32_t replaced = 3, intact = 4;
+    tiny_photo_write(temporary_path(*state, "images/03.png"), 11);
+    assert_int_equal(vw_scene_decode(scene, &intact, 1), VW_OK);
+    assert_int_equal(vw_scene_decode(scene, &replaced, 1), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "images/03.png: changed since the scene was opened"));
+    assert_null(scene->views[replaced].image.pixels);
+    tiny_photo_write(temporary_path(*state, "images/03.png"), 3); // restored
+    assert_int_equal(vw_scene_decode(scene, &replaced, 1), VW_OK);
+    vw_scene_close(&scene);
+}
+
+static void a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed(void **state) {
+    const char *path = temporary_path(*state, "images/03.png");
+    const uint32_t broken = 3;
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    assert_int_equal(vw_file_read(path, 1 << 20, &bytes, &size_bytes), VW_OK);
+    assert_int_equal(vw_file_write(path, bytes, size_bytes - 20), VW_OK);
+    free(bytes);
+    struct vw_scene *scene = open_in(*state, 1);
+    assert_int_equal(vw_scene_decode(scene, &broken, 1), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "cannot decode the image"));
+    vw_scene_close(&scene);
+}
+
+static void photos_with_alpha_are_decoded_at_once(void **state) {
+    const float clear[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0};
+    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear),
+                     VW_OK);
+    struct vw_scene *scene = open_in(*state, 1);
+    assert_true(scene->has_alpha);
+    assert_non_null(scene->views[1].image.pixels);
+    assert_null(scene->views[2].image.pixels);
+    vw_scene_close(&scene);
+}
+
+static void reading_pixels_that_are_not_there_ends_the_program(void **state) {
+    struct vw_scene *scene = open_in(*state, 0);
+    float rgba[4];
+    int result = 0;
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        signal(SIGABRT, SIG_DFL);
+        (void)!freopen("/dev/null", "w", stderr);
+        vw_image_pixel(&scene->views[0].image, 0, 0, rgba);
+        _exit(0);
+    }
+    assert_int_equal(waitpid(child, &result, 0), child);
+    assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGABRT);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_disk_without_room_is_an_error, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(another_file_than_was_hashed_is_refused, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_folder,
+                                        remove_folder),
+        cmocka_unit_test_setup_teardown(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(reading_pixels_that_are_not_there_ends_the_program, make_folder, remove_folder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
