@@ -221,3 +221,14 @@ char *vw_path_folder(const char *path) {
     if (slash == path) return vw_copy_text("/");
     return vw_format_text("%.*s", (int)(slash - path), path);
 }
+
+int vw_file_open_unnamed(const char *folder) {
+    int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return descriptor;
+    char *path = vw_path_join(folder, "unnamed-XXXXXX");
+    if (!path) return -1;
+    descriptor = mkostemp(path, O_CLOEXEC);
+    if (descriptor >= 0) unlink(path);
+    free(path);
+    return descriptor;
+}

@@ -22,6 +22,9 @@ enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
 // The same, but VW_ERROR_USAGE if `path` exists.
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes);
+// Opens a new file without a name in a folder, to be written and read; the caller closes it, which also removes it.
+// Where the file system has no such files it has a name for a moment. -1 with errno.
+int vw_file_open_unnamed(const char *folder);
 // Removes temporary files of the two functions above that a killed program has left in a folder. Only while no other
 // program writes there.
 void vw_folder_remove_leftovers(const char *path);

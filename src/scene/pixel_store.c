@@ -37,18 +37,6 @@ static char *choose_folder(void) {
     return vw_copy_text(temporary && *temporary == '/' ? temporary : "/tmp");
 }
 
-// A file without a name. Where the file system has no such files it has one for a moment.
-static int open_unnamed(const char *folder) {
-    int descriptor = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-    if (descriptor >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return descriptor;
-    char *path = vw_path_join(folder, "pixels-XXXXXX");
-    if (!path) return -1;
-    descriptor = mkostemp(path, O_CLOEXEC);
-    if (descriptor >= 0) unlink(path);
-    free(path);
-    return descriptor;
-}
-
 static int reserve(int descriptor, uint64_t size_bytes) {
     int error;
     do error = posix_fallocate(descriptor, 0, (off_t)size_bytes);
@@ -57,7 +45,8 @@ static int reserve(int descriptor, uint64_t size_bytes) {
 }
 
 static enum vw_status map_file(const char *folder, struct vw_pixel_store *store) {
-    int descriptor = open_unnamed(folder), error = descriptor < 0 ? errno : reserve(descriptor, store->size_bytes);
+    int descriptor = vw_file_open_unnamed(folder),
+        error = descriptor < 0 ? errno : reserve(descriptor, store->size_bytes);
     void *mapped = MAP_FAILED;
     if (!error) {
         mapped = mmap(NULL, store->size_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
