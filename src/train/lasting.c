@@ -11,17 +11,15 @@
 #include "base/memory.h"
 #include "train/hashed_file.h"
 #include "train/lasting_private.h"
-#include "train/pixels.h"
 
-enum { BATCH_STEPS_MAX = 64 };
 static const double ADVANCE_SECONDS = 0.5;
 
 // ---- States of U ----------------------------------------------------------------------------------------------------
 
 // The last epochs, in steps.
 static uint64_t state_span(const struct vw_lasting *lasting) {
-    uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->context->schedule->train_count;
-    return span < lasting->total_steps ? span : lasting->total_steps;
+    uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->replay.context->schedule->train_count;
+    return span < lasting->replay.total_steps ? span : lasting->replay.total_steps;
 }
 
 uint32_t lasting_state_count(const struct vw_lasting *lasting) {
@@ -31,48 +29,49 @@ uint32_t lasting_state_count(const struct vw_lasting *lasting) {
 
 // Steps are counted from the end: state i lies span * i / count steps before it.
 bool lasting_is_state(const struct vw_lasting *lasting, uint64_t step) {
-    uint64_t before_end = lasting->total_steps - step, span = state_span(lasting), count = lasting_state_count(lasting);
+    uint64_t before_end = lasting->replay.total_steps - step, span = state_span(lasting),
+             count = lasting_state_count(lasting);
     uint64_t state = (before_end * count + span - 1) / span;
     return state < count && state * span / count == before_end;
 }
 
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting) {
     uint64_t span = state_span(lasting), count = lasting_state_count(lasting);
-    return lasting->total_steps - (count - 1) * span / count;
+    return lasting->replay.total_steps - (count - 1) * span / count;
 }
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
 static uint64_t state_bytes(const struct vw_lasting *lasting) {
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
-    const struct buffer_list list = {buffers, step_training_state(lasting->context->step, buffers)};
+    const struct buffer_list list = {buffers, step_training_state(lasting->replay.context->step, buffers)};
     return buffer_list_bytes(&list);
 }
 
 static uint64_t kept_bytes(const struct vw_lasting *lasting, uint64_t segment_steps) {
-    uint64_t segments = (lasting->total_steps + segment_steps - 1) / segment_steps;
-    return segment_steps * kept_step_bytes(lasting->context->step) + segments * state_bytes(lasting);
+    uint64_t segments = (lasting->replay.total_steps + segment_steps - 1) / segment_steps;
+    return segment_steps * kept_step_bytes(lasting->replay.context->step) + segments * state_bytes(lasting);
 }
 
 static uint64_t default_memory_bytes(const struct vw_gpu *gpu) { return vw_gpu_get_info(gpu)->memory_bytes / 4; }
 
 static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
-    const struct field *field = lasting->context->field;
+    const struct field *field = lasting->replay.context->field;
     uint64_t blocks = vw_gpu_get_limits(field->gpu)->buffer_bytes / field->model->param_bytes;
     return blocks > 2 ? blocks - 1 : 1;
 }
 
 // Where a segment's steps and the states at the beginnings of all segments take the least memory.
 static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
-    double steps = (double)lasting->total_steps, state = (double)state_bytes(lasting);
-    uint64_t thriftiest = (uint64_t)ceil(sqrt(steps * state / (double)kept_step_bytes(lasting->context->step))),
+    double steps = (double)lasting->replay.total_steps, state = (double)state_bytes(lasting);
+    uint64_t thriftiest = (uint64_t)ceil(sqrt(steps * state / (double)kept_step_bytes(lasting->replay.context->step))),
              most = segment_steps_most(lasting);
     return thriftiest < most ? thriftiest : most;
 }
 
 // All steps in one segment where memory allows, or else the length that takes the least memory.
 static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memory_bytes) {
-    uint64_t steps = lasting->total_steps;
+    uint64_t steps = lasting->replay.total_steps;
     if (steps > segment_steps_most(lasting) || kept_bytes(lasting, steps) > memory_bytes)
         steps = thriftiest_steps(lasting);
     if (kept_bytes(lasting, steps) > memory_bytes)
@@ -82,7 +81,7 @@ static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memor
                        " MiB that it may take; value the scene with fewer epochs or a lower --log2-table",
                        kept_bytes(lasting, steps) >> 20, memory_bytes >> 20);
     lasting->segment_steps = steps;
-    lasting->segment_count = (uint32_t)((lasting->total_steps + steps - 1) / steps);
+    lasting->segment_count = (uint32_t)((lasting->replay.total_steps + steps - 1) / steps);
     return VW_OK;
 }
 
@@ -100,31 +99,24 @@ static void begin(struct vw_lasting *lasting, uint64_t next_step) {
 }
 
 static uint32_t count_measures(const struct vw_lasting *lasting, bool by_view) {
-    return SWEEP_OF_VIEWS + (by_view ? lasting->context->validation->view_count : 0);
+    return SWEEP_OF_VIEWS + (by_view ? lasting->replay.context->validation->view_count : 0);
 }
 
 static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
-    enum vw_status status = vw_trainer_create(params->training, &lasting->trainer);
+    enum vw_status status = step_replay_create(params->training, params->replayed, params->context, &lasting->replay);
     if (status != VW_OK) return status;
-    lasting->context = vw_trainer_context(lasting->trainer);
-    lasting->total_steps = vw_trainer_total_steps(lasting->trainer);
-    const struct schedule *schedule = lasting->context->schedule;
-    status = vw_scene_decode(lasting->context->scene, schedule->train_views, schedule->train_count);
-    if (status != VW_OK) return status;
-    uint32_t room = lasting->context->schedule->batch_steps_max, measures = count_measures(lasting, params->by_view);
+    uint32_t measures = count_measures(lasting, params->by_view);
     uint64_t memory_bytes =
-        params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->context->field->gpu);
-    lasting->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
-    lasting->sweep_steps = (lasting->batch_steps * SWEEP_OF_VIEWS + measures - 1) / measures;
+        params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->replay.context->field->gpu);
+    lasting->sweep_steps = (lasting->replay.batch_steps * SWEEP_OF_VIEWS + measures - 1) / measures;
     const struct sweep_params sweep = {.rays = params->rays,
                                        .batch_steps = lasting->sweep_steps,
                                        .by_view = params->by_view,
                                        .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
-    status = sweep_passes_create(lasting->context, &sweep, &lasting->sweep);
+    status = sweep_passes_create(lasting->replay.context, &sweep, &lasting->sweep);
     if (status == VW_OK) status = choose_segments(lasting, memory_bytes - sweep_views_bytes(&lasting->sweep));
     if (status == VW_OK)
-        status = kept_steps_create(lasting->context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
-    if (status == VW_OK) status = vw_batch_create(lasting->context->field->gpu, &lasting->batch);
+        status = kept_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
     if (status != VW_OK) return status;
     lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
     lasting->credits = vw_allocate(lasting->sweep_steps, sizeof *lasting->credits);
@@ -139,10 +131,8 @@ enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer) {
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {
     struct vw_lasting *lasting = vw_allocate(1, sizeof *lasting);
     if (!lasting) return VW_ERROR_MEMORY;
-    lasting->replayed = params->replayed;
-    lasting->replayed_context = params->context;
     enum vw_status status = create_parts(lasting, params);
-    if (status == VW_OK) begin(lasting, lasting->total_steps);
+    if (status == VW_OK) begin(lasting, lasting->replay.total_steps);
     if (status != VW_OK) vw_lasting_destroy(&lasting);
     else *out = lasting;
     return status;
@@ -151,11 +141,10 @@ enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct 
 void vw_lasting_destroy(struct vw_lasting **pointer) {
     struct vw_lasting *lasting = *pointer;
     if (!lasting) return;
-    vw_batch_destroy(&lasting->batch);
     for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) snapshot_destroy(&lasting->starts[i]);
     kept_steps_destroy(&lasting->kept);
     sweep_passes_destroy(&lasting->sweep);
-    vw_trainer_destroy(&lasting->trainer);
+    step_replay_destroy(&lasting->replay);
     free(lasting->starts);
     free(lasting->credits);
     free(lasting->view_psnr);
@@ -163,50 +152,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
     *pointer = NULL;
 }
 
-// ---- Batches --------------------------------------------------------------------------------------------------------
-
-uint32_t lasting_draw(const struct vw_lasting *lasting, uint64_t step, uint32_t index) {
-    const struct probe_context *context = lasting->context;
-    uint32_t rays = context->config->rays, view = schedule_view_of_step(context->schedule, step);
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
-    const struct pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, 0, 0};
-    pixels_draw(context->scene, view, &drawn, rays, pixels);
-    if (!context->masks) pixels_unmask(context->scene, pixels, rays);
-    return index * rays;
-}
-
-uint32_t lasting_row(const struct vw_lasting *lasting, uint32_t index) {
-    return index * validation_rows_per_measurement(lasting->context->validation);
-}
-
-enum vw_status lasting_run_batch(const struct vw_lasting *lasting) {
-    enum vw_status status = vw_batch_submit(lasting->batch);
-    return status == VW_OK ? vw_batch_wait(lasting->batch) : status;
-}
-
 // ---- Replay ---------------------------------------------------------------------------------------------------------
-
-static enum vw_status tell_replayed(const struct vw_lasting *lasting, uint64_t first_step, uint32_t count) {
-    const struct probe_context *context = lasting->context;
-    const vw_float4 *rows = vw_buffer_map(context->scalars);
-    for (uint32_t i = 0; i < count; i++) {
-        const vw_float4 *row = rows + lasting_row(lasting, i);
-        uint64_t step = first_step + i;
-        struct vw_step_record record = {.step = step,
-                                        .epoch = schedule_epoch_of_step(context->schedule, step),
-                                        .view = schedule_view_of_step(context->schedule, step),
-                                        .train_loss = ((double)row->x + row->y) / context->config->rays,
-                                        .nonfinite = row->z != 0.0f,
-                                        .clamped_count = (uint64_t)row->w,
-                                        .val_psnr = NAN,
-                                        .val_psnr_pooled = NAN,
-                                        .val_l1 = NAN};
-        if (!isfinite(record.train_loss)) record.train_loss = NAN;
-        enum vw_status status = lasting->replayed(lasting->replayed_context, &record);
-        if (status != VW_OK) return status;
-    }
-    return VW_OK;
-}
 
 // The place of a step within the kept segment, or UINT32_MAX.
 static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
@@ -217,30 +163,31 @@ static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
 static enum vw_status save_start(struct vw_lasting *lasting, uint64_t step) {
     struct snapshot *start = &lasting->starts[(step - 1) / lasting->segment_steps];
     if ((step - 1) % lasting->segment_steps != 0 || start->count) return VW_OK;
-    enum vw_status status = snapshot_create(lasting->context->step, start);
-    if (status == VW_OK) snapshot_record_save(start, lasting->batch);
+    enum vw_status status = snapshot_create(lasting->replay.context->step, start);
+    if (status == VW_OK) snapshot_record_save(start, lasting->replay.batch);
     return status;
 }
 
 // A step of the first replay is told; one of a later replay was.
 static enum vw_status replay_batch(struct vw_lasting *lasting) {
     uint64_t first = lasting->state_step + 1, left = lasting->until_step - lasting->state_step;
-    uint32_t count = left < lasting->batch_steps ? (uint32_t)left : lasting->batch_steps;
+    uint32_t count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
     bool known = lasting->segment + 1 < lasting->segment_count && lasting->starts[lasting->segment + 1].count;
     enum vw_status status = VW_OK;
-    vw_batch_begin(lasting->batch);
+    vw_batch_begin(lasting->replay.batch);
     for (uint32_t i = 0; i < count && status == VW_OK; i++) {
-        uint32_t pixel = lasting_draw(lasting, first + i, i), place = place_of(lasting, first + i);
+        uint32_t pixel = step_replay_draw(&lasting->replay, first + i, i), place = place_of(lasting, first + i);
         status = save_start(lasting, first + i);
         if (place == UINT32_MAX)
-            step_record(lasting->context->step, lasting->batch, first + i, pixel, lasting_row(lasting, i));
+            step_record(lasting->replay.context->step, lasting->replay.batch, first + i, pixel,
+                        step_replay_row(&lasting->replay, i));
         else
-            sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->batch, first + i, pixel,
-                                   lasting_row(lasting, i), place);
+            sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, first + i, pixel,
+                                   step_replay_row(&lasting->replay, i), place);
     }
-    enum vw_status ran = lasting_run_batch(lasting);
+    enum vw_status ran = step_replay_run(&lasting->replay);
     if (status == VW_OK) status = ran;
-    if (status == VW_OK && lasting->replayed && !known) status = tell_replayed(lasting, first, count);
+    if (status == VW_OK && !known) status = step_replay_tell(&lasting->replay, first, count);
     lasting->state_step += count;
     lasting->work_done += count;
     lasting->replaying = lasting->state_step < lasting->until_step;
@@ -252,9 +199,9 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
     lasting->state_step = segment * lasting->segment_steps;
     lasting->until_step = lasting->state_step + lasting->segment_steps;
     lasting->replaying = true;
-    vw_batch_begin(lasting->batch);
-    snapshot_record_restore(&lasting->starts[segment], lasting->batch);
-    return lasting_run_batch(lasting);
+    vw_batch_begin(lasting->replay.batch);
+    snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    return step_replay_run(&lasting->replay);
 }
 
 // ---- Sweep ----------------------------------------------------------------------------------------------------------
@@ -279,7 +226,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
                                              .view_psnr = views ? view_psnr : NULL,
                                              .size_psnr = psnr->z,
                                              .size_loss = loss->z};
-        credit->view = schedule_view_of_step(lasting->context->schedule, credit->step);
+        credit->view = schedule_view_of_step(lasting->replay.context->schedule, credit->step);
         double of_views = read_views(lasting, rows, view_psnr);
         if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
@@ -300,16 +247,16 @@ static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_o
     uint32_t count = left < lasting->sweep_steps ? (uint32_t)left : lasting->sweep_steps,
              states = lasting_state_count(lasting);
     const struct step_blocks *blocks = &lasting->sweep.blocks;
-    vw_batch_begin(lasting->batch);
+    vw_batch_begin(lasting->replay.batch);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t step = lasting->next_step - i;
-        uint32_t pixel = lasting_draw(lasting, step, i);
-        kept_steps_record_load(&lasting->kept, lasting->batch, place_of(lasting, step), blocks);
+        uint32_t pixel = step_replay_draw(&lasting->replay, step, i);
+        kept_steps_record_load(&lasting->kept, lasting->replay.batch, place_of(lasting, step), blocks);
         if (lasting_is_state(lasting, step))
-            sweep_record_state(&lasting->sweep, lasting->batch, lasting_row(lasting, i), states);
-        sweep_record_step(&lasting->sweep, lasting->batch, step, pixel, i * lasting->sweep.measure_count);
+            sweep_record_state(&lasting->sweep, lasting->replay.batch, step_replay_row(&lasting->replay, i), states);
+        sweep_record_step(&lasting->sweep, lasting->replay.batch, step, pixel, i * lasting->sweep.measure_count);
     }
-    enum vw_status status = lasting_run_batch(lasting);
+    enum vw_status status = step_replay_run(&lasting->replay);
     if (status == VW_OK) status = read_credits(lasting, count);
     if (status != VW_OK) return status;
     *handed_out = count;
@@ -362,12 +309,12 @@ static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct buf
 static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_step, char **text) {
     uint8_t run_id[VW_HASH_BYTES];
     char hex[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_trainer_run_id(lasting->trainer, run_id);
+    enum vw_status status = vw_trainer_run_id(lasting->replay.trainer, run_id);
     if (status != VW_OK) return status;
     vw_hash_to_hex(run_id, hex);
     *text = vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64
                            ",\"rays\":%u,\"states\":%u,\"views\":%u,\"next_step\":%" PRIu64 "}",
-                           hex, lasting->total_steps, lasting->sweep.rays, lasting_state_count(lasting),
+                           hex, lasting->replay.total_steps, lasting->sweep.rays, lasting_state_count(lasting),
                            lasting->sweep.measure_count - SWEEP_OF_VIEWS, next_step);
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
@@ -389,7 +336,7 @@ static enum vw_status check_description(const struct vw_lasting *lasting, const 
     char *expected = NULL;
     json_t *object = vw_json_load(text, strlen(text), 0, NULL);
     bool known = object && json_unpack(object, "{s:I}", "next_step", &saved) == 0 && saved > 0 &&
-                 (uint64_t)saved <= lasting->total_steps;
+                 (uint64_t)saved <= lasting->replay.total_steps;
     json_decref(object);
     if (!known) return vw_fail(VW_ERROR_INPUT, "%s: does not say which step it holds; %s", path, remedy);
     enum vw_status status = describe(lasting, (uint64_t)saved, &expected);

@@ -6,7 +6,7 @@
 #ifndef VIEWWORTH_TRAIN_LASTING_H
 #define VIEWWORTH_TRAIN_LASTING_H
 
-#include "train/trainer.h"
+#include "train/step_replay.h"
 
 enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many states, evenly spread over the last epochs
 
@@ -14,10 +14,8 @@ struct vw_lasting_params {
     const struct vw_trainer_params *training; // of the run; `validate` set; borrowed until vw_lasting_create returns
     uint32_t rays;                            // of each step that the product takes; 0: all (--lasting-rays)
     bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a sweep
-    uint64_t memory_bytes; // for what is kept on the device; 0: chosen by it. Changes no bit
-    // Called with every step's record as it is replayed (train_loss, nonfinite; not validated), first to last: the
-    // caller compares it with what is recorded. What it returns, unless VW_OK, ends the sweep. NULL: not called.
-    enum vw_status (*replayed)(void *context, const struct vw_step_record *record);
+    uint64_t memory_bytes;      // for what is kept on the device; 0: chosen by it. Changes no bit
+    vw_step_replayed *replayed; // NULL: not called
     void *context;
 };
 

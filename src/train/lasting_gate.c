@@ -11,28 +11,29 @@ struct outcome {
 // Takes the steps behind `from_step` from the state on the device, those on `view` longer by `extra`.
 static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_step, uint32_t view, float extra,
                               struct outcome *outcome) {
-    const struct probe_context *context = lasting->context;
+    const struct probe_context *context = lasting->replay.context;
     const vw_float4 *rows = vw_buffer_map(context->scalars);
     uint32_t states = lasting_state_count(lasting), count = 0;
     enum vw_status status = VW_OK;
     *outcome = (struct outcome){0};
-    for (uint64_t first = from_step + 1; first <= lasting->total_steps && status == VW_OK; first += count) {
-        uint64_t left = lasting->total_steps - first + 1;
-        count = left < lasting->batch_steps ? (uint32_t)left : lasting->batch_steps;
-        vw_batch_begin(lasting->batch);
+    for (uint64_t first = from_step + 1; first <= lasting->replay.total_steps && status == VW_OK; first += count) {
+        uint64_t left = lasting->replay.total_steps - first + 1;
+        count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
+        vw_batch_begin(lasting->replay.batch);
         for (uint32_t i = 0; i < count; i++) {
             uint64_t step = first + i;
             bool scaled = schedule_view_of_step(context->schedule, step) == view;
-            step_record_gradients(context->step, lasting->batch, step, lasting_draw(lasting, step, i));
-            step_record_update(context->step, lasting->batch, step, scaled ? extra : 0.0f);
+            step_record_gradients(context->step, lasting->replay.batch, step,
+                                  step_replay_draw(&lasting->replay, step, i));
+            step_record_update(context->step, lasting->replay.batch, step, scaled ? extra : 0.0f);
             if (lasting_is_state(lasting, step))
-                validation_record(context->validation, lasting->batch, lasting_row(lasting, i));
+                validation_record(context->validation, lasting->replay.batch, step_replay_row(&lasting->replay, i));
         }
-        status = lasting_run_batch(lasting);
+        status = step_replay_run(&lasting->replay);
         for (uint32_t i = 0; i < count && status == VW_OK; i++) {
             if (!lasting_is_state(lasting, first + i)) continue;
             const struct measurement measured =
-                validation_read(context->validation, rows + lasting_row(lasting, i), NULL);
+                validation_read(context->validation, rows + step_replay_row(&lasting->replay, i), NULL);
             outcome->psnr += (measured.finite ? measured.val_psnr : NAN) / states;
             outcome->loss -= (measured.finite ? measured.val_l1 : NAN) / states;
         }
@@ -41,29 +42,30 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
 }
 
 static enum vw_status restore(const struct vw_lasting *lasting, const struct snapshot *state) {
-    vw_batch_begin(lasting->batch);
-    snapshot_record_restore(state, lasting->batch);
-    return lasting_run_batch(lasting);
+    vw_batch_begin(lasting->replay.batch);
+    snapshot_record_restore(state, lasting->replay.batch);
+    return step_replay_run(&lasting->replay);
 }
 
 // Brings the device into the state behind `from_step`, and keeps it.
 static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct snapshot *state) {
-    const struct probe_context *context = lasting->context;
+    const struct probe_context *context = lasting->replay.context;
     uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;
     enum vw_status status = restore(lasting, &lasting->starts[step / lasting->segment_steps]);
     while (step < from_step && status == VW_OK) {
-        vw_batch_begin(lasting->batch);
-        for (uint32_t i = 0; i < lasting->batch_steps && step < from_step; i++) {
+        vw_batch_begin(lasting->replay.batch);
+        for (uint32_t i = 0; i < lasting->replay.batch_steps && step < from_step; i++) {
             step++;
-            step_record(context->step, lasting->batch, step, lasting_draw(lasting, step, i), lasting_row(lasting, i));
+            step_record(context->step, lasting->replay.batch, step, step_replay_draw(&lasting->replay, step, i),
+                        step_replay_row(&lasting->replay, i));
         }
-        status = lasting_run_batch(lasting);
+        status = step_replay_run(&lasting->replay);
     }
     if (status == VW_OK) status = snapshot_create(context->step, state);
     if (status != VW_OK) return status;
-    vw_batch_begin(lasting->batch);
-    snapshot_record_save(state, lasting->batch);
-    return lasting_run_batch(lasting);
+    vw_batch_begin(lasting->replay.batch);
+    snapshot_record_save(state, lasting->replay.batch);
+    return step_replay_run(&lasting->replay);
 }
 
 static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_step, const struct snapshot *state,
@@ -81,7 +83,7 @@ static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_st
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
                                   uint32_t count) {
     struct snapshot state = {0};
-    if (lasting->context->config->beta1 > 0)
+    if (lasting->replay.context->config->beta1 > 0)
         return vw_fail(VW_ERROR_USAGE,
                        "the gate scales steps, which with momentum belong to several photos; use --no-gate");
     if (lasting->next_step != 0 || from_step >= vw_lasting_first_state(lasting))

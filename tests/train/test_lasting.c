@@ -148,12 +148,12 @@ static float *read_floats(struct vw_buffer *buffer, uint64_t offset_bytes, uint6
 // that was kept last, of params and moments in one range of the block.
 static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const struct param_range *range,
                         struct vw_buffer *moments, float extra) {
-    uint64_t block = lasting->context->field->model->param_bytes, first = range->offset_bytes,
+    uint64_t block = lasting->replay.context->field->model->param_bytes, first = range->offset_bytes,
              floats = range->size_bytes / 4;
-    double own = 1.0 - lasting->context->config->beta1;
+    double own = 1.0 - lasting->replay.context->config->beta1;
     float *before = read_floats(lasting->kept.params, block * place + first, floats),
           *gradient = read_floats(lasting->kept.gradients, block * place + first, floats),
-          *after = read_floats(lasting->context->field->params, first, floats),
+          *after = read_floats(lasting->replay.context->field->params, first, floats),
           *moment = read_floats(moments, 0, floats);
     for (uint64_t i = 0; i < floats; i++) {
         double nudge = extra * own * gradient[i],
@@ -161,7 +161,7 @@ static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const 
         after[i] = (float)(after[i] - rate * nudge);
         moment[i] = (float)(moment[i] + nudge);
     }
-    ASSERT_OK(vw_buffer_write(lasting->context->field->params, first, after, 4 * floats));
+    ASSERT_OK(vw_buffer_write(lasting->replay.context->field->params, first, after, 4 * floats));
     ASSERT_OK(vw_buffer_write(moments, 0, moment, 4 * floats));
     free(before);
     free(gradient);
@@ -170,7 +170,7 @@ static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const 
 }
 
 static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra) {
-    const struct step_passes *step = lasting->context->step;
+    const struct step_passes *step = lasting->replay.context->step;
     const struct model *model = step->field->model;
     const struct param_range moved = {.offset_bytes = model->weights.offset_bytes,
                                       .size_bytes = 16ull * model->moved_columns};
@@ -180,40 +180,43 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
 
 // U in dB after a training in which the gradient of step `scaled` is longer by `extra`, from the segment's beginning.
 static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float extra) {
-    const struct probe_context *context = lasting->context;
+    const struct probe_context *context = lasting->replay.context;
     uint64_t segment = (scaled - 1) / lasting->segment_steps;
     bool momentum = context->config->beta1 > 0;
     double psnr = 0.0;
-    vw_batch_begin(lasting->batch);
-    snapshot_record_restore(&lasting->starts[segment], lasting->batch);
-    ASSERT_OK(lasting_run_batch(lasting));
-    for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->total_steps;
+    vw_batch_begin(lasting->replay.batch);
+    snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    ASSERT_OK(step_replay_run(&lasting->replay));
+    for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->replay.total_steps;
          first = step) {
         bool nudged = false; // ends a batch: the host has to touch the state behind that step
-        vw_batch_begin(lasting->batch);
-        for (; step <= lasting->total_steps && step - first < lasting->batch_steps && !nudged; step++) {
-            uint32_t place = (uint32_t)(step - first), pixel = lasting_draw(lasting, step, place),
-                     row = lasting_row(lasting, place);
+        vw_batch_begin(lasting->replay.batch);
+        for (; step <= lasting->replay.total_steps && step - first < lasting->replay.batch_steps && !nudged; step++) {
+            uint32_t place = (uint32_t)(step - first), pixel = step_replay_draw(&lasting->replay, step, place),
+                     row = step_replay_row(&lasting->replay, place);
             nudged = momentum && step == scaled;
-            if (nudged) sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->batch, step, pixel, row, 0);
+            if (nudged)
+                sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, step, pixel, row, 0);
             else {
-                step_record_gradients(context->step, lasting->batch, step, pixel);
-                step_record_update(context->step, lasting->batch, step, step == scaled ? extra : 0.0f);
+                step_record_gradients(context->step, lasting->replay.batch, step, pixel);
+                step_record_update(context->step, lasting->replay.batch, step, step == scaled ? extra : 0.0f);
             }
-            if (lasting_is_state(lasting, step) && !nudged) validation_record(context->validation, lasting->batch, row);
+            if (lasting_is_state(lasting, step) && !nudged)
+                validation_record(context->validation, lasting->replay.batch, row);
         }
-        ASSERT_OK(lasting_run_batch(lasting));
+        ASSERT_OK(step_replay_run(&lasting->replay));
         const vw_float4 *rows = vw_buffer_map(context->scalars);
         for (uint64_t i = first; i < step; i++)
             if (lasting_is_state(lasting, i) && !(nudged && i == scaled))
-                psnr += validation_read(context->validation, rows + lasting_row(lasting, (uint32_t)(i - first)), NULL)
+                psnr += validation_read(context->validation,
+                                        rows + step_replay_row(&lasting->replay, (uint32_t)(i - first)), NULL)
                             .val_psnr;
         if (!nudged) continue;
         nudge(lasting, 0, extra);
         if (!lasting_is_state(lasting, scaled)) continue;
-        vw_batch_begin(lasting->batch);
-        validation_record(context->validation, lasting->batch, 0);
-        ASSERT_OK(lasting_run_batch(lasting));
+        vw_batch_begin(lasting->replay.batch);
+        validation_record(context->validation, lasting->replay.batch, 0);
+        ASSERT_OK(step_replay_run(&lasting->replay));
         psnr += validation_read(context->validation, rows, NULL).val_psnr;
     }
     return psnr / lasting_state_count(lasting);
@@ -253,7 +256,7 @@ static void a_step_says_what_it_leaves(void **state) {
         struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, cases[i].memory_bytes, NULL);
         sweep(lasting, credits);
         for (uint32_t k = 0; k < CHECKED; k++) {
-            uint64_t step = lasting->total_steps - 2 * k;
+            uint64_t step = lasting->replay.total_steps - 2 * k;
             predicted[k] = credits[step].psnr;
             measured[k] = (retrain_psnr(lasting, step, 0.1f) - retrain_psnr(lasting, step, -0.1f)) / 0.2;
         }
@@ -319,7 +322,7 @@ static bool sweep_views(const struct vw_scene *scene, const struct vw_config *co
     const struct vw_lasting_credit *credits;
     uint32_t count, batches = 0;
     struct vw_lasting *lasting = open_lasting(scene, config, 0, true, memory_bytes, NULL);
-    assert_int_equal(lasting->context->validation->view_count, VIEWS);
+    assert_int_equal(lasting->replay.context->validation->view_count, VIEWS);
     for (bool done = false; !done;) {
         ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
         for (uint32_t i = 0; i < count; i++) {

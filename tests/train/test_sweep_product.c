@@ -142,8 +142,8 @@ static double (*places_of(const struct probe_context *context, uint32_t first, u
 
 // One step back from a random adjoint: what it added against the reference.
 static void check_step(struct vw_lasting *lasting, const char *where) {
-    const struct model *model = lasting->context->field->model;
-    const struct step_passes *step = lasting->context->step;
+    const struct model *model = lasting->replay.context->field->model;
+    const struct step_passes *step = lasting->replay.context->step;
     const struct adjoint_blocks *adjoint =
         &lasting->sweep.kept[lasting->sweep.measure_count - 1]; // whose direction is left
     uint64_t count = model->param_bytes / 4;
@@ -151,11 +151,12 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     struct test_random random = {.seed = 3};
     for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
     ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
-    uint32_t pixel = lasting_draw(lasting, STEP, 0), view = schedule_view_of_step(lasting->context->schedule, STEP);
-    vw_batch_begin(lasting->batch);
-    kept_steps_record_load(&lasting->kept, lasting->batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    sweep_record_step(&lasting->sweep, lasting->batch, STEP, pixel, 0);
-    ASSERT_OK(lasting_run_batch(lasting));
+    uint32_t pixel = step_replay_draw(&lasting->replay, STEP, 0),
+             view = schedule_view_of_step(lasting->replay.context->schedule, STEP);
+    vw_batch_begin(lasting->replay.batch);
+    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    sweep_record_step(&lasting->sweep, lasting->replay.batch, STEP, pixel, 0);
+    ASSERT_OK(step_replay_run(&lasting->replay));
     float *before = read_all(lasting->sweep.blocks.before), *after = read_all(lasting->sweep.blocks.after),
           *gradient = read_all(lasting->sweep.blocks.gradient), *direction = read_all(lasting->sweep.direction),
           *moved = read_all(adjoint->lambda);
@@ -171,11 +172,11 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
     const struct vw_push_rays push = {
         .first_pixel = pixel, .ray_count = lasting->sweep.rays, .key = model_key_of_step(model, STEP)};
-    vw_batch_begin(lasting->batch);
-    vw_batch_dispatch(lasting->batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
-    ASSERT_OK(lasting_run_batch(lasting));
+    vw_batch_begin(lasting->replay.batch);
+    vw_batch_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
+    ASSERT_OK(step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
-    double(*places)[2] = places_of(lasting->context, pixel, view, lasting->sweep.rays);
+    double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->sweep.rays);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
                                                          samples_placed(step->places), lasting->sweep.rays, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
@@ -251,17 +252,17 @@ static void slope_range(const struct score_case *score, double (*colours)[3], ui
 
 // Of the last state's share of 1 / `states`, from an adjoint of 0.
 static void check_score_gradient(struct vw_lasting *lasting, const char *where, uint32_t measure) {
-    const struct validation *validation = lasting->context->validation;
-    const struct model *model = lasting->context->field->model;
+    const struct validation *validation = lasting->replay.context->validation;
+    const struct model *model = lasting->replay.context->field->model;
     const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
     uint64_t count = model->param_bytes / 4;
     float *zero = vw_allocate(count, sizeof *zero);
     for (uint32_t i = 0; i < lasting->sweep.measure_count; i++)
         ASSERT_OK(vw_buffer_write(lasting->sweep.kept[i].lambda, 0, zero, model->param_bytes));
-    vw_batch_begin(lasting->batch);
-    kept_steps_record_load(&lasting->kept, lasting->batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    sweep_record_state(&lasting->sweep, lasting->batch, 0, states);
-    ASSERT_OK(lasting_run_batch(lasting));
+    vw_batch_begin(lasting->replay.batch);
+    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    sweep_record_state(&lasting->sweep, lasting->replay.batch, 0, states);
+    ASSERT_OK(step_replay_run(&lasting->replay));
     float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.kept[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);
     struct vw_ray_range *scored = read_all(validation->ranges),
