@@ -225,7 +225,7 @@ VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment behind the step, onl
 VW_ENUM(VW_SLOT_ADJOINT, 51)         // block: lambda
 VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments, only with momentum
 VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
-VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint
+VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
 VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
 VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
@@ -484,6 +484,10 @@ struct vw_push_block {       // direct_adjoint, perturb_params
     vw_uint count;           // vec4 of a block
     float sign;              // perturb_params: to which side
 };
+struct vw_push_product {     // multiply_blocks
+    vw_uint count;           // vec4 of a block
+    vw_uint by_gradient;     // 1: the adjoint times the step's gradient, 0: times what the step moved
+};
 struct vw_push_difference {  // difference_rays
     vw_uint first_ray, ray_count; // as of vw_push_samples
     vw_uint4 key;
@@ -528,7 +532,7 @@ VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the 
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
-VW_ENUM(VW_SWEEP_GROUPS, 128)    // workgroups of direct_adjoint, whose partial sums reduce_adjoint adds
+VW_ENUM(VW_SWEEP_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip

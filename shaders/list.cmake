@@ -60,6 +60,7 @@ viewworth_add_shader(update_weights)
 viewworth_add_shader(slope_views) # the rest of the backward sweep of lasting credit
 viewworth_add_shader(direct_adjoint)
 viewworth_add_shader(reduce_adjoint)
+viewworth_add_shader(multiply_blocks)
 viewworth_add_shader(perturb_params)
 viewworth_add_shader(difference_rays)
 viewworth_add_shader(difference_rays VARIANT effects DEFINE VW_RAY_EFFECTS)

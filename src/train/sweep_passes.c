@@ -1,5 +1,6 @@
 #include "train/sweep_passes.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -191,6 +192,18 @@ static enum vw_status create_adjoint(const struct sweep_passes *sweep, struct ad
                            : status;
 }
 
+static enum vw_status create_multiply(struct sweep_passes *sweep) {
+    const struct vw_binding bindings[] = {
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
+        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
+        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = sweep->blocks.gradient},
+        {.slot = VW_SLOT_ADJOINT, .buffer = sweep->adjoint.blocks.lambda},
+        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
+    };
+    return create_pass(sweep, &vw_shader_multiply_blocks, &model_of(sweep)->specialization, bindings,
+                       VW_ARRAY_COUNT(bindings), &sweep->multiply);
+}
+
 // Passes over a step's rays and the block of all params.
 static enum vw_status create_step_passes(struct sweep_passes *sweep) {
     const struct model *model = model_of(sweep);
@@ -273,7 +286,7 @@ enum vw_status sweep_passes_create(const struct probe_context *context, const st
     uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
     *sweep = (struct sweep_passes){.context = context,
                                    .rays = params->rays && params->rays < of_step ? params->rays : of_step,
-                                   .measure_count = SWEEP_OF_VIEWS + views};
+                                   .measure_count = params->psnr_alone ? 1 : SWEEP_OF_VIEWS + views};
     sweep->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     sweep->padded_rays = model_pad_rays(context->field->model, sweep->rays);
     enum vw_status status = sweep_passes_check(context);
@@ -284,6 +297,7 @@ enum vw_status sweep_passes_create(const struct probe_context *context, const st
     if (status == VW_OK) status = create_view_passes(sweep);
     if (status == VW_OK) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
     if (status == VW_OK) status = create_adjoint(sweep, &sweep->adjoint);
+    if (status == VW_OK) status = create_multiply(sweep);
     if (status != VW_OK) sweep_passes_destroy(sweep);
     return status;
 }
@@ -311,8 +325,8 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     gradient_destroy(&sweep->product);
     gradient_destroy(&sweep->validation);
     field_passes_destroy(&sweep->forward);
-    struct vw_pass **passes[] = {&sweep->perturb,        &sweep->difference,  &sweep->reduce,
-                                 &sweep->normalise_step, &sweep->slope_views, &sweep->normalise_views};
+    struct vw_pass **passes[] = {&sweep->perturb,     &sweep->difference,      &sweep->reduce,  &sweep->normalise_step,
+                                 &sweep->slope_views, &sweep->normalise_views, &sweep->multiply};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     struct vw_buffer **buffers[] = {&sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient,
                                     &sweep->blocks.moment, &sweep->direction,    &sweep->sums,
@@ -327,9 +341,7 @@ uint64_t sweep_views_bytes(const struct sweep_passes *sweep) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Without those of visibility and of a coarse network, which the sweep holds fixed: their adjoint and their part of
-// gradients stay 0. The mask and the places of samples do not follow what a step moved.
-static uint32_t moved_columns(const struct model *model) {
+uint32_t sweep_moved_columns(const struct model *model) {
     uint64_t held_bytes = model->coarse.size_bytes + model->visibility.size_bytes;
     return model->moved_columns - (uint32_t)(held_bytes / sizeof(vw_float4));
 }
@@ -343,7 +355,7 @@ static void record_gather(const struct sweep_passes *sweep, const struct gathere
         push.count = model->windows[i].pair_count;
         vw_batch_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
     }
-    push.count = moved_columns(model);
+    push.count = sweep_moved_columns(model);
     vw_batch_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
     if (gathered->photo && photos) vw_batch_dispatch(batch, gathered->photo, &push, sizeof push, 1);
@@ -360,6 +372,18 @@ void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_
     step_record_update(step, batch, number, 0);
     step_record_loss(step, batch, scalar_row);
     kept_steps_record_after(kept, batch, place);
+}
+
+void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row) {
+    const struct step_passes *step = sweep->context->step;
+    uint64_t bytes = model_of(sweep)->param_bytes;
+    vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.before, 0, bytes);
+    step_record_gradients(step, batch, number, first_pixel);
+    record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
+    step_record_update(step, batch, number, 0);
+    step_record_loss(step, batch, scalar_row);
+    vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.after, 0, bytes);
 }
 
 static void record_copy(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint_blocks *from,
@@ -416,6 +440,10 @@ void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch
     }
 }
 
+static uint32_t block_vectors(const struct sweep_passes *sweep) {
+    return (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
+}
+
 // Where the step had its samples: by the params before it.
 static void record_places(const struct sweep_passes *sweep, struct vw_batch *batch, vw_uint4 key) {
     const struct step_passes *step = sweep->context->step;
@@ -433,7 +461,7 @@ static void record_places(const struct sweep_passes *sweep, struct vw_batch *bat
 // The slopes of a step's rays: J direction by differences, times the loss's curvature.
 static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
     const struct step_passes *step = sweep->context->step;
-    uint32_t block4 = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
+    uint32_t block4 = block_vectors(sweep);
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
         vw_batch_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
@@ -454,15 +482,9 @@ static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *bat
     vw_batch_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
 }
 
-static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays,
-                           uint32_t row) {
-    const struct adjoint *adjoint = &sweep->adjoint;
+// Adds the curvature's product with the direction to the adjoint. The rays are made.
+static void record_product(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
     const struct step_passes *step = sweep->context->step;
-    const struct vw_push_block block = {.count = (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4))};
-    const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
-    vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
-    vw_batch_dispatch(batch, adjoint->direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
-    vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
     record_places(sweep, batch, rays->key);
     record_slopes(sweep, batch, rays);
     record_restore(sweep, batch, sweep->blocks.before);
@@ -472,7 +494,22 @@ static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *ba
         gradient_record_chunk(step, &sweep->product, batch, &chunk);
     }
     gradient_record_sky(&sweep->product, batch, sweep->padded_rays);
-    record_gather(sweep, &adjoint->sum, batch, true, true, sweep->padded_rays);
+    record_gather(sweep, &sweep->adjoint.sum, batch, true, true, sweep->padded_rays);
+}
+
+static void record_reduce(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t row) {
+    const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
+    vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
+}
+
+static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays,
+                           uint32_t row) {
+    const struct step_passes *step = sweep->context->step;
+    const struct vw_push_block block = {.count = block_vectors(sweep)};
+    vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_batch_dispatch(batch, sweep->adjoint.direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
+    record_reduce(sweep, batch, row);
+    record_product(sweep, batch, rays);
 }
 
 void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
@@ -484,4 +521,36 @@ void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch,
         record_adjoint(sweep, batch, &rays, row + i);
         record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
     }
+}
+
+void sweep_record_multiply(const struct sweep_passes *sweep, struct vw_batch *batch, bool by_gradient, uint32_t row) {
+    const struct vw_push_product push = {.count = block_vectors(sweep), .by_gradient = by_gradient};
+    vw_batch_dispatch(batch, sweep->multiply, &push, sizeof push, 64ull * VW_SWEEP_GROUPS);
+    record_reduce(sweep, batch, row);
+}
+
+// Colours are taken as far ahead and behind as reduce_adjoint says for directions of its own.
+enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float *direction) {
+    uint64_t bytes = model_of(sweep)->param_bytes;
+    float *before = vw_allocate(bytes, 1);
+    if (!before) return VW_ERROR_MEMORY;
+    double size = 0.0, along = 0.0;
+    enum vw_status status = vw_buffer_read(sweep->blocks.before, 0, before, bytes);
+    for (uint64_t i = 0; i < bytes / sizeof *before; i++) {
+        size += (double)before[i] * before[i];
+        along += (double)direction[i] * direction[i];
+    }
+    free(before);
+    const struct vw_sweep_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
+    if (status == VW_OK) status = vw_buffer_write(sweep->state, 0, &state, sizeof state);
+    return status == VW_OK ? vw_buffer_write(sweep->direction, 0, direction, bytes) : status;
+}
+
+void sweep_record_curvature(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                            uint32_t first_pixel) {
+    const struct step_passes *step = sweep->context->step;
+    const struct vw_push_rays rays = {
+        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = model_key_of_step(model_of(sweep), number)};
+    vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    record_product(sweep, batch, &rays);
 }

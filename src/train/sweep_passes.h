@@ -44,6 +44,7 @@ struct sweep_passes {
     struct field_passes forward;                // of colours ahead and behind: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
+    struct vw_pass *multiply;      // the adjoint with a step
     struct gathered step_gradient; // writes blocks.gradient
     struct adjoint adjoint;
     struct adjoint_blocks *kept; // owned; by measure
@@ -54,7 +55,8 @@ struct sweep_passes {
 struct sweep_params {
     uint32_t rays;        // of each step that the product takes, at most the step's; 0: all
     uint32_t batch_steps; // rows for so many
-    bool by_view;         // also the PSNR of each validation view by itself
+    bool psnr_alone;      // no other measure than validation PSNR
+    bool by_view;         // also the PSNR of each validation view by itself; without psnr_alone
     // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
@@ -64,6 +66,10 @@ enum vw_status sweep_passes_check(const struct probe_context *context);
 // Checks that first.
 enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
                                    struct sweep_passes *sweep);
+// Of the columns that the optimiser moves, those at the beginning that the sweep goes back to: not those of visibility
+// and of a coarse network, which it holds fixed. Their adjoint and their part of gradients stay 0: the mask and the
+// places of samples do not follow what a step moved.
+uint32_t sweep_moved_columns(const struct model *model);
 // What the adjoints of single views take of the device.
 uint64_t sweep_views_bytes(const struct sweep_passes *sweep);
 void sweep_passes_destroy(struct sweep_passes *sweep);
@@ -73,11 +79,25 @@ void sweep_passes_destroy(struct sweep_passes *sweep);
 void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
                             uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place);
 
+// Takes step `number` and leaves in the blocks the params before and after it and its gradient.
+void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row);
+
 // For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
 void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row, uint32_t states);
 
 // Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
 void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
                        uint32_t row);
+
+// The adjoint times what the step in the blocks moved, or times its gradient, to that row (x + y; w: not finite).
+void sweep_record_multiply(const struct sweep_passes *sweep, struct vw_batch *batch, bool by_gradient, uint32_t row);
+
+// Gives a direction: a float for every param.
+enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float *direction);
+// Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
+// direction. The random numbers are those of step `number`.
+void sweep_record_curvature(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                            uint32_t first_pixel);
 
 #endif

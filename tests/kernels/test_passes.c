@@ -60,12 +60,13 @@ static const struct pass {
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
 };
 
-// These work on a whole training: test_sweep_product holds them against the reference.
+// These work on a whole training: test_sweep_product holds them against the reference,
+// test_gradient_methods the last.
 static const struct vw_shader *const of_the_sweep[] = {
     &vw_shader_slope_views,      &vw_shader_direct_adjoint,  &vw_shader_reduce_adjoint,
     &vw_shader_perturb_params,   &vw_shader_difference_rays, &vw_shader_difference_rays_effects,
     &vw_shader_normalise_slopes, &vw_shader_gather_grid,     &vw_shader_gather_weights,
-    &vw_shader_gather_photo,     &vw_shader_gather_code,
+    &vw_shader_gather_photo,     &vw_shader_gather_code,     &vw_shader_multiply_blocks,
 };
 
 // test_hard_importance holds this against the reference.
