@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Adds the partial sums of direct_adjoint or multiply_blocks in order: the step's credit and the size of its adjoint, to the host, and how far ahead and
-// behind along the direction colours are taken.
+// Adds the partial sums of direct_adjoint or multiply_blocks in order: the step's credit and the size of its adjoint, to the host, and how
+// far ahead and behind along the direction colours are taken.
 #include "common.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 1) in;

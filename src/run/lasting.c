@@ -13,6 +13,7 @@
 #include "report/page.h"
 #include "run/lasting_file.h"
 #include "run/out_folder.h"
+#include "run/replayed_run.h"
 #include "run/run_private.h"
 #include "train/lasting.h"
 #include "viewworth/log.h"
@@ -25,6 +26,7 @@ static const double SAVE_INTERVAL_S = 30;
 struct sweep {
     struct vw_run *run;
     struct vw_lasting *lasting;
+    struct vw_recorded_steps recorded;
     struct vw_lasting_file file;
     char *path;                     // owned; of the sweep's own file
     struct vw_lasting_rows credits; // owned; of step 1, 2, ...
@@ -36,24 +38,6 @@ struct sweep {
     uint32_t photo_count;
     double saved_s;
 };
-
-// ---- Replayed steps -------------------------------------------------------------------------------------------------
-
-// A recorded step may be flagged for its validation, which is not replayed.
-static enum vw_status compare(void *context, const struct vw_step_record *replayed) {
-    const struct sweep *sweep = context;
-    const struct vw_value_input *input = &sweep->run->scoring.input;
-    const struct vw_step_record *recorded =
-        replayed->step < input->record_count ? &input->records[replayed->step] : NULL;
-    bool same = recorded && recorded->view == replayed->view &&
-                (recorded->nonfinite || (!replayed->nonfinite && recorded->train_loss == replayed->train_loss));
-    if (same) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: step %" PRIu64 ", trained again, has training loss %.9g, not the recorded %.9g; check whether "
-                   "the ledger was edited (viewworth verify) or device, driver or CPU changed",
-                   sweep->run->ledger_path, replayed->step, replayed->train_loss,
-                   recorded ? recorded->train_loss : (double)NAN);
-}
 
 // ---- Stopping and resuming ------------------------------------------------------------------------------------------
 
@@ -287,6 +271,7 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
     sweep->steps = run->scoring.input.record_count - 1;
     sweep->from = sweep->steps + 1;
+    sweep->recorded = (struct vw_recorded_steps){run->ledger_path, run->scoring.input.records, sweep->steps + 1};
     sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps, 0};
     if (sweep->steps == 0 || sweep->steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
@@ -307,8 +292,8 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
     const struct vw_lasting_params params = {.training = &training,
                                              .rays = run->lasting.rays,
                                              .by_view = run->lasting.matrix,
-                                             .replayed = compare,
-                                             .context = sweep};
+                                             .replayed = vw_recorded_steps_compare,
+                                             .context = &sweep->recorded};
     status = vw_lasting_create(&params, &sweep->lasting);
     return status ? status : load(sweep);
 }

@@ -17,24 +17,26 @@ enum vw_status sweep_passes_check(const struct probe_context *context) {
     const struct model *model = context->field->model;
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
-                       "lasting credit needs params in 32 bits; value the scene with --table-precision float32");
+                       "the backward sweep needs params in 32 bits; value the scene with --table-precision float32");
     if (model->specialization.effect_transient)
         return vw_fail(VW_ERROR_USAGE,
-                       "lasting credit: has no curvature of the loss of the effect transient; value the "
+                       "the backward sweep has no curvature of the loss of the effect transient; value the "
                        "scene with --effects -transient");
     if (model->specialization.effect_pose)
         return vw_fail(VW_ERROR_USAGE,
-                       "lasting credit: does not know how the effect pose moves cameras; value the scene with "
+                       "the backward sweep does not know how the effect pose moves cameras; value the scene with "
                        "--effects -pose");
     if (model->specialization.effect_appearance_encoder)
-        return vw_fail(VW_ERROR_USAGE,
-                       "lasting credit: does not go back through the effect appearance_encoder; value the scene with "
-                       "--effects -appearance_encoder");
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "the backward sweep does not go back through the effect appearance_encoder; value the scene with "
+            "--effects -appearance_encoder");
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
-        return vw_fail(VW_ERROR_USAGE,
-                       "lasting credit: the params of %llu bytes exceed this device's binding range; value the scene "
-                       "with a lower --log2-table",
-                       (unsigned long long)model->param_bytes);
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "the backward sweep: the params of %llu bytes exceed this device's binding range; value the scene "
+            "with a lower --log2-table",
+            (unsigned long long)model->param_bytes);
     return VW_OK;
 }
 

@@ -317,6 +317,34 @@ static void influence_knows_the_rates(void **state) {
     }
 }
 
+// Were H 1 / P, what is gained by a photo would be what plain descent on it gains.
+static void a_photo_that_helps_has_influence_above_zero(void **state) {
+    (void)state;
+    struct vw_config config = gradient_config();
+    struct opened opened;
+    struct influence influence;
+    struct gradient_sweep sweep;
+    struct photo_products products[TRAINS];
+    double scores[TRAINS], size = 0;
+    config.optimizer = VW_OPTIMIZER_SGD;
+    config.learning_rate = 0.1;
+    open_training(&opened, &config);
+    ASSERT_OK(influence_create(&opened.params, &(struct vw_influence_settings){.draws = 1}, &influence));
+    memcpy(influence.mean, influence.pull, influence.count * sizeof *influence.pull);
+    ASSERT_OK(influence_score(&influence, scores));
+    influence_destroy(&influence);
+    ASSERT_OK(gradient_sweep_create(&opened.params, &sweep));
+    ASSERT_OK(gradient_sweep_go_to(&sweep, STEPS));
+    vw_batch_begin(sweep.replay.batch);
+    gradient_sweep_record_validation(&sweep, 0);
+    ASSERT_OK(step_replay_run(&sweep.replay));
+    ASSERT_OK(gradient_sweep_try_photos(&sweep, STEPS + 1, products));
+    gradient_sweep_destroy(&sweep);
+    for (uint32_t i = 0; i < TRAINS; i++) size += fabs(products[i].by_step) / TRAINS;
+    for (uint32_t i = 0; i < TRAINS; i++) assert_true(fabs(TRAINS * scores[i] - products[i].by_step) < 0.01 * size);
+    close_training(&opened);
+}
+
 static void influence_solves_its_equation(void **state) {
     (void)state;
     struct vw_config config = gradient_config();
@@ -405,6 +433,7 @@ int main(void) {
         cmocka_unit_test(the_second_order_is_nearer_to_what_long_steps_change),
         cmocka_unit_test(tracin_is_what_small_steps_change),
         cmocka_unit_test(influence_knows_the_rates),
+        cmocka_unit_test(a_photo_that_helps_has_influence_above_zero),
         cmocka_unit_test(influence_solves_its_equation),
         cmocka_unit_test(influence_that_diverges_has_no_score),
         cmocka_unit_test(what_cannot_be_followed_is_refused),
