@@ -80,6 +80,23 @@ static double sum_of(const double *values, uint32_t count) {
     return sum;
 }
 
+// The first order is by the gradient before the step, one step after the other.
+static void check_first_order(const struct opened *opened, const struct vw_in_run_credit *credits) {
+    struct gradient_sweep sweep;
+    ASSERT_OK(gradient_sweep_create(&opened->params, &sweep));
+    for (uint64_t step = 2; step <= 30; step += 14) {
+        ASSERT_OK(gradient_sweep_go_to(&sweep, step - 1));
+        vw_batch_begin(sweep.replay.batch);
+        gradient_sweep_record_validation(&sweep, 0);
+        sweep_record_own_step(&sweep.passes, sweep.replay.batch, step, step_replay_draw(&sweep.replay, step, 0), 0);
+        sweep_record_multiply(&sweep.passes, sweep.replay.batch, false, 0);
+        ASSERT_OK(step_replay_run(&sweep.replay));
+        sweep.step = step;
+        assert_true(test_same_bits(gradient_sweep_read(&sweep, 0), credits[step - 1].first_order));
+    }
+    gradient_sweep_destroy(&sweep);
+}
+
 static void credit_training(double learning_rate, double beta1, const char *effects, double *first, double *second,
                             double *changes) {
     struct vw_config config = gradient_config();
@@ -95,6 +112,7 @@ static void credit_training(double learning_rate, double beta1, const char *effe
     ASSERT_OK(vw_in_run_credits(&opened.params, credits));
     ASSERT_OK(vw_in_run_credits(&opened.params, again));
     assert_memory_equal(credits, again, sizeof credits);
+    check_first_order(&opened, credits);
     for (uint32_t i = 0; i < STEPS; i++) first[i] = credits[i].first_order, second[i] = credits[i].second_order;
     find_changes(run, changes);
     test_run_free(run);
