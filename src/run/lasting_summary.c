@@ -8,16 +8,18 @@
 enum vw_status vw_lasting_check_config(const struct vw_config *config) {
     if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
-                   "lasting credit follows small changes, which tables of halves round away; value the scene with "
+                   "lasting credit and scores from gradients follow small changes, which tables of halves round away; "
+                   "value the scene with "
                    "--table-precision float32");
 }
 
 enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config) {
     if (config->learning_rate_decay < 1.0 && config->epochs != taken)
-        return vw_fail(VW_ERROR_USAGE,
-                       "%s: stopped after %u of %u planned epochs, over which its learning rate decays; lasting credit "
-                       "needs all of them: finish it by viewworth value --resume without --until-stable",
-                       ledger_path, taken, config->epochs);
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "%s: stopped after %u of %u planned epochs, over which its learning rate decays; to take its steps "
+            "again needs all of them: finish it by viewworth value --resume without --until-stable",
+            ledger_path, taken, config->epochs);
     config->epochs = taken;
     return VW_OK;
 }

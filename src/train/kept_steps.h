@@ -19,7 +19,7 @@ uint64_t kept_step_bytes(const struct step_passes *step);
 enum vw_status kept_steps_create(const struct step_passes *step, uint32_t capacity, struct kept_steps *kept);
 void kept_steps_destroy(struct kept_steps *kept);
 
-// Recorded before a step; between its gradient, as gathered in a block, and its update; and behind it.
+// Recorded before a step, and behind it: its gradient, as gathered in a block, and what it has left.
 void kept_steps_record_before(const struct kept_steps *kept, struct vw_batch *batch, uint32_t place);
 void kept_steps_record_gradient(const struct kept_steps *kept, struct vw_batch *batch, struct vw_buffer *gradient,
                                 uint32_t place);

@@ -364,27 +364,29 @@ static void record_gather(const struct sweep_passes *sweep, const struct gathere
     if (gathered->code && photos) vw_batch_dispatch(batch, gathered->code, &push, sizeof push, 1);
 }
 
-void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
-                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place) {
+// A step as step_record() takes it, with its gradient in a block.
+static void record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                        uint32_t scalar_row) {
     const struct step_passes *step = sweep->context->step;
-    kept_steps_record_before(kept, batch, place);
     step_record_gradients(step, batch, number, first_pixel);
     record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
-    kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
     step_record_update(step, batch, number, 0);
     step_record_loss(step, batch, scalar_row);
+}
+
+void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
+                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place) {
+    kept_steps_record_before(kept, batch, place);
+    record_step(sweep, batch, number, first_pixel, scalar_row);
+    kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
     kept_steps_record_after(kept, batch, place);
 }
 
 void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
                            uint32_t first_pixel, uint32_t scalar_row) {
-    const struct step_passes *step = sweep->context->step;
     uint64_t bytes = model_of(sweep)->param_bytes;
     vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.before, 0, bytes);
-    step_record_gradients(step, batch, number, first_pixel);
-    record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
-    step_record_update(step, batch, number, 0);
-    step_record_loss(step, batch, scalar_row);
+    record_step(sweep, batch, number, first_pixel, scalar_row);
     vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.after, 0, bytes);
 }
 

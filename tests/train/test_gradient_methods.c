@@ -363,22 +363,18 @@ static void a_photo_that_helps_has_influence_above_zero(void **state) {
     close_training(&opened);
 }
 
-static void influence_solves_its_equation(void **state) {
-    (void)state;
-    struct vw_config config = gradient_config();
-    struct opened opened;
+static void check_solution(const struct opened *opened, double scale) {
+    const struct vw_influence_settings settings = {.iterations = 300, .damping = 0.05, .scale = scale};
     struct influence influence;
     struct vw_influence_result result = {0};
-    double scores[TRAINS], exact[TRAINS];
-    open_training(&opened, &config);
-    const struct vw_influence_settings settings = {.iterations = 300, .damping = 0.05};
-    ASSERT_OK(influence_create(&opened.params, &settings, &influence));
+    double scores[TRAINS], exact[TRAINS], difference = 0;
+    ASSERT_OK(influence_create(&opened->params, &settings, &influence));
     ASSERT_OK(influence_solve(&influence, &result));
-    assert_true(result.found);
+    assert_true(result.found && result.scale == scale);
     double *found = vw_allocate(influence.count, sizeof *found), *solved = vw_allocate(influence.count, sizeof *solved);
     memcpy(found, influence.mean, influence.count * sizeof *found);
     influence.first_counted = settings.iterations - 8 * TRAINS; // fewer products, of which the test takes many
-    double residual = solve_by_conjugate_gradients(&influence, solved), difference = 0;
+    double residual = solve_by_conjugate_gradients(&influence, solved);
     for (uint64_t i = 0; i < influence.count; i++)
         if (influence.rates[i] > 0) difference += pow(found[i] - solved[i], 2) / influence.rates[i];
     difference = sqrt(difference / product_of(&influence, solved, solved));
@@ -389,14 +385,22 @@ static void influence_solves_its_equation(void **state) {
     ASSERT_OK(influence_score(&influence, scores));
     influence_destroy(&influence);
 
-    ASSERT_OK(influence_create(&opened.params, &settings, &influence));
+    ASSERT_OK(influence_create(&opened->params, &settings, &influence)); // whose params are those of the end
     memcpy(influence.mean, solved, influence.count * sizeof *solved);
     ASSERT_OK(influence_score(&influence, exact));
     influence_destroy(&influence);
-    for (uint32_t i = 0; i < TRAINS; i++) printf("influence: %.5g for %.5g\n", scores[i], exact[i]);
     assert_true(vw_pearson(scores, exact, TRAINS) > 0.98);
     free(found);
     free(solved);
+}
+
+static void influence_solves_its_equation(void **state) {
+    (void)state;
+    struct vw_config config = gradient_config();
+    struct opened opened;
+    open_training(&opened, &config);
+    check_solution(&opened, 1);
+    check_solution(&opened, 4);
     close_training(&opened);
 }
 

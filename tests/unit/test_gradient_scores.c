@@ -94,8 +94,8 @@ static void all_methods_score_all_photos(void **state) {
     double first = distance(values[VW_GRADIENT_IN_RUN_FIRST], credit),
            second = distance(values[VW_GRADIENT_IN_RUN_SECOND], credit), size = 0;
     for (uint32_t i = 0; i < PHOTOS; i++) size += fabs(credit[i]);
-    assert_true(second < 0.5 * first);
-    assert_true(second < 0.1 * size);
+    assert_true(second < 0.1 * first);
+    assert_true(second < 0.01 * size);
 }
 
 static bool stop(void *context) {
