@@ -3,31 +3,11 @@
 #ifndef VIEWWORTH_GRADIENT_SCORES_H
 #define VIEWWORTH_GRADIENT_SCORES_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
 #include "base/interrupt.h"
+#include "experiment/methods/gradient_list.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
-
-enum vw_gradient_method {
-    VW_GRADIENT_IN_RUN_FIRST,
-    VW_GRADIENT_IN_RUN_SECOND,
-    VW_GRADIENT_TRACIN,
-    VW_GRADIENT_TRACIN_ADAM,
-    VW_GRADIENT_INFLUENCE,
-    VW_GRADIENT_METHODS
-};
-
-struct vw_gradient_method_row {
-    const char *name, *meaning;
-    bool has_sign; // a score below 0 says that the photo harms
-    // In trainings with validation: the run, and what the pass takes beside, which the methods of a pass share
-    // (../../train/README.md, "Scores from gradients").
-    double run_equivalents;
-};
-extern const struct vw_gradient_method_row vw_gradient_methods[VW_GRADIENT_METHODS];
 
 struct vw_gradient_scores_params {
     struct vw_gpu *gpu;

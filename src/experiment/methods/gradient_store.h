@@ -4,7 +4,10 @@
 #ifndef VIEWWORTH_GRADIENT_STORE_H
 #define VIEWWORTH_GRADIENT_STORE_H
 
-#include "experiment/methods/gradient_scores.h"
+#include <stdint.h>
+
+#include "experiment/methods/gradient_list.h"
+#include "viewworth/status.h"
 
 struct vw_gradient_store {
     const char *path, *run_id; // borrowed
