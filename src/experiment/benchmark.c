@@ -331,6 +331,8 @@ static enum vw_status write_files(struct work *work, const struct vw_benchmark *
     const struct vw_benchmark_photos photos = {work->session.scene, work->scorers.evaluation.photos};
     enum vw_status status = vw_benchmark_write_metrics(benchmark->csv_path, common->scene.path, &benchmark->metrics);
     if (!status) status = vw_benchmark_write_worths(common->out, &photos, work->worths);
+    if (!status)
+        status = vw_benchmark_write_features(common->out, &photos, common->config->seed, &work->scorers.features);
     if (!status && work->params->all_subsets) status = vw_benchmark_write_exact(common->out, &photos, &work->exact);
     return status;
 }

@@ -1,5 +1,6 @@
 #include "experiment/benchmark_files.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 
 #include "base/csv.h"
@@ -97,4 +98,36 @@ enum vw_status vw_benchmark_write_exact(const char *out, const struct vw_benchma
         table.columns[i] =
             (struct column){names[i], exact->values[i / VW_EXACT_COUNT][i % VW_EXACT_COUNT], exact->seed_count};
     return write_photos(out, "exact.csv", &table);
+}
+
+struct feature_table {
+    const struct vw_benchmark_photos *photos;
+    const struct vw_photo_features *features;
+    uint64_t first_seed;
+};
+
+static void print_features(FILE *stream, const void *context) {
+    const struct feature_table *table = context;
+    fputs("name,seed", stream);
+    for (uint32_t f = 0; f < VW_FEATURE_COUNT; f++) fprintf(stream, ",%s", vw_features[f].name);
+    fputc('\n', stream);
+    for (uint32_t seed = 0; seed < table->features->seed_count; seed++)
+        for (uint32_t i = 0; i < table->features->photo_count; i++) {
+            vw_csv_write_text(stream, table->photos->scene->views[table->photos->views[i]].name);
+            fprintf(stream, ",%" PRIu64, table->first_seed + seed);
+            for (uint32_t f = 0; f < VW_FEATURE_COUNT; f++) {
+                fputc(',', stream);
+                vw_csv_write_real(stream, vw_photo_feature(table->features, seed, i, (enum vw_feature)f));
+            }
+            fputc('\n', stream);
+        }
+}
+
+enum vw_status vw_benchmark_write_features(const char *out, const struct vw_benchmark_photos *photos,
+                                           uint64_t first_seed, const struct vw_photo_features *features) {
+    const struct feature_table table = {photos, features, first_seed};
+    char *path = vw_path_join(out, "photo_features.csv");
+    enum vw_status status = path ? vw_csv_write_file(path, print_features, &table) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
 }

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_BENCHMARK_FILES_H
 #define VIEWWORTH_BENCHMARK_FILES_H
 
+#include "experiment/methods/photo_features.h"
 #include "value/evaluation/exact_values.h"
 #include "value/evaluation/worth_regression.h"
 #include "viewworth/scene.h"
@@ -21,5 +22,9 @@ enum vw_status vw_benchmark_write_worths(const char *out, const struct vw_benchm
 // a row per photo with its exact values by validation and by test photos, means over the retraining seeds.
 enum vw_status vw_benchmark_write_exact(const char *out, const struct vw_benchmark_photos *photos,
                                         const struct vw_exact_values *exact);
+// photo_features.csv, header name,seed and the names of methods/photo_features.h: a row per valued seed and photo,
+// empty where a feature is unknown.
+enum vw_status vw_benchmark_write_features(const char *out, const struct vw_benchmark_photos *photos,
+                                           uint64_t first_seed, const struct vw_photo_features *features);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "experiment/baselines.h"
+#include "experiment/methods/consistent_residual.h"
 #include "experiment/methods/registry.h"
 #include "experiment/seed_runs.h"
 #include "run/scoring.h"
@@ -22,6 +23,7 @@ bool vw_scorer_exists(const char *name) {
     if (vw_value_method_find(name)) return true;
     for (uint32_t i = 0; i < vw_baseline_count; i++)
         if (!strcmp(vw_baselines[i].name, name)) return true;
+    if (!strcmp(name, vw_consistent_residual_name)) return true;
     if (!strncmp(name, "worth_", 6) && name[6] && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
     if (vw_is_method_and_budget(name)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
@@ -78,36 +80,56 @@ static enum vw_status take_scores(const struct vw_scoring *scoring, uint32_t see
 static enum vw_status take_baselines(const struct vw_scene *scene, const struct vw_scoring *scoring, uint64_t run_seed,
                                      uint32_t seed, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
-    const struct vw_baseline_input input = {.scene = scene,
-                                            .photos = evaluation->photos,
-                                            .photo_count = evaluation->photo_count,
-                                            .records = scoring->input.records,
-                                            .record_count = scoring->input.record_count,
-                                            .seed = run_seed};
-    enum vw_status status = VW_OK;
+    const struct vw_baseline_input input = {
+        .scene = scene, .photos = evaluation->photos, .features = &scorers->features, .valued = seed, .seed = run_seed};
+    enum vw_status status = vw_photo_features_add_run(&scorers->features, seed, evaluation->photos,
+                                                      scoring->input.records, scoring->input.record_count);
     for (uint32_t i = 0; !status && i < vw_baseline_count; i++) {
         double *scores =
             find_or_add(scorers, (struct vw_scorer){.name = vw_baselines[i].name}, vw_baselines[i].trainings);
-        status =
-            scores ? vw_baselines[i].score(&input, scores + (size_t)seed * evaluation->photo_count) : VW_ERROR_MEMORY;
+        if (!scores) return VW_ERROR_MEMORY;
+        vw_baseline_score(&vw_baselines[i], &input, scores + (size_t)seed * evaluation->photo_count);
     }
     return status;
 }
 
-static enum vw_status take_seed(const struct vw_experiment_params *params, const struct vw_scene *scene, uint32_t seed,
-                                bool baselines, struct vw_scorers *scorers) {
+// `longer`: the run has gone on behind the epochs that are evaluated, so that its field is not the one to look at.
+static enum vw_status take_residuals(const struct vw_experiment_params *params, const struct vw_session *session,
+                                     uint32_t seed, bool longer, struct vw_scorers *scorers) {
+    const struct vw_evaluation *evaluation = &scorers->evaluation;
+    struct vw_config config = *params->config;
+    config.seed += seed;
+    char *path = vw_seed_run_path(params->out, config.seed, "field.vwf");
+    double *scores = find_or_add(scorers, (struct vw_scorer){.name = vw_consistent_residual_name}, 1);
+    const struct vw_finished_field finished = {session, &config, longer ? NULL : path};
+    enum vw_status status = path && scores ? VW_OK : VW_ERROR_MEMORY;
+    if (!status)
+        status = vw_consistent_residual_find(&finished, evaluation->photos, evaluation->photo_count,
+                                             scores + (size_t)seed * evaluation->photo_count);
+    free(path);
+    return status;
+}
+
+enum pass { METHODS, BASELINES, PASS_COUNT };
+
+static enum vw_status take_seed(const struct vw_experiment_params *params, const struct vw_session *session,
+                                uint32_t seed, enum pass pass, struct vw_scorers *scorers) {
     const struct vw_config *config = params->config;
     struct vw_ledger *ledger = NULL;
     struct vw_scoring scoring = {0};
     enum vw_status status = vw_seed_run_open(params->out, config->seed + seed, &ledger);
     if (!status) status = vw_scoring_load(ledger, config, &scoring.input);
+    uint64_t recorded = scoring.input.record_count;
     if (!status)
         scoring.input = vw_value_input_truncate(&scoring.input, config->epochs); // the run may be longer by now
-    if (!status && !baselines) status = vw_value_score(&scoring.input, &scoring.scores, &scoring.score_count);
-    if (!status && !baselines) status = take_scores(&scoring, seed, scorers);
-    if (!status && baselines) status = take_baselines(scene, &scoring, config->seed + seed, seed, scorers);
+    bool longer = scoring.input.record_count < recorded;
+    if (!status && pass == METHODS) status = vw_value_score(&scoring.input, &scoring.scores, &scoring.score_count);
+    if (!status && pass == METHODS) status = take_scores(&scoring, seed, scorers);
+    if (!status && pass == BASELINES)
+        status = take_baselines(session->scene, &scoring, config->seed + seed, seed, scorers);
     vw_scoring_free(&scoring);
     vw_ledger_close(&ledger);
+    if (!status && pass == BASELINES) status = take_residuals(params, session, seed, longer, scorers);
     return status;
 }
 
@@ -147,11 +169,15 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
                                                   .photo_count = retrainer->train_count,
                                                   .scorers = scorers->list,
                                                   .seed_count = seed_count}};
+    const struct vw_session *session = retrainer->params.session;
     enum vw_status status = list_ground_truths(retrainer, scorers);
     scorers->evaluation.ground_truths = scorers->ground_truths;
-    for (uint32_t pass = 0; pass < 2; pass++) // the methods of all seeds come before the baselines
+    if (!status)
+        status = vw_photo_features_make(session->scene, retrainer->train_views, retrainer->train_count, seed_count,
+                                        &scorers->features);
+    for (enum pass pass = METHODS; pass < PASS_COUNT; pass++) // the methods of all seeds come before the baselines
         for (uint32_t seed = 0; !status && seed < seed_count; seed++)
-            status = take_seed(params, retrainer->params.session->scene, seed, pass == 1, scorers);
+            status = take_seed(params, session, seed, pass, scorers);
     if (!status) drop_incomplete(scorers);
     return status;
 }
@@ -184,4 +210,5 @@ enum vw_status vw_scorers_find_worth(const struct vw_scorers *scorers, uint32_t 
 void vw_scorers_free(struct vw_scorers *scorers) {
     for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++) free(scorers->scores[i]);
     free(scorers->ground_truths);
+    vw_photo_features_free(&scorers->features);
 }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "experiment/experiment.h"
+#include "experiment/methods/photo_features.h"
 #include "experiment/retrain.h"
 #include "value/evaluation/evaluation.h"
 
@@ -22,6 +23,7 @@ struct vw_scorers {
     double *scores[VW_SCORERS_MAX]; // owned; [seed][photo] of each
     struct vw_scorer_cost costs[VW_SCORERS_MAX];
     const char **ground_truths; // owned array
+    struct vw_photo_features features; // of the photos, and of the valued runs
 };
 
 extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retraining without each photo
@@ -29,8 +31,8 @@ extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retra
 // Whether a method, with its budget where it takes one, a baseline, leave-one-out or the worths from subsets have that
 // name.
 bool vw_scorer_exists(const char *name);
-// Reads the runs of the first `seed_count` seeds in params->out and computes the baselines. Methods without a score for
-// some photo are left out. Free it also after a failure.
+// Reads the runs of the first `seed_count` seeds in params->out, and computes features and what needs no retraining.
+// Methods without a score for some photo are left out. Free it also after a failure.
 enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer,
                                uint32_t seed_count, struct vw_scorers *scorers);
 // Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `scorer`

@@ -85,8 +85,8 @@ static struct scales find_scales(const struct vw_scene *scene, double *values) {
                            fmax(median_to_nearest(scene, &by_angle, values), ANGLE_LEAST), least_world};
 }
 
-enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances,
-                                       uint32_t *count) {
+enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_split split,
+                                       struct vw_view_distance **distances, uint32_t *count) {
     double *values = vw_allocate(scene->view_count, sizeof *values);
     struct vw_view_distance *made = vw_allocate(scene->view_count, sizeof *made);
     if (!values || !made) {
@@ -100,9 +100,10 @@ enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_v
     double typical = measurable ? fmax(median_to_nearest(scene, &scales, values), 1) : 0;
     for (uint32_t v = 0; measurable && v < scene->view_count; v++) {
         const struct vw_view *view = &scene->views[v];
-        if (view->split != VW_SPLIT_VAL) continue;
+        if (view->split != split) continue;
         double apart;
         const struct vw_view *nearest = find_nearest(scene, &scales, view, &apart);
+        if (!nearest) continue;
         made[made_count++] = (struct vw_view_distance){.view = v,
                                                        .nearest = (uint32_t)(nearest - scene->views),
                                                        .between_world = between(view, nearest),

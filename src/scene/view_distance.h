@@ -1,4 +1,4 @@
-// How far validation views are from the train views: if no train view is near, validation there tells little.
+// How far views are from the train views: where no train view is near, validation tells little.
 #ifndef VIEWWORTH_VIEW_DISTANCE_H
 #define VIEWWORTH_VIEW_DISTANCE_H
 
@@ -9,22 +9,22 @@
 #include "viewworth/status.h"
 
 struct vw_view_distance {
-    uint32_t view,
-        nearest;          // indices in vw_scene.views: a validation view, and the nearest train view in both respects
-    double between_world; // distance of the positions
-    double angle_deg;     // angle between the axes
-    double ratio;         // their distance, divided by the median distance of a train view to its nearest one
-    bool far;             // ratio > 4, which is rare: no train view of fox, chair or statue is that far from the others
+    uint32_t view, nearest; // indices in vw_scene.views: a view, and the nearest train view in both respects
+    double between_world;   // distance of the positions
+    double angle_deg;       // angle between the axes
+    double ratio;           // their distance, divided by the median distance of a train view to its nearest one
+    bool far; // ratio > 4, which is rare: no train view of fox, chair or statue is that far from the others
 };
 
-// Measures the distance of each validation view to its nearest train view.
+// Measures the distance of each view of a split to its nearest train view. Of a train view, neither it nor its copies
+// count; one that has no other is left out.
 //
 // The distance of two views is the larger of two ratios: the distance of their positions, divided by its median over
 // pairs of a train view and its nearest train view that is not a copy (farther than 2 % and 2 degrees), and the same
 // for the angle between their axes. The medians count as at least 2 % of the median distance to the box's centre and as
-// at least 10 degrees, because nearer views see the same. `*distances`, one per validation view in scene order, is
+// at least 10 degrees, because nearer views see the same. `*distances`, one per view of the split in scene order, is
 // owned by the caller (free). It is empty if there are fewer than two train views.
-enum vw_status vw_scene_view_distances(const struct vw_scene *scene, struct vw_view_distance **distances,
-                                       uint32_t *count);
+enum vw_status vw_scene_view_distances(const struct vw_scene *scene, enum vw_split split,
+                                       struct vw_view_distance **distances, uint32_t *count);
 
 #endif

@@ -25,7 +25,8 @@ check "two valued runs" test -f "$folder/whole/seed_0/scores.csv" -a -f "$folder
 check "the CSV has its header" test "$(head -n 1 "$folder/whole/benchmark.csv")" = scene,metric,method,value,ci_low,ci_high,count
 for wanted in auc/noise,dv_psnr auc/wrong_pose,dv_loss auc/corrupted,sharpness auc/harmful,random seed_pearson/all,dv_psnr \
     seed_spearman/clean,dv_psnr lds/val_psnr,dv_psnr lds/test_psnr,ground_truth lds_gain/val_psnr,train_loss "lds/val_psnr,noise ceiling" \
-    lds_sizes/test_psnr,dv_psnr lds_mean/val_psnr,dv_psnr lds_sizes/val_psnr,subset_worth "lds_sizes/val_psnr,chance" \
+    lds_sizes/test_psnr,dv_psnr lds/val_psnr,consistent_residual lds/val_psnr,lava auc/corrupted,sfm_coverage \
+    lds_mean/val_psnr,dv_psnr lds_sizes/val_psnr,subset_worth "lds_sizes/val_psnr,chance" \
     left_out_r2/test_psnr,subset_worth sign_accuracy/test_psnr,dv_psnr harmful_recall/val_psnr,dv_loss \
     harm/wrong_pose,retrainings removal_low/20,dv_psnr removal_low/50,random addition_high/30,ground_truth \
     leave_one_out/test_psnr,sfm_points leave_one_out_mean/val_psnr,dv_psnr "leave_one_out/val_psnr,noise ceiling" \
@@ -40,6 +41,10 @@ check "a baseline has no sign" test "$(row sign_accuracy/val_psnr,random)" = 0
 check "worths of all photos" test "$(wc -l <"$folder/whole/worths.csv")" = 7
 check "with their header" test "$(head -n 1 "$folder/whole/worths.csv")" = \
     name,worth_db,ci_low,ci_high,test_worth_db,test_ci_low,test_ci_high
+check "features of all photos, of both valued seeds" test "$(wc -l <"$folder/whole/photo_features.csv")" = 13
+check "with their header" \
+    grep -q "^name,seed,brightness,.*,sfm_coverage,.*,transport,loss_first,.*,credit_l1$" "$folder/whole/photo_features.csv"
+check "and what the run tells" test "$(cut -d, -f 17- "$folder/whole/photo_features.csv" | grep -c ',,\|^,\|,$')" = 0
 check "halves come in pairs of seeds" test "$(ask whole 'SELECT count(*) FROM (
     SELECT views FROM retraining WHERE view_count = 3 GROUP BY views HAVING count(*) <> 2 OR min(seed) <> 2 OR max(seed) <> 3)')" = 0
 check "no retraining has a seed whose scores are evaluated" test "$(ask whole 'SELECT count(*) FROM retraining WHERE seed < 2')" = 0
@@ -48,6 +53,7 @@ check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed)
 
 check "a benchmark of five trainings at a time" benchmark together --subsets 8 --leave-one-out --together 5
 check "has the same bytes" cmp "$folder/whole/benchmark.csv" "$folder/together/benchmark.csv"
+check "of features, too" cmp "$folder/whole/photo_features.csv" "$folder/together/photo_features.csv"
 check "a benchmark on two devices" on_two_devices tiny benchmark spread --subsets 8 --leave-one-out
 check "too" cmp "$folder/whole/benchmark.csv" "$folder/spread/benchmark.csv"
 

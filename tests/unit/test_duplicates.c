@@ -195,7 +195,7 @@ static void groups_do_not_grow_along_a_film(void **state) {
 
 static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *count) {
     struct vw_view_distance *distances = NULL;
-    ASSERT_OK(vw_scene_view_distances(scene, &distances, count));
+    ASSERT_OK(vw_scene_view_distances(scene, VW_SPLIT_VAL, &distances, count));
     return distances;
 }
 

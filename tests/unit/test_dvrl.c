@@ -10,7 +10,7 @@ enum { PHOTOS = 20, FEATURES = 3, EPOCHS = 30 };
 static uint32_t photos[PHOTOS];
 static double values[PHOTOS * FEATURES];
 static const char *const names[FEATURES] = {"blur", "nothing", "size"};
-static const struct vw_photo_features features = {FEATURES, names, values};
+static const struct vw_feature_table features = {FEATURES, names, values};
 
 // The first feature tells which photos harm, in a unit of its own; the second is the same for all.
 static int set_up(void **state) {
@@ -43,7 +43,7 @@ static enum vw_status play(void *context, const struct vw_retrain_params *retrai
     return VW_OK;
 }
 
-static void score(struct game *game, const struct vw_photo_features *known, uint32_t budget, double *scores) {
+static void score(struct game *game, const struct vw_feature_table *known, uint32_t budget, double *scores) {
     const struct vw_retraining_input input = {.photos = photos,
                                               .photo_count = PHOTOS,
                                               .retrain = play,

@@ -10,7 +10,7 @@
 #include "value/evaluation/exact_values.h"
 
 // What is known of each photo without a training.
-struct vw_photo_features {
+struct vw_feature_table {
     uint32_t count;
     const char *const *names; // [feature]
     const double *values;     // [photo][feature], finite, in any unit
@@ -27,7 +27,7 @@ struct vw_retraining_input {
     uint64_t key;                             // of random draws
     uint32_t budget;                          // run-equivalents: trainings on all photos for `epochs` epochs
     uint32_t epochs;                          // of such a training
-    const struct vw_photo_features *features; // NULL: none
+    const struct vw_feature_table *features; // NULL: none
 };
 
 // A method gives the same scores whatever `retrain` does at a time, and a smaller budget makes the first retrainings

@@ -15,7 +15,7 @@ static size_t unit_at(const struct vw_value_network *network, uint32_t unit) {
     return (size_t)unit * (network->feature_count + 1);
 }
 
-static void standardise(const struct vw_photo_features *features, uint32_t photo_count, double *inputs) {
+static void standardise(const struct vw_feature_table *features, uint32_t photo_count, double *inputs) {
     for (uint32_t f = 0; f < features->count; f++) {
         double mean = 0, variance = 0;
         for (uint32_t i = 0; i < photo_count; i++)
@@ -38,7 +38,7 @@ static void initialise(struct vw_value_network *network, uint64_t seed) {
     }
 }
 
-enum vw_status vw_value_network_create(const struct vw_photo_features *features, uint32_t photo_count, uint64_t seed,
+enum vw_status vw_value_network_create(const struct vw_feature_table *features, uint32_t photo_count, uint64_t seed,
                                        struct vw_value_network *network) {
     uint32_t feature_count = features ? features->count : 0;
     *network = (struct vw_value_network){.photo_count = photo_count, .feature_count = feature_count};

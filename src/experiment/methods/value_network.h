@@ -15,7 +15,7 @@ struct vw_value_network {
 };
 
 // Every photo begins with probability 1/2. `features`: NULL for none. Free it also after a failure.
-enum vw_status vw_value_network_create(const struct vw_photo_features *features, uint32_t photo_count, uint64_t seed,
+enum vw_status vw_value_network_create(const struct vw_feature_table *features, uint32_t photo_count, uint64_t seed,
                                        struct vw_value_network *network);
 void vw_value_network_apply(struct vw_value_network *network, double *probabilities);
 // One step of Adam down d_logits[photo], the gradient by the logits of the last application.
