@@ -45,7 +45,8 @@ static void warn(const struct vw_validation_views *validation) {
 static enum vw_status compute(const struct vw_scene *scene, struct vw_ledger *ledger, const struct vw_scoring *scoring,
                               struct vw_validation_views *validation) {
     enum vw_status status = vw_value_matrix(ledger, &scoring->input, &validation->matrix);
-    if (!status) status = vw_scene_view_distances(scene, VW_SPLIT_VAL, &validation->distances, &validation->distance_count);
+    if (!status)
+        status = vw_scene_view_distances(scene, VW_SPLIT_VAL, &validation->distances, &validation->distance_count);
     if (status) return status;
     validation->views = vw_allocate(validation->matrix.view_count, sizeof *validation->views);
     validation->standard_errors = vw_allocate(validation->matrix.photo_count, sizeof *validation->standard_errors);
