@@ -77,6 +77,7 @@ static enum vw_status measure_pixels(const struct vw_scene *scene, const uint32_
     struct vw_photo_pixels *pixels = vw_allocate(count, sizeof *pixels);
     double *scratch = vw_allocate(count, sizeof *scratch), *gradients = vw_allocate(count, sizeof *gradients);
     enum vw_status status = pixels && scratch && gradients ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) status = vw_scene_decode(scene, photos, count);
     for (uint32_t i = 0; !status && i < count; i++) status = vw_photo_pixels_measure(scene, photos[i], &pixels[i]);
     if (!status) status = vw_photo_transport(scene, photos, count, pixels, gradients);
     for (uint32_t i = 0; !status && i < count; i++) {
