@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "batch/jobs.h"
 #include "experiment/comparison_data.h"
+#include "experiment/methods/gradient_list.h"
 #include "experiment/methods/registry.h"
 #include "experiment/sweep/configurations.h"
 
@@ -188,8 +189,8 @@ const struct vw_option vw_option_table[] = {
      "retrainings are not those that judge",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
     {"methods", "LIST|all",
-     "Also evaluate methods of the literature that retrain, with commas between: " VW_RETRAINING_METHODS
-     "; their retrainings are not those that judge",
+     "Also evaluate methods of the literature, with commas between: by retrainings, which are not those that judge, "
+     VW_RETRAINING_METHODS "; by gradients along the run, " VW_GRADIENT_METHOD_NAMES,
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"), .words = "all"},
     {"run-equivalents", "LIST",
      "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of "

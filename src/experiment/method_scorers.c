@@ -2,12 +2,16 @@
 
 #include <ctype.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "base/word_list.h"
+#include "experiment/methods/gradient_scores.h"
+#include "experiment/seed_runs.h"
 #include "viewworth/log.h"
 
 const char vw_method_budgets_default[] = "1,2,4,10,N,4N";
@@ -41,8 +45,8 @@ static bool read_budget(struct vw_word word, struct budget *budget) {
            budget->times <= (budget->per_photo ? FACTOR_MOST : BUDGET_MOST);
 }
 
-static bool is_asked_for(const char *list, const struct vw_retraining_method *method) {
-    return list && (!strcmp(list, "all") || vw_word_list_has(list, method->name));
+static bool is_asked_for(const char *list, const char *method) {
+    return list && (!strcmp(list, "all") || vw_word_list_has(list, method));
 }
 
 static enum vw_status check_methods(const char *list) {
@@ -52,9 +56,11 @@ static enum vw_status check_methods(const char *list) {
         bool known = false;
         for (uint32_t i = 0; i < vw_retraining_method_count; i++)
             known |= vw_word_is(word, vw_retraining_methods[i]->name);
+        for (uint32_t i = 0; i < VW_GRADIENT_METHODS; i++) known |= vw_word_is(word, vw_gradient_methods[i].name);
         if (!known)
-            return vw_fail(VW_ERROR_USAGE, "--methods: \"%.*s\" is none of " VW_RETRAINING_METHODS, (int)word.length,
-                           word.text);
+            return vw_fail(VW_ERROR_USAGE,
+                           "--methods: \"%.*s\" is none of " VW_RETRAINING_METHODS ", " VW_GRADIENT_METHOD_NAMES,
+                           (int)word.length, word.text);
     }
     return VW_OK;
 }
@@ -100,8 +106,39 @@ static struct budgets list_budgets(const struct vw_method_scorers_params *params
 
 // ---- Scores ----
 
-static struct vw_retraining_input input_of(const struct vw_method_scorers_params *params,
-                                           struct vw_retrainer *retrainer, uint32_t valued, uint32_t budget) {
+// What all methods have in common.
+struct work {
+    const struct vw_method_scorers_params *params;
+    struct vw_retrainer *retrainer;
+    struct vw_scorers *scorers;
+    struct vw_feature_table features; // its arrays are those below
+    const char *feature_names[VW_FEATURE_COUNT];
+    double *feature_values; // owned
+};
+
+// Those features that are known of all photos before a run.
+static enum vw_status make_feature_table(struct work *work) {
+    const struct vw_photo_features *known = &work->scorers->features;
+    enum vw_feature columns[VW_FEATURE_COUNT];
+    uint32_t count = 0, photos = known->photo_count;
+    for (enum vw_feature feature = 0; feature < VW_FEATURE_COUNT; feature++) {
+        bool whole = !vw_features[feature].of_run;
+        for (uint32_t i = 0; whole && i < photos; i++) whole = isfinite(vw_photo_feature(known, 0, i, feature));
+        if (!whole) continue;
+        columns[count] = feature;
+        work->feature_names[count++] = vw_features[feature].name;
+    }
+    work->feature_values = vw_allocate((size_t)photos * count + 1, sizeof *work->feature_values);
+    if (!work->feature_values) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < (size_t)photos * count; i++)
+        work->feature_values[i] = vw_photo_feature(known, 0, (uint32_t)(i / count), columns[i % count]);
+    work->features = (struct vw_feature_table){count, work->feature_names, work->feature_values};
+    return VW_OK;
+}
+
+static struct vw_retraining_input input_of(const struct work *work, uint32_t valued, uint32_t budget) {
+    const struct vw_method_scorers_params *params = work->params;
+    struct vw_retrainer *retrainer = work->retrainer;
     return (struct vw_retraining_input){.photos = retrainer->train_views,
                                         .photo_count = retrainer->train_count,
                                         .retrain = vw_retrain,
@@ -111,7 +148,7 @@ static struct vw_retraining_input input_of(const struct vw_method_scorers_params
                                         .key = params->key + valued,
                                         .budget = budget,
                                         .epochs = retrainer->params.config->epochs,
-                                        .features = params->features};
+                                        .features = work->features.count ? &work->features : NULL};
 }
 
 // Whether the budget is enough, and asks for no more seeds than there are.
@@ -127,21 +164,21 @@ uint64_t vw_method_scorers_count(const struct vw_method_scorers_params *params, 
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
         uint32_t of_each = epochs / (method->epochs ? method->epochs(epochs) : epochs);
-        for (uint32_t i = 0; is_asked_for(params->methods, method) && i < budgets.count; i++)
+        for (uint32_t i = 0; is_asked_for(params->methods, method->name) && i < budgets.count; i++)
             count += (uint64_t)budgets.numbers[i] * (of_each + 1); // an untrained field beside each, at most
     }
     return count * valued_seeds;
 }
 
-static enum vw_status add_scorer(const struct vw_method_scorers_params *params,
-                                 const struct vw_retraining_method *method, uint32_t budget, const char *name,
-                                 struct vw_retrainer *retrainer, struct vw_scorers *scorers) {
+static enum vw_status add_scorer(const struct work *work, const struct vw_retraining_method *method, uint32_t budget,
+                                 const char *name) {
+    struct vw_scorers *scorers = work->scorers;
     uint32_t seeds = scorers->evaluation.seed_count;
     struct vw_scorer_cost mean = {0};
     double *scores = vw_scorers_add(scorers, (struct vw_scorer){.name = name, .has_sign = method->has_sign}, mean);
     enum vw_status status = scores ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t valued = 0; !status && valued < seeds; valued++) {
-        const struct vw_retraining_input input = input_of(params, retrainer, valued, budget);
+        const struct vw_retraining_input input = input_of(work, valued, budget);
         struct vw_retraining_cost cost;
         status = vw_retraining_method_score(method, &input, scores + (size_t)valued * input.photo_count, &cost);
         if (status) break;
@@ -152,27 +189,77 @@ static enum vw_status add_scorer(const struct vw_method_scorers_params *params,
     return status;
 }
 
-enum vw_status vw_method_scorers_add(const struct vw_method_scorers_params *params, struct vw_retrainer *retrainer,
-                                     struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]) {
-    const struct budgets budgets = list_budgets(params, retrainer->train_count);
-    uint32_t added = 0;
+// ---- From gradients along the valued runs ----
+
+// Of one valued seed. A run that these methods cannot follow leaves NaN, and so no scorer.
+static enum vw_status follow_run(const struct vw_retrainer *retrainer, uint32_t valued,
+                                 double *const scores[VW_GRADIENT_METHODS]) {
+    const struct vw_retrainer_params *params = &retrainer->params;
+    char *out = vw_seed_run_path(params->out, params->config->seed + valued, "");
+    char *store = vw_path_join(params->out, "gradient_scores.csv");
+    const struct vw_gradient_scores_params run = {.gpu = params->session->devices[0].gpu,
+                                                  .scene = params->session->scene,
+                                                  .out = out,
+                                                  .store = store,
+                                                  .interrupt = params->interrupt};
+    enum vw_status status = out && store ? vw_gradient_scores_make(&run, scores, NULL) : VW_ERROR_MEMORY;
+    free(out);
+    free(store);
+    if (status != VW_ERROR_USAGE) return status;
+    vw_log_warning("no scores from gradients: %s", vw_error_message());
+    return VW_OK;
+}
+
+// Budgets do not concern them: they cost a run, and a pass over it.
+static enum vw_status add_gradient_scorers(const char *methods, struct vw_retrainer *retrainer,
+                                           struct vw_scorers *scorers) {
+    double *scores[VW_GRADIENT_METHODS] = {0}, *of_seed[VW_GRADIENT_METHODS];
+    bool some = false;
     enum vw_status status = VW_OK;
-    if (!params->methods) return VW_OK;
-    *names = vw_allocate((size_t)vw_retraining_method_count * VW_METHOD_BUDGETS_MAX, sizeof **names);
-    if (!*names) return VW_ERROR_MEMORY;
+    for (uint32_t m = 0; m < VW_GRADIENT_METHODS; m++) {
+        const struct vw_gradient_method_row *row = &vw_gradient_methods[m];
+        if (!is_asked_for(methods, row->name)) continue;
+        scores[m] = vw_scorers_add(scorers, (struct vw_scorer){.name = row->name, .has_sign = row->has_sign},
+                                   (struct vw_scorer_cost){.trainings = row->run_equivalents});
+        if (!scores[m]) return VW_ERROR_MEMORY;
+        some = true;
+    }
+    for (uint32_t valued = 0; some && !status && valued < scorers->evaluation.seed_count; valued++) {
+        for (uint32_t m = 0; m < VW_GRADIENT_METHODS; m++)
+            of_seed[m] = scores[m] ? scores[m] + (size_t)valued * retrainer->train_count : NULL;
+        status = follow_run(retrainer, valued, of_seed);
+    }
+    vw_scorers_drop_incomplete(scorers);
+    return status;
+}
+
+static enum vw_status add_retraining_scorers(const struct work *work, char (*names)[VW_METHOD_NAME_BYTES]) {
+    const struct budgets budgets = list_budgets(work->params, work->retrainer->train_count);
+    enum vw_status status = VW_OK;
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
-        for (uint32_t i = 0; !status && is_asked_for(params->methods, method) && i < budgets.count; i++) {
-            const struct vw_retraining_input input = input_of(params, retrainer, 0, budgets.numbers[i]);
-            char *name = (*names)[added++];
+        for (uint32_t i = 0; !status && is_asked_for(work->params->methods, method->name) && i < budgets.count; i++) {
+            const struct vw_retraining_input input = input_of(work, 0, budgets.numbers[i]);
+            char *name = *names++;
             snprintf(name, VW_METHOD_NAME_BYTES, "%s_%.*s", method->name, (int)budgets.words[i].length,
                      budgets.words[i].text);
-            if (can_use(method, &input))
-                status = add_scorer(params, method, budgets.numbers[i], name, retrainer, scorers);
+            if (can_use(method, &input)) status = add_scorer(work, method, budgets.numbers[i], name);
             else
                 vw_log_info("method   %s is left out: it takes %" PRIu32 " to %d run-equivalents", name,
                             method->least_budget(&input), VW_METHOD_SEEDS / (int)input.epochs);
         }
     }
+    return status;
+}
+
+enum vw_status vw_method_scorers_add(const struct vw_method_scorers_params *params, struct vw_retrainer *retrainer,
+                                     struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]) {
+    struct work work = {.params = params, .retrainer = retrainer, .scorers = scorers};
+    if (!params->methods) return VW_OK;
+    *names = vw_allocate((size_t)vw_retraining_method_count * VW_METHOD_BUDGETS_MAX, sizeof **names);
+    enum vw_status status = *names ? make_feature_table(&work) : VW_ERROR_MEMORY;
+    if (!status) status = add_retraining_scorers(&work, *names);
+    if (!status) status = add_gradient_scorers(params->methods, retrainer, scorers);
+    free(work.feature_values);
     return status;
 }

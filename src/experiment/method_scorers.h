@@ -13,7 +13,6 @@ struct vw_method_scorers_params {
     const char *budgets; // run-equivalents with commas between: numbers, and N, N/2, 4N, ... of N train photos
     uint64_t first_seed; // of their retrainings; each valued seed has VW_METHOD_SEEDS of its own
     uint64_t key;        // of random draws; plus the valued seed's place
-    const struct vw_feature_table *features; // of the train photos; NULL: none
 };
 
 enum { VW_METHOD_SEEDS = 1 << 20, VW_METHOD_BUDGETS_MAX = 12, VW_METHOD_NAME_BYTES = 40 };

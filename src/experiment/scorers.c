@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "experiment/baselines.h"
 #include "experiment/methods/consistent_residual.h"
+#include "experiment/methods/gradient_list.h"
 #include "experiment/methods/registry.h"
 #include "experiment/seed_runs.h"
 #include "run/scoring.h"
@@ -26,6 +27,8 @@ bool vw_scorer_exists(const char *name) {
     if (!strcmp(name, vw_consistent_residual_name)) return true;
     if (!strncmp(name, "worth_", 6) && name[6] && strspn(name + 6, "0123456789") == strlen(name + 6)) return true;
     if (vw_is_method_and_budget(name)) return true;
+    for (uint32_t i = 0; i < VW_GRADIENT_METHODS; i++)
+        if (!strcmp(vw_gradient_methods[i].name, name)) return true;
     return !strcmp(name, vw_leave_one_out_scorer) || !strcmp(name, vw_subset_worth_name);
 }
 
@@ -135,7 +138,7 @@ static enum vw_status take_seed(const struct vw_experiment_params *params, const
 
 // A method without a score for some photo cannot be summed over subsets. One with equal scores for all photos stays:
 // its empty metrics show that it tells nothing here.
-static void drop_incomplete(struct vw_scorers *scorers) {
+void vw_scorers_drop_incomplete(struct vw_scorers *scorers) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     uint32_t kept = 0;
     for (uint32_t i = 0; i < evaluation->scorer_count; i++) {
@@ -178,7 +181,7 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
     for (enum pass pass = METHODS; pass < PASS_COUNT; pass++) // the methods of all seeds come before the baselines
         for (uint32_t seed = 0; !status && seed < seed_count; seed++)
             status = take_seed(params, session, seed, pass, scorers);
-    if (!status) drop_incomplete(scorers);
+    if (!status) vw_scorers_drop_incomplete(scorers);
     return status;
 }
 

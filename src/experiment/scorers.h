@@ -38,6 +38,8 @@ enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const 
 // Adds a scorer whose scores the caller fills, [seed][photo], all NaN at first; NULL when memory is short. `scorer`
 // gives all but the scores.
 double *vw_scorers_add(struct vw_scorers *scorers, struct vw_scorer scorer, struct vw_scorer_cost cost);
+// Takes out those without a score for some photo, with a line in the log: sums over subsets need all.
+void vw_scorers_drop_incomplete(struct vw_scorers *scorers);
 // Fills scores[photo] with the worth from `count` retrainings of the evaluation's photos, whose prior is the scores of
 // a valued seed; NaN where there are too few.
 enum vw_status vw_scorers_find_worth(const struct vw_scorers *scorers, uint32_t valued,
