@@ -103,7 +103,7 @@ static enum vw_status add_row(struct curve *curve, const struct end *end, uint32
                                              .count = curve->seeds * curve->order_count});
 }
 
-// Both ends of a random order are equivalent: one of each pair is enough. And there may be too few photos to remove any.
+// Both ends of a random order are equivalent: one of each pair is enough. There may be too few photos to remove any.
 static bool has_point(const struct curve *curve, size_t end, size_t percent) {
     if (curve->params->gain_only && (end != GAIN_END || percent != GAIN_PERCENT)) return false;
     return moved_photos(curve, percents[percent]) && (curve->order_count == 1 || end % 2 == 0);
