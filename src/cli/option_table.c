@@ -379,8 +379,8 @@ const struct vw_option vw_option_table[] = {
     {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
      VW_SECTION_GENERAL, OPTION(TEXT, device), COMMON, DEFAULT("the preferred one")},
     {"memory", "SIZE",
-     "Memory that the photos may take once decoded, as 4GB or 512MiB; a scene with more keeps them in a file in the "
-     "cache folder, which changes no result",
+     "Memory that the photos of a scene may take once decoded, as 4GB or 512MiB; one with more keeps them in a file in "
+     "the cache folder, which changes no result",
      VW_OPTIONS_DEVICE, VW_SECTION_GENERAL, OPTION(TEXT, memory), DEFAULT("half of the machine's")},
     {"json", NULL, "Print the results as one JSON object", VW_OPTIONS_JSON, VW_SECTION_GENERAL, OPTION(FLAG, json),
      COMMON},

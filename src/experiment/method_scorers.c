@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "base/word_list.h"
 #include "experiment/methods/gradient_scores.h"
@@ -195,15 +196,20 @@ static enum vw_status add_scorer(const struct work *work, const struct vw_retrai
 static enum vw_status follow_run(const struct vw_retrainer *retrainer, uint32_t valued,
                                  double *const scores[VW_GRADIENT_METHODS]) {
     const struct vw_retrainer_params *params = &retrainer->params;
-    char *out = vw_seed_run_path(params->out, params->config->seed + valued, "");
-    char *store = vw_path_join(params->out, "gradient_scores.csv");
+    uint64_t seed = params->config->seed + valued;
+    char *out = vw_seed_run_path(params->out, seed, "");
+    char *name = vw_format_text("gradient_scores_%" PRIu64 ".csv", seed);
+    char *store = name ? vw_path_join(params->out, name) : NULL;
     const struct vw_gradient_scores_params run = {.gpu = params->session->devices[0].gpu,
                                                   .scene = params->session->scene,
+                                                  .epochs = params->config->epochs,
                                                   .out = out,
                                                   .store = store,
                                                   .interrupt = params->interrupt};
-    enum vw_status status = out && store ? vw_gradient_scores_make(&run, scores, NULL) : VW_ERROR_MEMORY;
+    enum vw_status status = out && store ? vw_file_check_inside(params->out, name) : VW_ERROR_MEMORY;
+    if (!status) status = vw_gradient_scores_make(&run, scores, NULL);
     free(out);
+    free(name);
     free(store);
     if (status != VW_ERROR_USAGE) return status;
     vw_log_warning("no scores from gradients: %s", vw_error_message());

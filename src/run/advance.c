@@ -264,6 +264,7 @@ enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum 
     struct course *courses = vw_allocate(count, sizeof *courses);
     struct failure failure = {VW_OK};
     bool interrupted = false;
+    for (uint32_t i = 0; i < count; i++) statuses[i] = VW_ERROR_MEMORY;
     if (!courses) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
         statuses[i] = start(runs[i], UINT64_MAX, &courses[i].last_step, &courses[i].ended);

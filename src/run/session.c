@@ -40,6 +40,14 @@ enum vw_status vw_session_open_others(const struct vw_device_choice *devices, bo
     return status;
 }
 
+static void close_devices(struct vw_session *session) {
+    for (uint32_t i = 0; i < session->device_count; i++) {
+        vw_submissions_destroy(&session->devices[i].submissions);
+        (void)vw_gpu_close(&session->devices[i].gpu); // reports only what validation layers said, which are off here
+    }
+    session->device_count = 0;
+}
+
 static enum vw_status open_devices(const struct vw_session_params *params, struct vw_session *session) {
     enum vw_status status = add_device(params->devices.first, params->timers, session);
     if (!status) status = vw_session_open_others(&params->devices, params->timers, session);
@@ -51,7 +59,9 @@ static enum vw_status open_devices(const struct vw_session_params *params, struc
 
 enum vw_status vw_session_open(const struct vw_session_params *params, struct vw_session *session) {
     if (session->scene) return VW_OK;
-    enum vw_status status = session->device_count ? VW_OK : open_devices(params, session);
+    bool opened = session->device_count > 0;
+    enum vw_status status = opened ? VW_OK : open_devices(params, session);
+    if (status && !opened) close_devices(session); // so that a second call opens them anew
     struct vw_scene_params scene = params->scene;
     scene.gpu = session->devices[0].gpu;
     if (!status) status = vw_scene_open(&scene, &session->scene);
@@ -72,9 +82,5 @@ uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t togethe
 
 void vw_session_close(struct vw_session *session) {
     vw_scene_close(&session->scene);
-    for (uint32_t i = 0; i < session->device_count; i++) {
-        vw_submissions_destroy(&session->devices[i].submissions);
-        (void)vw_gpu_close(&session->devices[i].gpu); // reports only what validation layers said, which are off here
-    }
-    session->device_count = 0;
+    close_devices(session);
 }

@@ -12,6 +12,7 @@
 #include "report/tables.h"
 #include "run/scoring.h"
 #include "scene/builder.h"
+#include "scene/name_index.h"
 #include "value/matrix.h"
 #include "value/providers.h"
 
@@ -36,7 +37,10 @@ static enum vw_status read_providers(const char *path, struct provided_images *p
         provided->views[i].provider = vw_copy_text("");
         if (!provided->views[i].provider) return VW_ERROR_MEMORY;
     }
-    enum vw_status status = vw_providers_read(path, &scene);
+    enum vw_status status = vw_scene_index_names(&scene);
+    if (!status) status = vw_providers_read(path, &scene);
+    if (scene.names) vw_name_index_clear(scene.names);
+    free(scene.names);
     for (uint32_t i = 0; i < provided->count; i++) provided->images[i].provider = provided->views[i].provider;
     return status;
 }

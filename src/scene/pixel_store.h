@@ -1,7 +1,8 @@
 // Where the pixels of a scene are. What fits into the memory that is allowed for them is on the heap, photo by photo.
 // Otherwise all are in one file in the cache folder, mapped and shared, so that the kernel writes out and drops what is
 // not in use. The file has no name: nothing of it is left behind, however the program ends. Its room on the disk is
-// reserved before anything is written, so that a full disk is an error then, and no signal later.
+// reserved before anything is written, so that a full disk is an error then, and no signal later, where the file system
+// keeps what it reserves.
 #ifndef VIEWWORTH_PIXEL_STORE_H
 #define VIEWWORTH_PIXEL_STORE_H
 

@@ -66,7 +66,6 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     const char *seeds = getenv(VW_CHILD_SEEDS_VARIABLE);
     vw_interrupt_follow_batch();
     if (status) return status;
-    if (seeds && *seeds) return vw_value_jobs(options, seeds);
     if (options->kfold) return make_folds(options);
     if (options->devices)
         return vw_fail(
@@ -77,6 +76,7 @@ enum vw_status vw_command_value(const struct vw_options *options) {
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
     if (options->until_accuracy != 0 && !options->worth)
         return vw_fail(VW_ERROR_USAGE, "--until-accuracy is for retrainings; give it with --worth M, or leave it out");
+    if (seeds && *seeds) return vw_value_jobs(options, seeds);
     if (options->worth) status = vw_worth_check_options(options);
     return status ? status : make_run(options, false);
 }

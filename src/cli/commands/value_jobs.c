@@ -140,7 +140,8 @@ enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds
     work->options = options;
     note(work, list_jobs(work, seeds));
     bool runs = !work->status;
-    for (uint32_t done = 0; runs && done < work->count && work->status != VW_ERROR_INTERRUPTED;)
+    const struct vw_interrupt interrupt = vw_interrupt_watch();
+    for (uint32_t done = 0; runs && done < work->count && !vw_interrupt_requested(&interrupt);)
         done += make_some(work, &work->jobs[done], work->count - done);
     for (uint32_t i = 0; i < VW_CHILD_JOBS_MAX; i++) free(work->jobs[i].out);
     vw_session_close(&work->session);

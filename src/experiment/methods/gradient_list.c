@@ -6,7 +6,7 @@ const struct vw_gradient_method_row vw_gradient_methods[VW_GRADIENT_METHODS] = {
          "In-Run Data Shapley: what the steps on the photo change in validation PSNR, to first "
          "order",
          true, 3.2},
-    [VW_GRADIENT_IN_RUN_SECOND] = {"in_run_shapley_2", "the same to second order", true, 3.2},
+    [VW_GRADIENT_IN_RUN_SECOND] = {"in_run_shapley_second", "the same to second order", true, 3.2},
     [VW_GRADIENT_TRACIN] = {"tracin",
                             "TracIn at 10 checkpoints: minus the gradient of the photo's loss times that of validation "
                             "PSNR and the learning rate",

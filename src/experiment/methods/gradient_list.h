@@ -21,7 +21,7 @@ struct vw_gradient_method_row {
     double run_equivalents;
 };
 // Their names in the order of the table, for texts.
-#define VW_GRADIENT_METHOD_NAMES "in_run_shapley, in_run_shapley_2, tracin, tracin_adam, influence"
+#define VW_GRADIENT_METHOD_NAMES "in_run_shapley, in_run_shapley_second, tracin, tracin_adam, influence"
 extern const struct vw_gradient_method_row vw_gradient_methods[VW_GRADIENT_METHODS];
 
 #endif

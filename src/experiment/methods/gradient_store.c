@@ -12,7 +12,7 @@
 
 enum { RUN_ID, STEPS, METHOD, IMAGE_ID, SCORE, CPU_SECONDS, COLUMNS };
 static const char *const columns[COLUMNS] = {"run_id", "steps", "method", "image_id", "score", "cpu_seconds"};
-static const size_t BYTES_MAX = 1 << 28;
+static const size_t BYTES_MAX = 1 << 24;
 
 static bool read_real(const char *text, double *value) {
     char *end;
@@ -26,13 +26,7 @@ static bool is_number(const char *text, uint64_t number) {
     return strcmp(text, expected) == 0;
 }
 
-static uint32_t find_photo(const struct vw_gradient_store *store, const char *text) {
-    uint32_t i = 0;
-    while (i < store->photo_count && !is_number(text, store->photos[i])) i++;
-    return i;
-}
-
-// `found` counts the photos of each method.
+// `found` counts the photos of each method: they are in order, each once.
 static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_store *store,
                                uint32_t found[VW_GRADIENT_METHODS]) {
     double score, seconds;
@@ -42,12 +36,12 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_stor
         return vw_fail(VW_ERROR_INPUT, "%s:%u: is no row of scores; remove the file: they are computed anew",
                        store->path, csv->line);
     while (method < VW_GRADIENT_METHODS && strcmp(vw_gradient_methods[method].name, csv->fields[METHOD]) != 0) method++;
-    uint32_t photo = find_photo(store, csv->fields[IMAGE_ID]);
     bool of_run = strcmp(csv->fields[RUN_ID], store->run_id) == 0 && is_number(csv->fields[STEPS], store->steps);
-    if (method == VW_GRADIENT_METHODS || photo == store->photo_count || !of_run)
-        return VW_OK;                        // of another version, or another run
-    found[method] += photo == found[method]; // in order, each once
-    store->scores[method][photo] = score;
+    if (method == VW_GRADIENT_METHODS || !of_run) return VW_OK; // of another version, or another run
+    if (found[method] == store->photo_count || !is_number(csv->fields[IMAGE_ID], store->photos[found[method]]))
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: is of no photo that is next; remove the file: scores are computed anew",
+                       store->path, csv->line);
+    store->scores[method][found[method]++] = score;
     store->seconds[method] = seconds;
     return VW_OK;
 }

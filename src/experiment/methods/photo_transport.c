@@ -58,6 +58,7 @@ static enum vw_status transport_to(const struct vw_scene *scene, const uint32_t 
     double *room = vw_allocate((size_t)photo_count * validation_count, sizeof *room);
     double *potentials = vw_allocate((size_t)photo_count + validation_count, sizeof *potentials);
     enum vw_status status = seen && costs && room && potentials ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) status = vw_scene_decode(scene, validation, validation_count);
     for (uint32_t i = 0; !status && i < validation_count; i++)
         status = vw_photo_pixels_measure(scene, validation[i], &seen[i]);
     for (enum part part = THUMBNAILS; !status && part < PART_COUNT; part++)

@@ -101,7 +101,8 @@ static bool has_settled(struct orders *orders, uint32_t number) {
         for (uint32_t i = 0; i < photos; i++)
             error += fabs(orders->settled[(size_t)row * photos + i] - score_of(orders, i)) /
                      (fabs(score_of(orders, i)) + 1e-12) / photos;
-        if (!(error <= largest)) largest = error;
+        if (!isfinite(error)) return false; // a photo without a change yet
+        largest = fmax(largest, error);
     }
     return number + 1 >= SETTLED && largest < ERROR;
 }
