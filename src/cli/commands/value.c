@@ -71,12 +71,13 @@ enum vw_status vw_command_value(const struct vw_options *options) {
         return vw_fail(
             VW_ERROR_USAGE,
             "--devices is for several trainings; give it with --kfold K, or to viewworth worth after the run");
-    if (options->together && !options->worth)
+    bool several = seeds && *seeds; // jobs of a batch
+    if (options->together && !options->worth && !several)
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
     if (options->until_accuracy != 0 && !options->worth)
         return vw_fail(VW_ERROR_USAGE, "--until-accuracy is for retrainings; give it with --worth M, or leave it out");
-    if (seeds && *seeds) return vw_value_jobs(options, seeds);
+    if (several) return vw_value_jobs(options, seeds);
     if (options->worth) status = vw_worth_check_options(options);
     return status ? status : make_run(options, false);
 }
