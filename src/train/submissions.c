@@ -65,8 +65,7 @@ enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t i
     bool recorded = false;
     enum vw_status status = submissions_wait(submissions, index);
     for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++)
-        if (trainer_has_steps(submissions->trainers[i], index))
-            status = keep_failure(submissions, trainer_decode_photos(submissions->trainers[i]));
+        if (trainer_has_steps(submissions->trainers[i], index)) trainer_decode_photos(submissions->trainers[i]);
     for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++) {
         struct vw_trainer *trainer = submissions->trainers[i];
         if (!trainer_has_steps(trainer, index)) continue;

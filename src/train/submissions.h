@@ -46,10 +46,10 @@ enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t i
 enum vw_status submissions_wait(struct vw_submissions *submissions, uint32_t index);
 
 // In trainer.c: whether a trainer can record steps into the batch `index` now, since its steps of that batch are handed
-// out, and one is left that needs no look at the state before; decoding the photos that they draw from; and recording
-// them.
+// out, and one is left that needs no look at the state before; decoding the photos that they draw from, whose failure
+// ends this trainer alone; and recording them.
 bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index);
-enum vw_status trainer_decode_photos(struct vw_trainer *trainer);
+void trainer_decode_photos(struct vw_trainer *trainer);
 void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch);
 
 #endif

@@ -200,11 +200,12 @@ static uint64_t last_step(const struct vw_trainer *trainer) {
 }
 
 bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
-    return !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) && !state_is_due(trainer);
+    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
+           !state_is_due(trainer);
 }
 
 // Those of the next batch and, because photos are decoded side by side, of some steps behind it.
-enum vw_status trainer_decode_photos(struct vw_trainer *trainer) {
+static enum vw_status decode_photos(struct vw_trainer *trainer) {
     enum { STEPS_LEAST = 16 };
     uint64_t first = trainer->next_step ? trainer->next_step : 1, total = schedule_total_steps(&trainer->schedule);
     uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
@@ -215,6 +216,11 @@ enum vw_status trainer_decode_photos(struct vw_trainer *trainer) {
     enum vw_status status = vw_scene_decode(trainer->scene, views, count);
     free(views);
     return status;
+}
+
+void trainer_decode_photos(struct vw_trainer *trainer) {
+    trainer->failure = decode_photos(trainer);
+    if (trainer->failure) trainer->why = vw_error_save();
 }
 
 // Records the next steps, up to the last or to one behind which the state is probed.
@@ -292,7 +298,8 @@ static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_
     struct batch_slot *slot = &trainer->slots[index];
     *records = trainer->records;
     *count = 0;
-    if (!slot->in_flight) return submissions_check(trainer->submissions);
+    if (!slot->in_flight && trainer->failure) vw_error_restore(&trainer->why);
+    if (!slot->in_flight) return trainer->failure ? trainer->failure : submissions_check(trainer->submissions);
     trainer->next_slot = (index + 1) % BATCHES_IN_FLIGHT;
     enum vw_status status = submissions_wait(trainer->submissions, index);
     slot->in_flight = false;

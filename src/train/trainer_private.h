@@ -39,6 +39,8 @@ struct vw_trainer {
     uint32_t next_slot; // to hand out
     uint64_t next_step; // the next to record; 0 before the first batch
     uint64_t stop_step; // the last to record until told otherwise
+    enum vw_status failure; // to decode a photo: no step follows
+    struct vw_saved_error why;
 
     struct vw_step_record *records; // of the batch handed out last, with what they lend
     struct vw_view_error *view_errors;

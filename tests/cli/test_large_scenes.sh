@@ -24,7 +24,7 @@ make_scene() { # make_scene FOLDER COUNT
 
 value() { "$program" value "$folder/scene" --out "$folder/$1" "${quick[@]}" "${@:2}"; }
 says() { grep -qE -- "$1" "$folder/stderr"; }
-cache_is_clean() { [[ -z $(find "$folder/cache" -type f ! -name 'pipelines-*' ! -name 'verdicts*' 2>/dev/null) ]]; }
+cache_is_clean() { [[ -z $(find "$folder/cache/viewworth" -type f ! -name 'pipelines-*' ! -name 'verdicts*' 2>/dev/null) ]]; }
 
 make_scene "$folder/scene" 40
 check "a run in memory" run value heap --memory 1GB
@@ -56,4 +56,14 @@ check "nothing is left after kill -9" cache_is_clean
 head -c -12 "$folder/scene/33.ppm" >"$folder/short" && mv "$folder/short" "$folder/scene/33.ppm"
 check "a photo that cannot be decoded" fails 1 '33.ppm: cannot decode the image' value broken --memory 10kB --quiet
 check "its ledger stands" run "$program" verify "$folder/broken"
+
+# Of two lists that are trained on at the same time, the one without that photo is finished and kept.
+printf '%s.ppm\n' 33 34 35 >"$folder/broken.list"
+printf '%s.ppm\n' 34 35 37 >"$folder/whole.list"
+compare() {
+    "$program" compare "$folder/scene" --list "$folder/broken.list" --list "$folder/whole.list" --seeds 1 --views 0 --together 2 --quiet \
+        --out "$folder/compared" "${small[@]}" --epochs 2
+}
+check "a list with it fails" fails 1 '33.ppm: cannot decode the image' compare
+check "and takes no other along" test "$(sqlite3 "$folder/compared/retrainings.db" 'SELECT count(*) FROM retraining')" = 1
 conclude "$@"
