@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# scripts/train_predictor on tables with planted weights. Takes the program's path, which it does not run.
+# scripts/train_predictor on tables with known weights. Takes the program's path, which it does not run.
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
