@@ -116,8 +116,8 @@ resumes() {
     check "$name: leaves the same" same_contents "whole_$name" "$name"
 }
 
-resumes value value "$scene" --resume --epochs 150 "${small[@]}" --effects occupancy
-signal=TERM resumes train train "$scene" --resume --epochs 150 "${small[@]}"
+resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects occupancy
+signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"
 if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then # test_checkpoint and test_until_stable.sh say most of it
     resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
     resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
@@ -131,7 +131,7 @@ together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
 if is_chosen budget; then
     own=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
-    words=(value "$scene" --resume --budget 15s --epochs 60 "${own[@]}")
+    words=(value "$scene" --resume --budget 6s --epochs 60 "${own[@]}")
     check "budget: is killed" stop KILL budget 37
     check "budget: what it leaves is intact" intact budget
     check "budget: is resumed, and ends" finish budget
