@@ -16,6 +16,8 @@ struct vw_experiment_params vw_params_of_experiment(const struct vw_options *opt
         .together = options->together,
         .no_thumbnails = options->no_thumbnails,
         .paper_methods = options->paper_methods,
+        .methods = options->methods,
+        .run_equivalents = options->run_equivalents,
         .lasting = {options->lasting, options->lasting_rays, options->no_gate, options->lasting_matrix},
         .interrupt = vw_interrupt_watch(),
         .progress = vw_progress_show,

@@ -189,13 +189,15 @@ const struct vw_option vw_option_table[] = {
      "retrainings are not those that judge",
      VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
     {"methods", "LIST|all",
-     "Also evaluate methods of the literature, with commas between: by retrainings, which are not those that judge, "
-     VW_RETRAINING_METHODS "; by gradients along the run, " VW_GRADIENT_METHOD_NAMES,
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"), .words = "all"},
+     "Also evaluate methods of the literature, with commas between: by retrainings, "
+     "which are not those that judge, " VW_RETRAINING_METHODS "; by gradients along the run, " VW_GRADIENT_METHOD_NAMES,
+     VW_OPTIONS_BENCHMARK | VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"),
+     .words = "all"},
     {"run-equivalents", "LIST",
      "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of "
      "train photos, as in N/2 and 4N",
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, run_equivalents), COMMON, DEFAULT("1,2,4,10,N,4N")},
+     VW_OPTIONS_BENCHMARK | VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, run_equivalents), COMMON,
+     DEFAULT("1,2,4,10,N,4N")},
     {"curves", "LIST|all|none|gain",
      "Methods with removal and addition curves, with commas between; gain: all methods, but only what leaving out the "
      "lowest 20 % of the photos gains",

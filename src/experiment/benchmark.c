@@ -59,18 +59,8 @@ static uint64_t worth_seed(const struct work *work, uint32_t valued) {
            (uint64_t)valued * worth_retrainings_most(work->params);
 }
 
-// Those of methods lie behind all others, wherever these end, so that more of the others leave theirs as they are.
-enum { METHODS_FROM = 1 << 30 };
-
-static struct vw_method_scorers_params methods_of(const struct vw_benchmark_params *params) {
-    return (struct vw_method_scorers_params){.methods = params->methods,
-                                             .budgets = params->run_equivalents,
-                                             .first_seed = params->common.config->seed + METHODS_FROM,
-                                             .key = params->common.config->seed};
-}
-
 static uint32_t count_seeds(const struct vw_benchmark_params *params) {
-    if (params->methods) return METHODS_FROM + params->common.seeds * VW_METHOD_SEEDS;
+    if (params->common.methods) return vw_method_scorers_seed_count(&params->common);
     return params->common.seeds * (1 + worth_retrainings_most(params)) + params->retraining_seeds +
            leave_one_out_seeds(params);
 }
@@ -85,9 +75,9 @@ static enum vw_status check_curves(const struct vw_benchmark_params *params) {
         char *name = vw_format_text("%.*s", (int)word.length, word.text);
         if (!name) return VW_ERROR_MEMORY;
         if (!vw_scorer_exists(name))
-            status = vw_fail(VW_ERROR_USAGE,
-                             "--curves: \"%s\" is no method; take all, none, gain, or names as scores.csv has them",
-                             name);
+            status =
+                vw_fail(VW_ERROR_USAGE,
+                        "--curves: \"%s\" is no method; take all, none, gain, or names as scores.csv has them", name);
         free(name);
     }
     return status;
@@ -139,8 +129,7 @@ static uint64_t count_retrainings(const struct work *work) {
     uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
                      (uint64_t)curves * vw_curve_trainings(params->retraining_seeds, params->curves == VW_CURVES_GAIN);
     count += (uint64_t)params->common.seeds * worth_retrainings_most(params);
-    const struct vw_method_scorers_params methods = methods_of(params);
-    count += vw_method_scorers_count(&methods, &work->retrainer, params->common.seeds);
+    count += vw_method_scorers_count(&params->common, &work->retrainer);
     if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;
 }
@@ -319,8 +308,9 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     vw_hasher_add_integer(&hasher, work->params->equal);
     for (uint32_t i = 0; i < work->params->worth_count; i++)
         vw_hasher_add_integer(&hasher, work->params->worth_retrainings[i]);
-    if (work->params->methods) vw_hasher_add_text(&hasher, work->params->methods);
-    if (work->params->run_equivalents) vw_hasher_add_text(&hasher, work->params->run_equivalents);
+    const struct vw_experiment_params *common = &work->params->common;
+    if (common->methods) vw_hasher_add_text(&hasher, common->methods);
+    if (common->run_equivalents) vw_hasher_add_text(&hasher, common->run_equivalents);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
     return vw_retrainings_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
@@ -361,35 +351,20 @@ static enum vw_status write_results(struct work *work, struct vw_benchmark *benc
 
 // ---- All of it ----
 
-static enum vw_status open_retrainer(struct work *work) {
-    const struct vw_experiment_params *common = &work->params->common;
-    const struct vw_config *config = common->config;
-    const struct vw_retrainer_params params = {.session = &work->session,
-                                               .config = config,
-                                               .out = common->out,
-                                               .together = common->together,
-                                               .equal = work->params->equal,
-                                               .averaged_epochs =
-                                                   config->epochs < VW_TRUTH_EPOCHS ? config->epochs : VW_TRUTH_EPOCHS,
-                                               .interrupt = common->interrupt};
-    return vw_retrainer_open(&params, &work->retrainer);
-}
-
 static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_experiment_params *common = &work->params->common;
     struct vw_retrainer *retrainer = &work->retrainer;
     enum vw_status status = vw_experiment_open_session(common, &work->session);
     if (!status) status = draw_subsets(work); // which refuses too many photos before any training
     if (!status) status = vw_seed_runs_make(common, &work->session);
-    if (!status) status = open_retrainer(work);
+    if (!status) status = vw_scorers_open_retrainer(common, &work->session, work->params->equal, retrainer);
     if (!status) status = vw_scorers_make(common, retrainer, common->seeds, &work->scorers);
     if (status) return status;
     retrainer->planned = count_retrainings(work);
     status = train_on_all(work, &benchmark->training_seconds);
     if (!status) status = find_worths(work);
     if (!status) status = add_worths(work, benchmark);
-    const struct vw_method_scorers_params methods = methods_of(work->params);
-    if (!status) status = vw_method_scorers_add(&methods, retrainer, &work->scorers, &benchmark->method_names);
+    if (!status) status = vw_method_scorers_add(common, retrainer, &work->scorers, &benchmark->method_names);
     if (!status) status = leave_one_out(work);
     if (!status) status = evaluate(work, &benchmark->metrics);
     return status ? status : write_results(work, benchmark);
@@ -401,9 +376,8 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     if (!work) return VW_ERROR_MEMORY;
     work->params = params;
     enum vw_status status = vw_experiment_check(&params->common, count_seeds(params), true);
-    const struct vw_method_scorers_params methods = methods_of(params);
     if (!status) status = check_curves(params);
-    if (!status) status = vw_method_scorers_check(&methods);
+    if (!status) status = vw_method_scorers_check(&params->common);
     if (!status) status = vw_out_lock_take(params->common.out, &work->lock);
     if (!status) status = make(work, benchmark);
     for (uint32_t truth = 0; truth < VW_TRUTH_COUNT; truth++) vw_worths_free(&work->worths[truth]);

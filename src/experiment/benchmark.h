@@ -31,8 +31,7 @@ struct vw_benchmark_params {
     uint32_t worth_count;
     bool leave_one_out; // also retrain without each photo, with the larger of both numbers of seeds
     enum vw_curves curves;
-    const char *curve_scorers;             // with VW_CURVES_LISTED: names with commas between
-    const char *methods, *run_equivalents; // as method_scorers.h has them; NULL: none, and its default
+    const char *curve_scorers; // with VW_CURVES_LISTED: names with commas between
 };
 
 struct vw_benchmark_method {

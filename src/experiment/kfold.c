@@ -254,6 +254,7 @@ static enum vw_status read_fold(struct work *work, uint32_t k) {
 static enum vw_status compare_folds(struct work *work) {
     uint32_t folds = work->params->folds, photos = work->kfold->session.scene->view_count, pair_count = 0;
     struct vw_score_table table = {.method = vw_value_default_method,
+                                   .has_zero = true,
                                    .values = vw_allocate((size_t)folds * photos, sizeof *table.values)};
     struct vw_agreement *pairs = NULL;
     if (!table.values) return VW_ERROR_MEMORY;

@@ -17,6 +17,14 @@
 
 const char vw_method_budgets_default[] = "1,2,4,10,N,4N";
 
+// Their retrainings have seeds behind all others of an experiment, wherever these end, so that more of the others leave
+// theirs as they are; each run has METHOD_SEEDS of its own.
+enum { METHODS_FROM = 1 << 30, METHOD_SEEDS = 1 << 20 };
+
+uint32_t vw_method_scorers_seed_count(const struct vw_experiment_params *params) {
+    return METHODS_FROM + params->seeds * METHOD_SEEDS;
+}
+
 // ---- What is asked for ----
 
 enum { BUDGET_MOST = 100000, FACTOR_MOST = 1000 };
@@ -66,19 +74,19 @@ static enum vw_status check_methods(const char *list) {
     return VW_OK;
 }
 
-enum vw_status vw_method_scorers_check(const struct vw_method_scorers_params *params) {
-    const char *rest = params->budgets;
+enum vw_status vw_method_scorers_check(const struct vw_experiment_params *params) {
+    const char *rest = params->run_equivalents;
     struct vw_word word;
     struct budget budget;
     uint32_t count = 0;
-    if (!params->methods && params->budgets)
+    if (!params->methods && params->run_equivalents)
         return vw_fail(VW_ERROR_USAGE, "--run-equivalents are of --methods; add --methods all, or leave them out");
     while (vw_word_list_next(&rest, &word))
         if (++count > VW_METHOD_BUDGETS_MAX || !read_budget(word, &budget))
             return vw_fail(
                 VW_ERROR_USAGE,
                 "--run-equivalents takes up to %d numbers, 1 to %d, or parts of N as N, N/2 and 4N, not \"%s\"",
-                VW_METHOD_BUDGETS_MAX, BUDGET_MOST, params->budgets);
+                VW_METHOD_BUDGETS_MAX, BUDGET_MOST, params->run_equivalents);
     return check_methods(params->methods);
 }
 
@@ -89,8 +97,8 @@ struct budgets {
     uint32_t count;
 };
 
-static struct budgets list_budgets(const struct vw_method_scorers_params *params, uint32_t photo_count) {
-    const char *rest = params->budgets ? params->budgets : vw_method_budgets_default;
+static struct budgets list_budgets(const struct vw_experiment_params *params, uint32_t photo_count) {
+    const char *rest = params->run_equivalents ? params->run_equivalents : vw_method_budgets_default;
     struct budgets budgets = {.count = 0};
     struct vw_word word;
     struct budget budget;
@@ -109,7 +117,7 @@ static struct budgets list_budgets(const struct vw_method_scorers_params *params
 
 // What all methods have in common.
 struct work {
-    const struct vw_method_scorers_params *params;
+    const struct vw_experiment_params *params;
     struct vw_retrainer *retrainer;
     struct vw_scorers *scorers;
     struct vw_feature_table features; // its arrays are those below
@@ -138,15 +146,15 @@ static enum vw_status make_feature_table(struct work *work) {
 }
 
 static struct vw_retraining_input input_of(const struct work *work, uint32_t valued, uint32_t budget) {
-    const struct vw_method_scorers_params *params = work->params;
     struct vw_retrainer *retrainer = work->retrainer;
+    uint64_t seed = work->params->config->seed;
     return (struct vw_retraining_input){.photos = retrainer->train_views,
                                         .photo_count = retrainer->train_count,
                                         .retrain = vw_retrain,
                                         .context = retrainer,
                                         .equal = retrainer->params.equal,
-                                        .first_seed = params->first_seed + (uint64_t)valued * VW_METHOD_SEEDS,
-                                        .key = params->key + valued,
+                                        .first_seed = seed + METHODS_FROM + (uint64_t)valued * METHOD_SEEDS,
+                                        .key = seed + valued,
                                         .budget = budget,
                                         .epochs = retrainer->params.config->epochs,
                                         .features = work->features.count ? &work->features : NULL};
@@ -154,11 +162,10 @@ static struct vw_retraining_input input_of(const struct work *work, uint32_t val
 
 // Whether the budget is enough, and asks for no more seeds than there are.
 static bool can_use(const struct vw_retraining_method *method, const struct vw_retraining_input *input) {
-    return input->budget >= method->least_budget(input) && (uint64_t)input->budget * input->epochs <= VW_METHOD_SEEDS;
+    return input->budget >= method->least_budget(input) && (uint64_t)input->budget * input->epochs <= METHOD_SEEDS;
 }
 
-uint64_t vw_method_scorers_count(const struct vw_method_scorers_params *params, const struct vw_retrainer *retrainer,
-                                 uint32_t valued_seeds) {
+uint64_t vw_method_scorers_count(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer) {
     const struct budgets budgets = list_budgets(params, retrainer->train_count);
     uint32_t epochs = retrainer->params.config->epochs;
     uint64_t count = 0;
@@ -168,7 +175,7 @@ uint64_t vw_method_scorers_count(const struct vw_method_scorers_params *params, 
         for (uint32_t i = 0; is_asked_for(params->methods, method->name) && i < budgets.count; i++)
             count += (uint64_t)budgets.numbers[i] * (of_each + 1); // an untrained field beside each, at most
     }
-    return count * valued_seeds;
+    return count * params->seeds;
 }
 
 static enum vw_status add_scorer(const struct work *work, const struct vw_retraining_method *method, uint32_t budget,
@@ -252,13 +259,13 @@ static enum vw_status add_retraining_scorers(const struct work *work, char (*nam
             if (can_use(method, &input)) status = add_scorer(work, method, budgets.numbers[i], name);
             else
                 vw_log_info("method   %s is left out: it takes %" PRIu32 " to %d run-equivalents", name,
-                            method->least_budget(&input), VW_METHOD_SEEDS / (int)input.epochs);
+                            method->least_budget(&input), METHOD_SEEDS / (int)input.epochs);
         }
     }
     return status;
 }
 
-enum vw_status vw_method_scorers_add(const struct vw_method_scorers_params *params, struct vw_retrainer *retrainer,
+enum vw_status vw_method_scorers_add(const struct vw_experiment_params *params, struct vw_retrainer *retrainer,
                                      struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]) {
     struct work work = {.params = params, .retrainer = retrainer, .scorers = scorers};
     if (!params->methods) return VW_OK;

@@ -56,6 +56,8 @@ static enum vw_status make_stop(const struct vw_reproduction *reproduction, cons
                                 uint32_t epochs, struct vw_reproduction_stop *stop) {
     stop->epochs = epochs;
     enum vw_status status = vw_score_tables_make(runs->inputs, runs->count, epochs, &stop->tables);
+    if (!status && epochs == reproduction->params->config->epochs) // methods are of whole trainings
+        status = vw_reproduced_methods_add(&reproduction->methods, runs->inputs[0].images, &stop->tables);
     if (status) return status;
     stop->training_rays = (uint64_t)epochs * stop->tables.photo_count * reproduction->params->config->rays;
     stop->pairs = vw_allocate(stop->tables.count, sizeof *stop->pairs);
@@ -168,13 +170,15 @@ static enum vw_status write_tables(const struct seed_runs *runs, struct vw_repro
 
 // ---- All of it ----
 
-static enum vw_status make_runs(const struct vw_experiment_params *params) {
+// Retrainings of methods vary what the runs vary.
+static enum vw_status make_runs(const struct vw_experiment_params *params, struct vw_reproduced_methods *methods) {
     struct vw_session session = {0};
     struct vw_config config = *params->config;
     struct vw_experiment_params varied = *params;
     if (config.vary != VW_VARY_ALL && config.vary != VW_VARY_ALL_VALIDATION) config.base_seed = config.seed;
     varied.config = &config;
     enum vw_status status = vw_seed_runs_make(&varied, &session);
+    if (!status) status = vw_reproduced_methods_make(&varied, &session, methods);
     vw_session_close(&session);
     return status;
 }
@@ -195,9 +199,11 @@ static enum vw_status compare_runs(struct vw_reproduction *reproduction) {
 enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, struct vw_reproduction *reproduction) {
     *reproduction = (struct vw_reproduction){.params = params, .pair_count = params->seeds * (params->seeds - 1) / 2};
     struct vw_out_lock *lock = NULL;
-    enum vw_status status = vw_experiment_check(params, params->seeds, true);
+    uint32_t seeds = params->methods ? vw_method_scorers_seed_count(params) : params->seeds;
+    enum vw_status status = vw_experiment_check(params, seeds, true);
+    if (!status) status = vw_method_scorers_check(params);
     if (!status) status = vw_out_lock_take(params->out, &lock);
-    if (!status) status = make_runs(params);
+    if (!status) status = make_runs(params, &reproduction->methods);
     if (!status) status = compare_runs(reproduction);
     const struct vw_report_params report = {.device = params->devices.first, .no_thumbnails = params->no_thumbnails};
     if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report, NULL);
@@ -215,6 +221,7 @@ void vw_reproduction_free(struct vw_reproduction *reproduction) {
     for (uint32_t i = 0; i < reproduction->stop_count; i++) free_stop(&reproduction->stops[i]);
     free(reproduction->stops);
     vw_lasting_seeds_free(&reproduction->lasting);
+    vw_reproduced_methods_free(&reproduction->methods);
     free(reproduction->agreement_path);
     free(reproduction->scatter_path);
     free(reproduction->report_path);

@@ -6,6 +6,7 @@
 
 #include "experiment/experiment.h"
 #include "experiment/lasting_seeds.h"
+#include "experiment/reproduced_methods.h"
 #include "value/evaluation/agreement.h"
 #include "viewworth/status.h"
 
@@ -23,9 +24,10 @@ struct vw_reproduction {
     struct vw_reproduction_stop *stops; // owned: every 5 epochs (more epochs where that gives more than 20 stops); the
                                         // last one is after all epochs
     uint32_t stop_count;
-    char *agreement_path, *scatter_path; // owned
-    struct vw_lasting_seeds lasting;     // empty unless params->lasting.wanted
-    char *report_path;                   // owned; NULL when there is no report
+    char *agreement_path, *scatter_path;  // owned
+    struct vw_lasting_seeds lasting;      // empty unless params->lasting.wanted
+    struct vw_reproduced_methods methods; // in the last stop; empty unless params->methods are named
+    char *report_path;                    // owned; NULL when there is no report
 };
 
 // Values the scene with params->seeds seeds and compares the scores, after params->config->epochs epochs at most. What
@@ -33,6 +35,7 @@ struct vw_reproduction {
 // VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to
 // OUT:
 // - seed_<seed>/: the runs (seed_runs.h)
+// - retrainings.db, with params->methods
 // - reproduce.csv: header method,epochs,training_rays,seed_a,seed_b,photos,measure,value; a row per method, stop, pair
 //   and measure (vw_agreement_name). `photos`: the number compared. An empty value: undefined.
 // - scatter.csv: header name,method,seed_a,seed_b,value_a,value_b,corrupted; a row per method, pair and train photo

@@ -166,6 +166,20 @@ static enum vw_status list_ground_truths(const struct vw_retrainer *retrainer, s
     return VW_OK;
 }
 
+enum vw_status vw_scorers_open_retrainer(const struct vw_experiment_params *params, struct vw_session *session,
+                                         enum vw_equal equal, struct vw_retrainer *retrainer) {
+    const struct vw_config *config = params->config;
+    const struct vw_retrainer_params opened = {.session = session,
+                                               .config = config,
+                                               .out = params->out,
+                                               .together = params->together,
+                                               .equal = equal,
+                                               .averaged_epochs =
+                                                   config->epochs < VW_TRUTH_EPOCHS ? config->epochs : VW_TRUTH_EPOCHS,
+                                               .interrupt = params->interrupt};
+    return vw_retrainer_open(&opened, retrainer);
+}
+
 enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer,
                                uint32_t seed_count, struct vw_scorers *scorers) {
     *scorers = (struct vw_scorers){.evaluation = {.photos = retrainer->train_views,

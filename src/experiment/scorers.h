@@ -1,4 +1,4 @@
-// The scorers that a benchmark evaluates: the scoring methods of the valued runs, and the baselines.
+// The scorers of the runs of an experiment: the scoring methods of the valued runs, and the baselines.
 #ifndef VIEWWORTH_SCORERS_H
 #define VIEWWORTH_SCORERS_H
 
@@ -22,7 +22,7 @@ struct vw_scorers {
     struct vw_scorer list[VW_SCORERS_MAX];
     double *scores[VW_SCORERS_MAX]; // owned; [seed][photo] of each
     struct vw_scorer_cost costs[VW_SCORERS_MAX];
-    const char **ground_truths; // owned array
+    const char **ground_truths;        // owned array
     struct vw_photo_features features; // of the photos, and of the valued runs
 };
 
@@ -31,6 +31,9 @@ extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retra
 // Whether a method, with its budget where it takes one, a baseline, leave-one-out or the worths from subsets have that
 // name.
 bool vw_scorer_exists(const char *name);
+// Opens the retrainer of an experiment's scorers: its results are means over the ends of the last epochs.
+enum vw_status vw_scorers_open_retrainer(const struct vw_experiment_params *params, struct vw_session *session,
+                                         enum vw_equal equal, struct vw_retrainer *retrainer);
 // Reads the runs of the first `seed_count` seeds in params->out, and computes features and what needs no retraining.
 // Methods without a score for some photo are left out. Free it also after a failure.
 enum vw_status vw_scorers_make(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer,

@@ -50,7 +50,7 @@ struct model {
     // Of its consistency loss, else 0: weight, and the side of the picture that the first rays of a step make.
     double consistency_weight;
     uint32_t picture_side;
-    bool obeys_masks;           // its thumbnails leave out what mask files hide
+    bool obeys_masks; // its thumbnails leave out what mask files hide
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding

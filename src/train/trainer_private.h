@@ -36,9 +36,9 @@ struct vw_trainer {
     struct vw_buffer *scalars; // READBACK: per batch slot and step (step 0 included), one or more measurements
     struct vw_submissions *submissions, *own_submissions; // own: NULL where they are shared
     struct batch_slot slots[BATCHES_IN_FLIGHT];
-    uint32_t next_slot; // to hand out
-    uint64_t next_step; // the next to record; 0 before the first batch
-    uint64_t stop_step; // the last to record until told otherwise
+    uint32_t next_slot;     // to hand out
+    uint64_t next_step;     // the next to record; 0 before the first batch
+    uint64_t stop_step;     // the last to record until told otherwise
     enum vw_status failure; // to decode a photo: no step follows
     struct vw_saved_error why;
 

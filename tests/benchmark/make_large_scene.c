@@ -119,11 +119,8 @@ static void write_camera(struct making *making, const struct vw_camera *camera) 
 static enum vw_status write_photo(const struct making *making, const struct vw_image *image, const char *name) {
     uint32_t width_px = ENLARGED * image->width_px, height_px = ENLARGED * image->height_px;
     size_t pixel_count = (size_t)width_px * height_px, size_bytes = 0;
-    struct vw_image_encoding encoding = {.width_px = width_px,
-                                         .height_px = height_px,
-                                         .channels = 3,
-                                         .eight_bit = true,
-                                         .compression = "jpeg:90"};
+    struct vw_image_encoding encoding = {
+        .width_px = width_px, .height_px = height_px, .channels = 3, .eight_bit = true, .compression = "jpeg:90"};
     float *rgb = vw_allocate(pixel_count, 3 * sizeof *rgb), rgba[4];
     char *path = vw_format_text("%s/dense/images/%s", making->folder, name);
     void *file = NULL;

@@ -125,6 +125,37 @@ check "and the base seed, too" refused order 'seed_1 has base_seed = 0, not 1' -
 check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 9223372036854775806 &&
     test -s "$folder/far/seed_9223372036854775807/ledger.db"'
 
+# ---- Methods of the literature ----
+
+of_methods() { # of_methods COMMAND [OPTION]...
+    run "$program" "$1" "$root/scenes/eight.json" --out "$folder/methods" --epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 \
+        --log2-table 6 --width 16 --effects none --device llvmpipe --run-equivalents 4 "${@:2}"
+}
+retrainings() { sqlite3 "$folder/methods/retrainings.db" 'SELECT count(*) FROM retraining WHERE seed >= 1 << 30'; }
+agreements() { table methods reproduce.csv "SELECT count(*) FROM t WHERE method = '$1' AND measure = '$2' AND value <> ''"; }
+check "two seeds by methods of the literature" of_methods reproduce --seeds 2 --methods data_banzhaf,data_oob,in_run_shapley --json
+banzhaf='$.by_epochs[#-1].methods[#-3]'
+check "their cost is told" test "$(json "$banzhaf.method"),$(json "$banzhaf.cost.run_equivalents")" = data_banzhaf_4,4.0
+check "the CPU time of their retrainings, too" eval '[[ $(json "$banzhaf.cost.seconds") =~ [1-9] ]]'
+for method in data_banzhaf_4 data_oob_4 in_run_shapley dv_psnr consistent_residual; do
+    check "$method has an agreement" test "$(agreements "$method" pearson)" = 1
+done
+check "the sign of what is no worth says nothing" test "$(agreements data_oob_4 same_sign),$(agreements data_banzhaf_4 same_sign)" = 0,1
+check "what depends on no run is left out" test "$(agreements sharpness pearson)" = 0
+check "each photo has a point" test "$(table methods scatter.csv "SELECT count(DISTINCT name), count(*) FROM t
+    WHERE method = 'data_banzhaf_4' AND value_a <> value_b")" = '8|8'
+made=$(retrainings)
+before=$(contents methods)
+check "again: nothing is left to do" of_methods reproduce --seeds 2 --methods data_banzhaf,data_oob,in_run_shapley
+check "and no file changes" test "$made" -ge 16 -a "$(contents methods)" = "$before"
+check "a benchmark of the same runs" of_methods benchmark --valued-seeds 2 --methods data_banzhaf,data_oob --subsets 8 \
+    --retraining-seeds 1 --curves none
+check "takes the retrainings that are there" test "$(retrainings)" = "$made"
+check "an unknown method" refused one '--methods: "shapley" is none' --seeds 2 --methods shapley
+check "budgets without methods" refused one 'add --methods' --seeds 2 --run-equivalents 4
+
+# ---- What is refused ----
+
 check "one seed agrees with none" refused one '--seeds takes a whole number, 2 to 50' --seeds 1
 check "so does none" refused one '--seeds takes' --seeds 0
 check "a seed beyond the largest is refused" refused one 'pass 9223372036854775807' --seeds 3 --seed 9223372036854775806

@@ -238,7 +238,7 @@ static void a_step_says_what_it_leaves(void **state) {
         bool full; // with --full alone: the last case has all that is theirs
     } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
-                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false}, // 256 steps skip nothing
+                 {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, true},
                  {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8, VW_COARSE_NETWORK_SHARED, false},

@@ -53,10 +53,9 @@ static int tear_down(void **state) {
 }
 
 static struct vw_gradient_scores_params params_of(const struct fixture *fixture, const char *name) {
-    return (struct vw_gradient_scores_params){
-        .gpu = fixture->session.devices[0].gpu,
-        .scene = fixture->session.scene,
-        .out = temporary_path(fixture->folder, name)};
+    return (struct vw_gradient_scores_params){.gpu = fixture->session.devices[0].gpu,
+                                              .scene = fixture->session.scene,
+                                              .out = temporary_path(fixture->folder, name)};
 }
 
 static void read_scores(const struct fixture *fixture, const char *method, double scores[PHOTOS]) {

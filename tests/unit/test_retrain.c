@@ -137,8 +137,8 @@ static void several_are_on_all_devices_in_turn(void **state) {
     ASSERT_OK(vw_retrainer_open(&params, &f->retrainer));
     assert_int_equal(f->retrainer.at_a_time, 4);
     for (uint32_t i = 0; i < 4; i++)
-        retrainings[i] = (struct vw_retrain_params){
-            .views = f->retrainer.train_views, .view_count = PHOTOS - i, .seed = 3};
+        retrainings[i] =
+            (struct vw_retrain_params){.views = f->retrainer.train_views, .view_count = PHOTOS - i, .seed = 3};
     ASSERT_OK(vw_retrain(&f->retrainer, retrainings, 4, results));
     assert_int_equal(observer.trainers[2], 4);
     assert_int_equal(observer.trainers[0], 2);

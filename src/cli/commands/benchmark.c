@@ -61,9 +61,7 @@ enum vw_status vw_command_benchmark(const struct vw_options *options) {
                                          .equal = options->equal,
                                          .leave_one_out = options->leave_one_out,
                                          .curves = curves_of(options->curves),
-                                         .curve_scorers = options->curves,
-                                         .methods = options->methods,
-                                         .run_equivalents = options->run_equivalents};
+                                         .curve_scorers = options->curves};
     struct vw_benchmark benchmark = {0};
     if (!status) status = vw_options_check_lasting(options);
     if (!status) status = read_subsets(options->subsets, &params);

@@ -11,7 +11,7 @@
 #include "cli/output/print.h"
 #include "viewworth/value.h"
 
-enum { CELL_WIDTH = 21 };
+enum { NAME_WIDTH = 18, CELL_WIDTH = 21 };
 
 static const struct {
     enum vw_agreement_measure measure;
@@ -41,6 +41,13 @@ static struct vw_agreement_summary summarise(const struct vw_reproduction *repro
 }
 
 // ---- Text ----
+
+static int name_width(const struct vw_score_tables *tables) {
+    size_t width = NAME_WIDTH;
+    for (uint32_t i = 0; i < tables->count; i++)
+        if (strlen(tables->tables[i].method) > width) width = strlen(tables->tables[i].method);
+    return (int)width;
+}
 
 // No blanks at the ends of lines. Coverage follows behind all columns.
 static int width_of(size_t column, size_t column_count) {
@@ -84,6 +91,20 @@ static void print_by_epochs(const struct vw_reproduction *reproduction) {
     }
 }
 
+static void print_costs(const struct vw_reproduction *reproduction) {
+    const struct vw_score_tables *tables = &last_stop(reproduction)->tables;
+    if (!reproduction->methods.scorers) return;
+    vw_print("\nwhat the scores of one run take\n%-*s  run-equivalents  CPU s\n", name_width(tables), "method");
+    for (uint32_t i = 0; i < tables->count; i++) {
+        const char *method = tables->tables[i].method;
+        const struct vw_scorer_cost *cost = vw_reproduced_methods_cost(&reproduction->methods, method);
+        if (!cost) continue;
+        vw_print("%-*s  %15.4g", name_width(tables), method, cost->trainings);
+        if (cost->seconds > 0) vw_print("  %.3g\n", cost->seconds);
+        else vw_print("  -\n");
+    }
+}
+
 static void print_text(const struct vw_reproduction *reproduction) {
     const struct vw_reproduction_stop *stop = last_stop(reproduction);
     const struct vw_config *config = reproduction->params->config;
@@ -91,16 +112,17 @@ static void print_text(const struct vw_reproduction *reproduction) {
         "agreement of scores between seeds %" PRIu64 " to %" PRIu64 " (varying %s): %u photos, %u epochs, %" PRIu64
         " training rays a run\nmean over %u pair%s of seeds [lowest highest]; same positive set: photos above 0 in "
         "both / in either\n2 extremes: the two photos farthest from the median; intervals that hold the mean: share of "
-        "the runs' 95 %% intervals that contain the mean over seeds\n%-18s",
+        "the runs' 95 %% intervals that contain the mean over seeds\n%-*s",
         config->seed, config->seed + reproduction->params->seeds - 1, vw_vary_name(config->vary),
         stop->tables.photo_count, stop->epochs, stop->training_rays, reproduction->pair_count,
-        reproduction->pair_count > 1 ? "s" : "", "method");
+        reproduction->pair_count > 1 ? "s" : "", name_width(&stop->tables), "method");
     print_headings(VW_ARRAY_COUNT(columns));
     for (uint32_t method = 0; method < stop->tables.count; method++) {
-        vw_print("%-18s", stop->tables.tables[method].method);
+        vw_print("%-*s", name_width(&stop->tables), stop->tables.tables[method].method);
         print_row(reproduction, stop, method, VW_ARRAY_COUNT(columns));
     }
     print_by_epochs(reproduction);
+    print_costs(reproduction);
     if (reproduction->lasting.photo_count) vw_lasting_seeds_print(&reproduction->lasting, config->seed);
     vw_print("\nagreement  %s\nscatter    %s\n", reproduction->agreement_path, reproduction->scatter_path);
     if (reproduction->report_path) vw_print("report     %s\n", reproduction->report_path);
@@ -126,6 +148,11 @@ static json_t *method_to_json(const struct vw_reproduction *reproduction, const 
     vw_json_set(
         &object, "interval_coverage",
         json_pack("{s:o, s:I}", "share", vw_json_real(coverage.share), "intervals", (json_int_t)coverage.intervals));
+    const struct vw_scorer_cost *cost = vw_reproduced_methods_cost(&reproduction->methods, table->method);
+    if (cost)
+        vw_json_set(&object, "cost",
+                    json_pack("{s:f, s:o}", "run_equivalents", cost->trainings, "seconds",
+                              vw_json_real(cost->seconds > 0 ? cost->seconds : NAN)));
     return object;
 }
 

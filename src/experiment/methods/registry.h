@@ -21,12 +21,12 @@ struct vw_retraining_input {
     const uint32_t *photos; // image_ids, ascending
     uint32_t photo_count;   // at least 2
     vw_retrain_function *retrain;
-    void *context;                            // of `retrain`
-    enum vw_equal equal;                      // what its retrainings have in common; it decides what they cost
-    uint64_t first_seed;                      // retrainings have seeds from this one on, fewer than budget * epochs
-    uint64_t key;                             // of random draws
-    uint32_t budget;                          // run-equivalents: trainings on all photos for `epochs` epochs
-    uint32_t epochs;                          // of such a training
+    void *context;                           // of `retrain`
+    enum vw_equal equal;                     // what its retrainings have in common; it decides what they cost
+    uint64_t first_seed;                     // retrainings have seeds from this one on, fewer than budget * epochs
+    uint64_t key;                            // of random draws
+    uint32_t budget;                         // run-equivalents: trainings on all photos for `epochs` epochs
+    uint32_t epochs;                         // of such a training
     const struct vw_feature_table *features; // NULL: none
 };
 

@@ -111,8 +111,7 @@ enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const
         for (uint32_t b = a + 1; b < runs && !status; b++)
             status = vw_agreement_of_pair(table->values + (size_t)a * photos, table->values + (size_t)b * photos,
                                           tables->clean, photos, &made[count++]);
-    const struct vw_value_method *about = vw_value_method_find(table->method);
-    if (about && !about->has_zero)
+    if (!table->has_zero)
         for (uint32_t i = 0; i < count; i++) forget_signs(&made[i]);
     if (status) {
         free(made);

@@ -11,7 +11,7 @@
 #include "value/measure.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};
-static const size_t GAIN_END = 0, GAIN_PERCENT = 1; // the point that a curve of gains has: removal_low/20
+static const size_t GAIN_END = 0, GAIN_PERCENT = 1;       // the point that a curve of gains has: removal_low/20
 static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // no training has it
 
 // Which end of the order is moved, and whether it is removed or is all that is trained on.

@@ -63,19 +63,24 @@ const struct vw_score_table *vw_score_tables_find(const struct vw_score_tables *
     return find(tables, method);
 }
 
-static enum vw_status add_table(struct vw_score_tables *tables, size_t *capacity, const struct vw_ledger_score *score) {
-    size_t value_count = (size_t)tables->run_count * tables->photo_count;
-    enum vw_status status =
-        vw_grow((void **)&tables->tables, capacity, tables->count + (size_t)1, sizeof *tables->tables);
-    if (status) return status;
-    struct vw_score_table table = {
-        .method = score->method, .unit = score->unit, .values = vw_allocate(value_count, 3 * sizeof(double))};
-    if (!table.values) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < 3 * value_count; i++) table.values[i] = NAN;
-    table.ci_low = table.values + value_count;
-    table.ci_high = table.ci_low + value_count;
-    tables->tables[tables->count++] = table;
-    return VW_OK;
+struct vw_score_table *vw_score_tables_add(struct vw_score_tables *tables, const struct vw_score_table *table) {
+    size_t value_count = (size_t)tables->run_count * tables->photo_count, needed = tables->count + (size_t)1;
+    if (vw_grow((void **)&tables->tables, &tables->capacity, needed, sizeof *tables->tables)) return NULL;
+    struct vw_score_table *added = &tables->tables[tables->count];
+    *added = *table;
+    added->values = vw_allocate(value_count, 3 * sizeof(double));
+    if (!added->values) return NULL;
+    for (size_t i = 0; i < 3 * value_count; i++) added->values[i] = NAN;
+    added->ci_low = added->values + value_count;
+    added->ci_high = added->ci_low + value_count;
+    tables->count++;
+    return added;
+}
+
+static enum vw_status add_table(struct vw_score_tables *tables, const struct vw_ledger_score *score) {
+    const struct vw_value_method *about = vw_value_method_find(score->method);
+    const struct vw_score_table table = {score->method, score->unit, .has_zero = !about || about->has_zero};
+    return vw_score_tables_add(tables, &table) ? VW_OK : VW_ERROR_MEMORY;
 }
 
 static void place(const struct vw_value_input *run, uint32_t run_index, const struct vw_ledger_score *score,
@@ -89,13 +94,12 @@ static void place(const struct vw_value_input *run, uint32_t run_index, const st
     table->ci_high[entry] = score->ci_high;
 }
 
-static enum vw_status add_run(const struct vw_value_input *run, uint32_t run_index, size_t *capacity,
-                              struct vw_score_tables *tables) {
+static enum vw_status add_run(const struct vw_value_input *run, uint32_t run_index, struct vw_score_tables *tables) {
     struct vw_ledger_score *scores = NULL;
     uint32_t score_count = 0;
     enum vw_status status = vw_value_score(run, &scores, &score_count);
     for (uint32_t i = 0; i < score_count && !status; i++) {
-        if (!find(tables, scores[i].method)) status = add_table(tables, capacity, &scores[i]);
+        if (!find(tables, scores[i].method)) status = add_table(tables, &scores[i]);
         if (!status) place(run, run_index, &scores[i], tables, find(tables, scores[i].method));
     }
     free(scores);
@@ -105,14 +109,13 @@ static enum vw_status add_run(const struct vw_value_input *run, uint32_t run_ind
 enum vw_status vw_score_tables_make(const struct vw_value_input *runs, uint32_t run_count, uint32_t epochs,
                                     struct vw_score_tables *tables) {
     *tables = (struct vw_score_tables){.run_count = run_count};
-    size_t capacity = 0;
     enum vw_status status = run_count ? list_photos(&runs[0], tables) : VW_OK;
     for (uint32_t i = 0; i < run_count && !status; i++) {
         struct vw_value_input first = vw_value_input_truncate(&runs[i], epochs);
         if (!same_photos(&runs[0], &runs[i]))
             status = vw_fail(VW_ERROR_INPUT, "run %u is not on the photos of the first one; compare runs of one scene",
                              i + 1);
-        else status = add_run(&first, i, &capacity, tables);
+        else status = add_run(&first, i, tables);
     }
     return status;
 }
