@@ -131,7 +131,7 @@ together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
 if is_chosen budget; then
     own=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
-    words=(value "$scene" --resume --budget 6s --epochs 60 "${own[@]}")
+    words=(value "$scene" --resume --budget 10s --epochs 60 "${own[@]}")
     check "budget: is killed" stop KILL budget 37
     check "budget: what it leaves is intact" intact budget
     check "budget: is resumed, and ends" finish budget
