@@ -240,7 +240,9 @@ const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [12, 4], [4, 4], [1, 2]]; // t
 const POINTS = ['circle', 'rect', 'triangle', 'rectRot', 'cross', 'star', 'crossRot'];
 const PAPER = {ink: '#1b1f24', quiet: '#59636e', line: '#d9dee3', page: '#ffffff', helps: '#0072b2', harms: '#c65102'};
 const PAPER_WIDTH_PX = 680, HEAT_COLUMN_PX = 44;
-const PAPER_CHARTS_PX = {'': [PAPER_WIDTH_PX, 260], square: [420, 420], small: [225, 200], map: [330, 330]}; // width, height
+const PAPER_CHARTS_PX = { // width, height
+  '': [PAPER_WIDTH_PX, 260], square: [420, 420], tall: [PAPER_WIDTH_PX, 460], small: [225, 200], map: [330, 330],
+};
 const charts = new Map(); // by the place they are drawn in
 let onPaper = false;
 
@@ -275,7 +277,7 @@ function axis(title, more = {}) {
 function legendLabels(more = {}) { return {color: colour('ink'), usePointStyle: true, boxWidth: 8, boxHeight: 8, ...more}; }
 
 // Draws into a place, in place of what was drawn there before: {config, caption, label, shape, behind}; `config` is a function, so that a
-// chart can be drawn anew in other colours, and `shape` 'square', or 'small' for one that stands beside others.
+// chart can be drawn anew in other colours, and `shape` 'square', 'tall' for many series, or 'small' for one beside others.
 function drawChart(id, {config, caption, label, shape = '', behind}) {
   const before = charts.get(id);
   if (before) before.chart.destroy();

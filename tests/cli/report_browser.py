@@ -352,7 +352,7 @@ def validity_is_right(browser, folder):
         ['noise ceiling', [[1, 0.8], [120, 0.8]]]], sets)
     expect(['interval', [[10, 0.05], [10, 0.7], [10, None], [120, 0.05], [120, 0.7], [120, None]]] in sets, sets)
     measures = page.run("return [...document.getElementById('choose-validity-0').options].map(one => one.value)")
-    expect(measures == ['lds/test_psnr', 'sign_accuracy/test_psnr'], measures)
+    expect(measures == ['lds/test_psnr', 'sign_accuracy/test_psnr', 'lds/val_psnr'], measures)
     page.choose('choose-validity-0', 'sign_accuracy/test_psnr')
     expect(page.run(drawn_sets) == [['dv_psnr', [[1, 0.7]]]], 'another metric is drawn')
 
