@@ -17,6 +17,7 @@
 #include "experiment/worth_plan.h"
 #include "value/evaluation/exact_values.h"
 #include "value/evaluation/leave_one_out.h"
+#include "value/worth.h"
 
 // A benchmark while it is made.
 struct work {
@@ -204,16 +205,26 @@ static enum vw_status find_worths_of_seed(struct work *work, uint32_t valued, do
     return status;
 }
 
+// What gives the prior of worth: the run, with its sweep where there is one.
+static double prior_trainings(const struct vw_scorers *scorers) {
+    double most = 1;
+    for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++)
+        for (uint32_t m = 0; m < VW_WORTH_PRIORS; m++)
+            if (!strcmp(scorers->list[i].name, vw_worth_prior_methods[m]))
+                most = fmax(most, scorers->costs[i].trainings);
+    return most;
+}
+
 // Worth as `viewworth worth` gives it, with the scores of the valued run as its prior.
 static enum vw_status add_worths(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_benchmark_params *params = work->params;
-    double *scores[VW_BENCHMARK_WORTHS] = {0};
+    double *scores[VW_BENCHMARK_WORTHS] = {0}, prior = prior_trainings(&work->scorers);
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < params->worth_count; i++) {
         char *name = benchmark->worth_names[i];
         snprintf(name, VW_BENCHMARK_NAME_BYTES, "worth_%u", params->worth_retrainings[i]);
         scores[i] = vw_scorers_add(&work->scorers, (struct vw_scorer){.name = name, .has_sign = true},
-                                   (struct vw_scorer_cost){.trainings = 1 + params->worth_retrainings[i]});
+                                   (struct vw_scorer_cost){.trainings = prior + params->worth_retrainings[i]});
         if (!scores[i]) return VW_ERROR_MEMORY;
     }
     for (uint32_t seed = 0; !status && params->worth_count && seed < params->common.seeds; seed++)

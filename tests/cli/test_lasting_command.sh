@@ -73,4 +73,14 @@ check "a mean is that of the seeds" test "$(printf '%.9f' "$(json '$.lasting.met
     WHERE method = 'lasting_psnr' AND name = 'view_003'")")"
 check "text says what is told apart" eval 'reproduce --lasting --no-gate &&
     grep -qE "all intervals overlap|pairs of photos" "$folder/stdout"'
+
+benchmark() { # benchmark [OPTION]...
+    run "$program" benchmark "$scene" --out "$folder/bench" --valued-seeds 1 --retraining-seeds 1 --subsets 8 --curves none \
+        --worth-retrainings 8 "${small[@]}" --epochs 4 --quiet "$@"
+}
+worth_cost() { awk -F, '$2 == "cost/trainings" && $3 == "worth_8" {print $4}' "$folder/bench/benchmark.csv"; }
+check "worth from 8 retrainings" benchmark
+check "costs these and the run" test "$(worth_cost)" = 9
+check "with a sweep for its prior" benchmark --lasting --no-gate
+check "it costs that, too" test "$(worth_cost)" = 13
 conclude "$@"
