@@ -35,7 +35,7 @@ struct vw_reproduction {
 // VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to
 // OUT:
 // - seed_<seed>/: the runs (seed_runs.h)
-// - retrainings.db, with params->methods
+// - retrainings.db and gradient_scores_<seed>.csv, with params->methods
 // - reproduce.csv: header method,epochs,training_rays,seed_a,seed_b,photos,measure,value; a row per method, stop, pair
 //   and measure (vw_agreement_name). `photos`: the number compared. An empty value: undefined.
 // - scatter.csv: header name,method,seed_a,seed_b,value_a,value_b,corrupted; a row per method, pair and train photo

@@ -230,7 +230,7 @@ static void a_step_says_what_it_leaves(void **state) {
     static const struct {
         const char *effects;
         double beta1;
-        uint32_t epochs;
+        uint32_t epochs;       // more with occupancy, whose first 256 steps skip nothing
         uint64_t memory_bytes; // for segments of about 20 steps, from whose beginnings steps are tried
         enum vw_field field;
         uint32_t importance_samples; // with which the learning rate decays
