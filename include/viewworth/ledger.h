@@ -15,7 +15,7 @@
 // and with one by validation photo (others lack this table):
 // - lasting_view(run_id, step, image_id, psnr): dB that the PSNR of validation photo image_id at the end gains by the
 //   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for rounding
-//   (src/train/lasting.h).
+//   (src/train/adjoint/lasting.h).
 //
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
 // (src/ledger/README.md says what that protects, and what it does not):

@@ -1,6 +1,6 @@
 // The folder in which the program keeps, from run to run, what it can also find out again.
-#ifndef VIEWWORTH_CACHE_FOLDER_H
-#define VIEWWORTH_CACHE_FOLDER_H
+#ifndef VIEWWORTH_BASE_CACHE_FOLDER_H
+#define VIEWWORTH_BASE_CACHE_FOLDER_H
 
 // The path of a file in $XDG_CACHE_HOME/viewworth (or ~/.cache/viewworth), owned by the caller; NULL when there is no
 // such folder, or memory is short.

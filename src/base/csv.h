@@ -1,6 +1,6 @@
 // CSV (RFC 4180): reading record by record, writing field by field.
-#ifndef VIEWWORTH_CSV_H
-#define VIEWWORTH_CSV_H
+#ifndef VIEWWORTH_BASE_CSV_H
+#define VIEWWORTH_BASE_CSV_H
 
 #include <stdbool.h>
 #include <stddef.h>

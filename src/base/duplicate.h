@@ -1,6 +1,6 @@
 // A photo in a group of near-duplicates. scene/ finds the groups, value/ adds up their scores.
-#ifndef VIEWWORTH_DUPLICATE_H
-#define VIEWWORTH_DUPLICATE_H
+#ifndef VIEWWORTH_BASE_DUPLICATE_H
+#define VIEWWORTH_BASE_DUPLICATE_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 // Files: whole reads, atomic writes, names.
-#ifndef VIEWWORTH_FILE_H
-#define VIEWWORTH_FILE_H
+#ifndef VIEWWORTH_BASE_FILE_H
+#define VIEWWORTH_BASE_FILE_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 // Hashes, with libsodium: SHA-256 for files, BLAKE2b-256 for everything else.
-#ifndef VIEWWORTH_HASH_H
-#define VIEWWORTH_HASH_H
+#ifndef VIEWWORTH_BASE_HASH_H
+#define VIEWWORTH_BASE_HASH_H
 
 #include <stdbool.h>
 #include <stddef.h>

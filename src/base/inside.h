@@ -1,8 +1,8 @@
 // Files and folders below a folder that a stranger may have sent: what is opened lies in it, whatever links it holds.
 // The folder itself is the user's choice and may be reached through links. Between the check and the opening there is
 // no gap: both are one call of the kernel, or one walk from descriptor to descriptor.
-#ifndef VIEWWORTH_INSIDE_H
-#define VIEWWORTH_INSIDE_H
+#ifndef VIEWWORTH_BASE_INSIDE_H
+#define VIEWWORTH_BASE_INSIDE_H
 
 #include <stdbool.h>
 #include <stddef.h>

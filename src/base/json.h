@@ -1,7 +1,7 @@
 // Reading with a bound on memory, values for jansson that JSON itself cannot hold, and objects and arrays whose errors
 // are checked once, at the end.
-#ifndef VIEWWORTH_JSON_H
-#define VIEWWORTH_JSON_H
+#ifndef VIEWWORTH_BASE_JSON_H
+#define VIEWWORTH_BASE_JSON_H
 
 #include <jansson.h>
 

@@ -1,7 +1,7 @@
 // Strict reading of JSON objects: unknown keys are refused and all ranges are checked. After the first failure, which
 // the reader keeps, all calls do nothing: the caller checks once, after reading a list of fields.
-#ifndef VIEWWORTH_JSON_READER_H
-#define VIEWWORTH_JSON_READER_H
+#ifndef VIEWWORTH_BASE_JSON_READER_H
+#define VIEWWORTH_BASE_JSON_READER_H
 
 #include <jansson.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // Host memory: checked allocation. Everything allocated here is freed with free().
-#ifndef VIEWWORTH_MEMORY_H
-#define VIEWWORTH_MEMORY_H
+#ifndef VIEWWORTH_BASE_MEMORY_H
+#define VIEWWORTH_BASE_MEMORY_H
 
 #include <stddef.h>
 #include <stdint.h>

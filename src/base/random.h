@@ -1,7 +1,7 @@
 // Counter-based random numbers (Philox4x32-10: Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
 // shaders/random.glsl gives the same numbers: a draw is a pure function of (seed, purpose, step, a, b), in any order.
-#ifndef VIEWWORTH_RANDOM_H
-#define VIEWWORTH_RANDOM_H
+#ifndef VIEWWORTH_BASE_RANDOM_H
+#define VIEWWORTH_BASE_RANDOM_H
 
 #include <stdint.h>
 

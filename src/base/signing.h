@@ -1,7 +1,7 @@
 // Ed25519 signatures, with libsodium, and the files that hold keys. A key file has two lines: what it is, and the key
 // in base64. No function puts a secret key into a message.
-#ifndef VIEWWORTH_SIGNING_H
-#define VIEWWORTH_SIGNING_H
+#ifndef VIEWWORTH_BASE_SIGNING_H
+#define VIEWWORTH_BASE_SIGNING_H
 
 #include <stdbool.h>
 #include <stddef.h>

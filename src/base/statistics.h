@@ -1,6 +1,6 @@
 // Medians, quantiles and correlations of a few numbers. Values that are compared must not be NaN.
-#ifndef VIEWWORTH_STATISTICS_H
-#define VIEWWORTH_STATISTICS_H
+#ifndef VIEWWORTH_BASE_STATISTICS_H
+#define VIEWWORTH_BASE_STATISTICS_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 // Text from files is data: what may be shown, and how the rest is made harmless.
-#ifndef VIEWWORTH_TEXT_H
-#define VIEWWORTH_TEXT_H
+#ifndef VIEWWORTH_BASE_TEXT_H
+#define VIEWWORTH_BASE_TEXT_H
 
 #include <stdbool.h>
 

@@ -1,7 +1,7 @@
 // A stream into memory that knows whether all that was printed is there. The one of the C library (glibc's
 // open_memstream) drops what finds no memory and reports nothing: half a table would pass as a whole one.
-#ifndef VIEWWORTH_TEXT_STREAM_H
-#define VIEWWORTH_TEXT_STREAM_H
+#ifndef VIEWWORTH_BASE_TEXT_STREAM_H
+#define VIEWWORTH_BASE_TEXT_STREAM_H
 
 #include <stddef.h>
 #include <stdio.h>

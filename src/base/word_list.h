@@ -1,6 +1,6 @@
 // Lists that options take: words with commas between, "rays,samples". An empty list is one empty word.
-#ifndef VIEWWORTH_WORD_LIST_H
-#define VIEWWORTH_WORD_LIST_H
+#ifndef VIEWWORTH_BASE_WORD_LIST_H
+#define VIEWWORTH_BASE_WORD_LIST_H
 
 #include <stdbool.h>
 #include <stddef.h>

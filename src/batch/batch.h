@@ -1,7 +1,7 @@
 // Many valuations from one file: each a process of its own, some at a time on every device, then their results side by
 // side.
-#ifndef VIEWWORTH_BATCH_H
-#define VIEWWORTH_BATCH_H
+#ifndef VIEWWORTH_BATCH_BATCH_H
+#define VIEWWORTH_BATCH_BATCH_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -11,7 +11,7 @@
 #include "detect/occupied_share.h"
 #include "gpu/compute.h"
 #include "train/measure_views.h"
-#include "train/submissions.h"
+#include "train/shared_submissions.h"
 #include "train/trainer.h"
 
 enum {

@@ -1,7 +1,7 @@
 // Comparison: which list of photos makes the better reconstruction. Every list is trained on with the same seeds and
 // measured on whole validation and test photos.
-#ifndef VIEWWORTH_COMPARISON_H
-#define VIEWWORTH_COMPARISON_H
+#ifndef VIEWWORTH_EXPERIMENT_COMPARISON_H
+#define VIEWWORTH_EXPERIMENT_COMPARISON_H
 
 #include "experiment/comparison_data.h"
 

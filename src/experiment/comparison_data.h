@@ -1,6 +1,6 @@
 // What a comparison is asked for and what it finds: read by those who make it, write it and print it.
-#ifndef VIEWWORTH_COMPARISON_DATA_H
-#define VIEWWORTH_COMPARISON_DATA_H
+#ifndef VIEWWORTH_EXPERIMENT_COMPARISON_DATA_H
+#define VIEWWORTH_EXPERIMENT_COMPARISON_DATA_H
 
 #include "base/hash.h"
 #include "experiment/experiment.h"

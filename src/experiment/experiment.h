@@ -1,13 +1,13 @@
 // What all experiments are given: a scene, the config of its trainings, and the folder of the results. An experiment
 // makes several runs or retrainings, resumes those that the folder holds, and writes its tables there.
-#ifndef VIEWWORTH_EXPERIMENT_H
-#define VIEWWORTH_EXPERIMENT_H
+#ifndef VIEWWORTH_EXPERIMENT_EXPERIMENT_H
+#define VIEWWORTH_EXPERIMENT_EXPERIMENT_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/interrupt.h"
-#include "run/lasting_summary.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/session.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"

@@ -1,7 +1,7 @@
 // Folds: the train and validation photos validate in turn. The scene is trained K times; training k validates on the
 // photos of fold k and trains on those of the others. Test photos stay test photos.
-#ifndef VIEWWORTH_KFOLD_H
-#define VIEWWORTH_KFOLD_H
+#ifndef VIEWWORTH_EXPERIMENT_KFOLD_H
+#define VIEWWORTH_EXPERIMENT_KFOLD_H
 
 #include <stdint.h>
 

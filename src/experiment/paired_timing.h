@@ -1,7 +1,7 @@
 // Paired timing: trainings take a few steps each in turn, so that other load on the machine slows all alike. Step times
 // of trainings timed together can be compared even on a busy machine.
-#ifndef VIEWWORTH_PAIRED_TIMING_H
-#define VIEWWORTH_PAIRED_TIMING_H
+#ifndef VIEWWORTH_EXPERIMENT_PAIRED_TIMING_H
+#define VIEWWORTH_EXPERIMENT_PAIRED_TIMING_H
 
 #include <stdint.h>
 

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "experiment/experiment.h"
-#include "run/imported.h"
-#include "run/scored_run.h"
+#include "run/imported/imported_run.h"
+#include "run/recorded/scored_run.h"
 #include "ledger/find_image.h"
 #include "scene/builder.h"
 #include "scene/formats/train_list.h"

@@ -1,6 +1,6 @@
 // The lists of photos that a comparison trains on, as views of the scene.
-#ifndef VIEWWORTH_PHOTO_SETS_H
-#define VIEWWORTH_PHOTO_SETS_H
+#ifndef VIEWWORTH_EXPERIMENT_PHOTO_SETS_H
+#define VIEWWORTH_EXPERIMENT_PHOTO_SETS_H
 
 #include <stdbool.h>
 #include <stdint.h>

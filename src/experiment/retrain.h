@@ -1,7 +1,7 @@
 // Retraining: trainings on some photos of one scene, measured on its validation and test photos. Every result is kept
 // in OUT/retrainings.db; an equal retraining returns the recorded result.
-#ifndef VIEWWORTH_RETRAIN_H
-#define VIEWWORTH_RETRAIN_H
+#ifndef VIEWWORTH_EXPERIMENT_RETRAIN_H
+#define VIEWWORTH_EXPERIMENT_RETRAIN_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "base/interrupt.h"
 #include "experiment/whole_views.h"
-#include "ledger/retrainings.h"
+#include "ledger/retraining_store.h"
 #include "run/session.h"
 #include "viewworth/train.h"
 
@@ -58,7 +58,7 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 
 // A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices; without any, the
 // untrained field is measured.
-// Makes several at a time (see src/train/submissions.h) on every device of the session, each with the result that it
+// Makes several at a time (see src/train/shared_submissions.h) on every device of the session, each with the result that it
 // has alone. After a failure, and when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps those
 // that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,

@@ -1,8 +1,8 @@
 // Retraining the photos of a recorded run.
-#ifndef VIEWWORTH_RETRAIN_RUN_H
-#define VIEWWORTH_RETRAIN_RUN_H
+#ifndef VIEWWORTH_EXPERIMENT_RETRAIN_RUN_H
+#define VIEWWORTH_EXPERIMENT_RETRAIN_RUN_H
 
-#include "run/recorded_run.h"
+#include "run/recorded/recorded_run.h"
 #include "run/session.h"
 #include "viewworth/value.h"
 

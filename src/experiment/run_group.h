@@ -1,6 +1,6 @@
 // Valued runs that take their steps at the same time, each in a folder of OUT.
-#ifndef VIEWWORTH_RUN_GROUP_H
-#define VIEWWORTH_RUN_GROUP_H
+#ifndef VIEWWORTH_EXPERIMENT_RUN_GROUP_H
+#define VIEWWORTH_EXPERIMENT_RUN_GROUP_H
 
 #include <stdint.h>
 

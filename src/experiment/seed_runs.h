@@ -1,6 +1,6 @@
 // Runs that differ only by their seed. Each is in its folder OUT/seed_<seed>, as `value` writes it.
-#ifndef VIEWWORTH_SEED_RUNS_H
-#define VIEWWORTH_SEED_RUNS_H
+#ifndef VIEWWORTH_EXPERIMENT_SEED_RUNS_H
+#define VIEWWORTH_EXPERIMENT_SEED_RUNS_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 // Renders of the same photo by several trainings, beside the photo.
-#ifndef VIEWWORTH_SIDE_BY_SIDE_H
-#define VIEWWORTH_SIDE_BY_SIDE_H
+#ifndef VIEWWORTH_EXPERIMENT_SIDE_BY_SIDE_H
+#define VIEWWORTH_EXPERIMENT_SIDE_BY_SIDE_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 // The lists of photos that a verified selection tries: each is a rule, applied to the scores of either half of the
 // validation photos and to those of all of them.
-#ifndef VIEWWORTH_VERIFIED_CANDIDATES_H
-#define VIEWWORTH_VERIFIED_CANDIDATES_H
+#ifndef VIEWWORTH_EXPERIMENT_VERIFIED_CANDIDATES_H
+#define VIEWWORTH_EXPERIMENT_VERIFIED_CANDIDATES_H
 
 #include <stdint.h>
 

@@ -1,13 +1,13 @@
 // Verified selection: whether a list of photos reconstructs better than all photos, by trainings. Every candidate list
 // is trained on at equal steps, with the same seeds, and judged on validation photos whose scores did not select it.
-#ifndef VIEWWORTH_VERIFIED_SELECTION_H
-#define VIEWWORTH_VERIFIED_SELECTION_H
+#ifndef VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
+#define VIEWWORTH_EXPERIMENT_VERIFIED_SELECTION_H
 
 #include <stdint.h>
 
 #include "base/interrupt.h"
 #include "experiment/verified_candidates.h"
-#include "run/scored_run.h"
+#include "run/recorded/scored_run.h"
 #include "run/session.h"
 #include "value/evaluation/gains.h"
 

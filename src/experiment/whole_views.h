@@ -1,7 +1,7 @@
 // Whole views of a trained field: their errors and SSIM, and pictures of some of them, with the photo left and the
 // render right.
-#ifndef VIEWWORTH_WHOLE_VIEWS_H
-#define VIEWWORTH_WHOLE_VIEWS_H
+#ifndef VIEWWORTH_EXPERIMENT_WHOLE_VIEWS_H
+#define VIEWWORTH_EXPERIMENT_WHOLE_VIEWS_H
 
 #include <stdbool.h>
 #include <stdint.h>

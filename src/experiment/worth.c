@@ -13,7 +13,7 @@
 #include "experiment/worth_plan.h"
 #include "report/page.h"
 #include "run/out_folder.h"
-#include "run/imported.h"
+#include "run/imported/imported_run.h"
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/sign.h"

@@ -5,7 +5,7 @@
 
 #include "base/interrupt.h"
 #include "run/outputs/attribution.h"
-#include "run/recorded_run.h"
+#include "run/recorded/recorded_run.h"
 #include "run/scoring.h"
 #include "run/session.h"
 #include "value/worth.h"

@@ -1,7 +1,7 @@
 // Which photos the retrainings of worth are on, and with which seeds: by their number alone, so that more of them can
 // be added later.
-#ifndef VIEWWORTH_WORTH_PLAN_H
-#define VIEWWORTH_WORTH_PLAN_H
+#ifndef VIEWWORTH_EXPERIMENT_WORTH_PLAN_H
+#define VIEWWORTH_EXPERIMENT_WORTH_PLAN_H
 
 #include "ledger/retraining.h"
 #include "value/evaluation/subsets.h"

@@ -3,8 +3,8 @@
 // that takes too much memory or time, fails that task alone.
 //
 // The program is started for the first task and ends when nobody holds it. All functions may be called by any thread.
-#ifndef VIEWWORTH_DECODER_H
-#define VIEWWORTH_DECODER_H
+#ifndef VIEWWORTH_IMAGE_DECODER_H
+#define VIEWWORTH_IMAGE_DECODER_H
 
 #include <stdbool.h>
 #include <stddef.h>

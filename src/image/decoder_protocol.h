@@ -5,8 +5,8 @@
 // orders: each brings a socket, for which it forks a worker. A worker confines itself, then does one task after the
 // other: it reads a request (with the open file, for tasks that read one) and the request's payload, and writes an
 // answer and the answer's payload. It ends when its socket is closed, and the server kills it then if it hangs.
-#ifndef VIEWWORTH_DECODER_PROTOCOL_H
-#define VIEWWORTH_DECODER_PROTOCOL_H
+#ifndef VIEWWORTH_IMAGE_DECODER_PROTOCOL_H
+#define VIEWWORTH_IMAGE_DECODER_PROTOCOL_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // Starts and ends the program viewworth-decode. Internal to decoder.c.
-#ifndef VIEWWORTH_DECODER_SERVER_H
-#define VIEWWORTH_DECODER_SERVER_H
+#ifndef VIEWWORTH_IMAGE_DECODER_SERVER_H
+#define VIEWWORTH_IMAGE_DECODER_SERVER_H
 
 #include <stdbool.h>
 #include <sys/types.h>

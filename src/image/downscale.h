@@ -1,6 +1,6 @@
 // The size of a photo after --downscale.
-#ifndef VIEWWORTH_DOWNSCALE_H
-#define VIEWWORTH_DOWNSCALE_H
+#ifndef VIEWWORTH_IMAGE_DOWNSCALE_H
+#define VIEWWORTH_IMAGE_DOWNSCALE_H
 
 #include <stdint.h>
 

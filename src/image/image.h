@@ -1,7 +1,7 @@
 // Photos in host memory. Files are read and written in other processes, without rights: see image/decoder.h. The
 // formats are those of image/photo_formats.h.
-#ifndef VIEWWORTH_IMAGE_H
-#define VIEWWORTH_IMAGE_H
+#ifndef VIEWWORTH_IMAGE_IMAGE_H
+#define VIEWWORTH_IMAGE_IMAGE_H
 
 #include <stdbool.h>
 #include <stddef.h>

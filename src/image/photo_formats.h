@@ -1,7 +1,7 @@
 // The formats of photos that are read and written. A file's first bytes choose the format, never its name; nothing else
 // reaches OpenImageIO, which has readers for 50 formats and tries one after the other.
-#ifndef VIEWWORTH_PHOTO_FORMATS_H
-#define VIEWWORTH_PHOTO_FORMATS_H
+#ifndef VIEWWORTH_IMAGE_PHOTO_FORMATS_H
+#define VIEWWORTH_IMAGE_PHOTO_FORMATS_H
 
 #include <stdbool.h>
 #include <stddef.h>

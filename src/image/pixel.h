@@ -1,6 +1,6 @@
 // What a file holds, and channel values of every pixel format as floats in [0,1] (floats: as they are).
-#ifndef VIEWWORTH_PIXEL_H
-#define VIEWWORTH_PIXEL_H
+#ifndef VIEWWORTH_IMAGE_PIXEL_H
+#define VIEWWORTH_IMAGE_PIXEL_H
 
 #include <math.h>
 #include <stddef.h>

@@ -6,8 +6,8 @@
 // with C1 = (K1 L)^2, C2 = (K2 L)^2 and weighted means as moments (not sample moments). Only windows that are
 // completely inside the image count, so that no padding is needed. The result is the mean over the channels, as is
 // usual in papers on radiance fields.
-#ifndef VIEWWORTH_SSIM_H
-#define VIEWWORTH_SSIM_H
+#ifndef VIEWWORTH_IMAGE_SSIM_H
+#define VIEWWORTH_IMAGE_SSIM_H
 
 #include <stdint.h>
 

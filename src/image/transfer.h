@@ -1,7 +1,7 @@
 // The sRGB transfer curve. Float files (EXR, HDR, float TIFF) hold linear light; everything inside works on encoded
 // values.
-#ifndef VIEWWORTH_TRANSFER_H
-#define VIEWWORTH_TRANSFER_H
+#ifndef VIEWWORTH_IMAGE_TRANSFER_H
+#define VIEWWORTH_IMAGE_TRANSFER_H
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 // Internal to the ledger: its object, and the functions that its files share.
-#ifndef VIEWWORTH_LEDGER_PRIVATE_H
-#define VIEWWORTH_LEDGER_PRIVATE_H
+#ifndef VIEWWORTH_LEDGER_LEDGER_PRIVATE_H
+#define VIEWWORTH_LEDGER_LEDGER_PRIVATE_H
 
 #include "ledger/database.h"
 #include "viewworth/ledger.h"

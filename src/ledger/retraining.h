@@ -1,7 +1,7 @@
 // Retrainings: trainings on some of a scene's photos, judged by the quality of the trained field. Evaluation knows
 // training only as a vw_retrain_function, so that its tests run it on games with known values.
-#ifndef VIEWWORTH_RETRAINING_H
-#define VIEWWORTH_RETRAINING_H
+#ifndef VIEWWORTH_LEDGER_RETRAINING_H
+#define VIEWWORTH_LEDGER_RETRAINING_H
 
 #include <stdint.h>
 

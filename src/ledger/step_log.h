@@ -16,8 +16,8 @@
 // - l1     mean absolute error of the same validation, at least 0
 // A step whose psnr and l1 are both empty was not validated. A step with nan or inf is flagged as non-finite. Neither
 // has a delta: the next delta starts from the last step with values.
-#ifndef VIEWWORTH_STEP_LOG_H
-#define VIEWWORTH_STEP_LOG_H
+#ifndef VIEWWORTH_LEDGER_STEP_LOG_H
+#define VIEWWORTH_LEDGER_STEP_LOG_H
 
 #include <stdint.h>
 

@@ -7,8 +7,8 @@
 // - metric(sweep_id, place, ...): the results, a row per configuration and method, with the columns of
 //   vw_sweep_columns().
 // Each append is one synced transaction.
-#ifndef VIEWWORTH_SWEEPS_H
-#define VIEWWORTH_SWEEPS_H
+#ifndef VIEWWORTH_LEDGER_SWEEPS_H
+#define VIEWWORTH_LEDGER_SWEEPS_H
 
 #include <stdbool.h>
 #include <stddef.h>

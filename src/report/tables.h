@@ -1,8 +1,8 @@
 // Tables beside scores.csv, for people and other programs: CSV (RFC 4180, but lines end with LF), reals so that they
 // read back to the same double. A write function writes its file whole or not at all. A make function makes the same
 // text in memory, and has the path for messages.
-#ifndef VIEWWORTH_TABLES_H
-#define VIEWWORTH_TABLES_H
+#ifndef VIEWWORTH_REPORT_TABLES_H
+#define VIEWWORTH_REPORT_TABLES_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 // The checkpoints of a run: two files in its folder; saving overwrites the older one (decision 11 of src/README.md).
 // They trail the ledger: a checkpoint holds a step that is recorded.
-#ifndef VIEWWORTH_CHECKPOINTS_H
-#define VIEWWORTH_CHECKPOINTS_H
+#ifndef VIEWWORTH_RUN_CHECKPOINTS_H
+#define VIEWWORTH_RUN_CHECKPOINTS_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -13,7 +13,7 @@
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
-#include "run/lasting.h"
+#include "run/lasting/lasting.h"
 #include "run/run_private.h"
 #include "run/sign.h"
 #include "run/signature.h"

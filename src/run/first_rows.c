@@ -3,7 +3,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/utc.h"
-#include "run/identity.h"
+#include "run/run_row.h"
 #include "run/run_private.h"
 
 static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger_image **images,

@@ -8,7 +8,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "run/lasting_file.h"
+#include "run/lasting/lasting_file.h"
 #include "run/outputs/residuals.h"
 #include "run/signature.h"
 

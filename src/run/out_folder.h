@@ -1,6 +1,6 @@
 // Whether results can be written, asked before any work is done.
-#ifndef VIEWWORTH_OUT_FOLDER_H
-#define VIEWWORTH_OUT_FOLDER_H
+#ifndef VIEWWORTH_RUN_OUT_FOLDER_H
+#define VIEWWORTH_RUN_OUT_FOLDER_H
 
 #include "viewworth/status.h"
 

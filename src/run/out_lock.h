@@ -1,7 +1,7 @@
 // One writer per folder of results. Whoever writes into an OUT holds its lock from before the first write until the
 // end; readers take none.
-#ifndef VIEWWORTH_OUT_LOCK_H
-#define VIEWWORTH_OUT_LOCK_H
+#ifndef VIEWWORTH_RUN_OUT_LOCK_H
+#define VIEWWORTH_RUN_OUT_LOCK_H
 
 #include <stdint.h>
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "run/identity.h"
+#include "run/run_row.h"
 #include "run/stop_rules.h"
 #include "viewworth/log.h"
 

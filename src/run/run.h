@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_RUN_RUN_H
 #define VIEWWORTH_RUN_RUN_H
 
-#include "run/lasting_summary.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/outputs/attribution.h"
 #include "run/outputs/validation_views.h"
 #include "run/plan/plan.h"

@@ -1,13 +1,13 @@
 // What the files of a run share.
-#ifndef VIEWWORTH_RUN_PRIVATE_H
-#define VIEWWORTH_RUN_PRIVATE_H
+#ifndef VIEWWORTH_RUN_RUN_PRIVATE_H
+#define VIEWWORTH_RUN_RUN_PRIVATE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "base/utc.h"
 #include "run/checkpoints.h"
-#include "run/lasting_summary.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/outputs/attribution.h"

@@ -1,6 +1,6 @@
 // From the rows of a ledger to scores.
-#ifndef VIEWWORTH_SCORING_H
-#define VIEWWORTH_SCORING_H
+#ifndef VIEWWORTH_RUN_SCORING_H
+#define VIEWWORTH_RUN_SCORING_H
 
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "run/open.h"
+#include "run/devices.h"
 #include "detect/verdict_cache.h"
 #include "viewworth/log.h"
 

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "train/submissions.h"
+#include "train/shared_submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"

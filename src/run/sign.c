@@ -1,7 +1,7 @@
 #include "run/sign.h"
 
 #include "run/signature.h"
-#include "run/verify.h"
+#include "run/verify/verify.h"
 
 // A signature vouches for what the folder holds, which somebody may have changed since the run ended.
 enum vw_status vw_run_sign(const char *out, const char *key_path, const char *providers) {

@@ -1,6 +1,6 @@
 // The box that the field covers.
-#ifndef VIEWWORTH_BOUNDS_H
-#define VIEWWORTH_BOUNDS_H
+#ifndef VIEWWORTH_SCENE_BOUNDS_H
+#define VIEWWORTH_SCENE_BOUNDS_H
 
 #include "viewworth/scene.h"
 

@@ -1,7 +1,7 @@
 // A scene while it is opened; internal to src/scene. The loader of a format appends views with their cameras, poses and
 // image paths, and sets the box. Then scene.c decides the splits, reads the photos and hashes the scene.
-#ifndef VIEWWORTH_BUILDER_H
-#define VIEWWORTH_BUILDER_H
+#ifndef VIEWWORTH_SCENE_BUILDER_H
+#define VIEWWORTH_SCENE_BUILDER_H
 
 #include "image/pixel.h"
 #include "scene/name_index.h"

@@ -1,7 +1,7 @@
 // Pixels without a ray in the lens model: the dark corners of a circular fisheye, and pixels beyond the fold of a
 // polynomial.
-#ifndef VIEWWORTH_LENS_MASK_H
-#define VIEWWORTH_LENS_MASK_H
+#ifndef VIEWWORTH_SCENE_LENS_MASK_H
+#define VIEWWORTH_SCENE_LENS_MASK_H
 
 #include "viewworth/scene.h"
 

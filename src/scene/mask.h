@@ -3,8 +3,8 @@
 //
 // A mask has the photo's size or an exact multiple or fraction of it: each photo pixel uses the mask pixel at its
 // centre. With --downscale, a pixel is kept if every photo pixel that it covers is kept.
-#ifndef VIEWWORTH_MASK_H
-#define VIEWWORTH_MASK_H
+#ifndef VIEWWORTH_SCENE_MASK_H
+#define VIEWWORTH_SCENE_MASK_H
 
 #include <stdint.h>
 

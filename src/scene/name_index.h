@@ -1,7 +1,7 @@
 // Finds names among many without looking at each: opening a scene and writing its lists take n log n. The names are
 // sorted from their ends, so that those with a common end (the same path in another folder) are neighbours.
-#ifndef VIEWWORTH_NAME_INDEX_H
-#define VIEWWORTH_NAME_INDEX_H
+#ifndef VIEWWORTH_SCENE_NAME_INDEX_H
+#define VIEWWORTH_SCENE_NAME_INDEX_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 // The range of depths that each view sees.
-#ifndef VIEWWORTH_NEAR_FAR_H
-#define VIEWWORTH_NEAR_FAR_H
+#ifndef VIEWWORTH_SCENE_NEAR_FAR_H
+#define VIEWWORTH_SCENE_NEAR_FAR_H
 
 #include "viewworth/scene.h"
 

@@ -1,6 +1,6 @@
 // The photos of an open scene: their files, and the place of their pixels. Internal to src/scene.
-#ifndef VIEWWORTH_PHOTO_SOURCE_H
-#define VIEWWORTH_PHOTO_SOURCE_H
+#ifndef VIEWWORTH_SCENE_PHOTO_SOURCE_H
+#define VIEWWORTH_SCENE_PHOTO_SOURCE_H
 
 #include <pthread.h>
 

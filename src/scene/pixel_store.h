@@ -3,8 +3,8 @@
 // not in use. The file has no name: nothing of it is left behind, however the program ends. Its room on the disk is
 // reserved before anything is written, so that a full disk is an error then, and no signal later, where the file system
 // keeps what it reserves.
-#ifndef VIEWWORTH_PIXEL_STORE_H
-#define VIEWWORTH_PIXEL_STORE_H
+#ifndef VIEWWORTH_SCENE_PIXEL_STORE_H
+#define VIEWWORTH_SCENE_PIXEL_STORE_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 // Guards for the names and links in a scene: nothing is read outside the scene folder. What is checked is what is read,
 // by one descriptor.
-#ifndef VIEWWORTH_SAFE_PATH_H
-#define VIEWWORTH_SAFE_PATH_H
+#ifndef VIEWWORTH_SCENE_SAFE_PATH_H
+#define VIEWWORTH_SCENE_SAFE_PATH_H
 
 #include <stddef.h>
 

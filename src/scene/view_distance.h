@@ -1,6 +1,6 @@
 // How far views are from the train views: where no train view is near, validation tells little.
-#ifndef VIEWWORTH_VIEW_DISTANCE_H
-#define VIEWWORTH_VIEW_DISTANCE_H
+#ifndef VIEWWORTH_SCENE_VIEW_DISTANCE_H
+#define VIEWWORTH_SCENE_VIEW_DISTANCE_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_TRAIN_IDENTITY_H
 #define VIEWWORTH_TRAIN_IDENTITY_H
 
-#include "train/schedule.h"
+#include "train/photo_order.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"

@@ -8,7 +8,7 @@
 
 #include "train/camera_corrections.h"
 #include "train/device_choices.h"
-#include "train/submissions.h"
+#include "train/shared_submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"

@@ -4,9 +4,9 @@
 
 #include "gpu/compute.h"
 #include "train/probes/probes.h"
-#include "train/schedule.h"
+#include "train/photo_order.h"
 #include "train/step.h"
-#include "train/submissions.h"
+#include "train/shared_submissions.h"
 #include "train/validation.h"
 
 // A trainer's part of the batch of the same index.

@@ -1,6 +1,6 @@
 // The scores of near-duplicates, by group.
-#ifndef VIEWWORTH_DUPLICATE_SCORES_H
-#define VIEWWORTH_DUPLICATE_SCORES_H
+#ifndef VIEWWORTH_VALUE_DUPLICATE_SCORES_H
+#define VIEWWORTH_VALUE_DUPLICATE_SCORES_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 // The matrix of train photos and validation views: what each photo did for each view, and how much the ranking depends
 // on the choice of the views.
-#ifndef VIEWWORTH_MATRIX_H
-#define VIEWWORTH_MATRIX_H
+#ifndef VIEWWORTH_VALUE_MATRIX_H
+#define VIEWWORTH_VALUE_MATRIX_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 // The scores of each provider's photos together, and how an amount of money is divided among providers. From score rows
 // alone.
-#ifndef VIEWWORTH_PROVIDERS_H
-#define VIEWWORTH_PROVIDERS_H
+#ifndef VIEWWORTH_VALUE_PROVIDERS_H
+#define VIEWWORTH_VALUE_PROVIDERS_H
 
 #include <stdbool.h>
 #include <stdint.h>

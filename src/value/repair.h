@@ -12,8 +12,8 @@
 // A gain is unknown where one of its two PSNRs is (a flagged step, the end of the run) and is left out.
 // The standard error is that of the mean over the visits, as if they were independent; for large h neighbouring visits
 // share steps with other photos, and it is too small where these are in the same order.
-#ifndef VIEWWORTH_REPAIR_H
-#define VIEWWORTH_REPAIR_H
+#ifndef VIEWWORTH_VALUE_REPAIR_H
+#define VIEWWORTH_VALUE_REPAIR_H
 
 #include <stdint.h>
 

@@ -6,8 +6,8 @@
 // chance alone does not end a run. Photos that differ only by noise reach about 0.7 at any n, since half of the sum is
 // shared; a fixed lag of some epochs would reach 1 by itself as n grows. This says nothing about other seeds: the part
 // of a score that all epochs of a run share is in both sides.
-#ifndef VIEWWORTH_STABILITY_H
-#define VIEWWORTH_STABILITY_H
+#ifndef VIEWWORTH_VALUE_STABILITY_H
+#define VIEWWORTH_VALUE_STABILITY_H
 
 #include <stdbool.h>
 #include <stddef.h>

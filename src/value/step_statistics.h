@@ -1,6 +1,6 @@
 // Statistics of a run's recorded steps, for messages and for aborting a run.
-#ifndef VIEWWORTH_STEP_STATISTICS_H
-#define VIEWWORTH_STEP_STATISTICS_H
+#ifndef VIEWWORTH_VALUE_STEP_STATISTICS_H
+#define VIEWWORTH_VALUE_STEP_STATISTICS_H
 
 #include <stdbool.h>
 #include <stdint.h>

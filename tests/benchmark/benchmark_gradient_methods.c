@@ -11,8 +11,8 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "experiment/methods/gradient_scores.h"
-#include "run/recorded_run.h"
+#include "lab/methods/gradient_scores.h"
+#include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/ledger.h"
 

@@ -22,7 +22,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "interface.h"
-#include "train/submissions.h"
+#include "train/shared_submissions.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
 

@@ -154,13 +154,13 @@ rule "only ledger sees SQLite" src/value/injected.c '#include <sqlite3.h>' -- \
     nowhere_but src/ledger/ '^ *# *include.*sqlite3' "${c_code[@]}" src include
 rule "texts that find no memory are noticed" src/base/injected.c 'char *text = json_dumps(value, 0);' -- \
     nowhere '(open_memstream|json_dumps)\(' "${c_code[@]}" --exclude=json.h src
-rule "only the program and its tests include cli" tests/unit/injected.c '#include "cli/options.h"' -- \
+rule "only the program and its tests include cli" tests/run/injected.c '#include "cli/options.h"' -- \
     nowhere_but 'src/cli/\|src/main\.c\|tests/cli/' '^ *# *include "cli/' "${c_code[@]}" src include tests
 rule "only cli sees the options" src/run/injected.h 'void injected(const struct vw_options *options);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
 rule "the product includes no tests" src/base/injected.c '#include "support/cmocka_test.h"' -- \
     nowhere '^ *# *include.*(tests|support|reference)/' src include shaders
-rule "tests include cmocka by its preamble" tests/unit/injected.c '#include <cmocka.h>' -- \
+rule "tests include cmocka by its preamble" tests/run/injected.c '#include <cmocka.h>' -- \
     nowhere_but tests/support/cmocka_test.h '^ *# *include <(cmocka|setjmp)\.h>' tests
 
 # ---- What no file may hold --------------------------------------------------------------------------------------------------
@@ -220,5 +220,5 @@ rule "C lines have at most 120 characters" src/base/injected.c "$(repeat 121 x)"
     nowhere '^.{121}' --include='*.c' --include='*.cpp' --include='*.h' src include tests
 rule "other lines have at most 140 characters" scripts/injected "$(repeat 141 x)" -- nowhere '^.{141}' --exclude='*.md' "${code[@]}"
 rule "a README names every folder" src/injected/injected.c '' -- named_folders
-rule "test names are unique" tests/unit/test_seeds.sh '' -- unique_test_names
+rule "test names are unique" tests/run/test_seeds.sh '' -- unique_test_names
 conclude

@@ -1,6 +1,6 @@
 // Text from files on a terminal: what is replaced, in messages, log lines, tables and JSON, and what a shell makes of a
 // path that a command advises.
-#include "unit/ledger_fixture.h"
+#include "support/ledger_fixture.h"
 
 #include <fcntl.h>
 

@@ -1,5 +1,5 @@
 // What the program shows of a run's progress on stderr.
-#include "unit/ledger_fixture.h"
+#include "support/ledger_fixture.h"
 
 #include <fcntl.h>
 

@@ -1,8 +1,8 @@
 // Database files for fuzzing: a valid one, changed by a script of edits that the fuzzer invents, so that what it tries
 // stays near to what SQLite and the ledger take. An edit is 8 bytes: what to do, how far apart its repetitions lie, and
 // three places or values of 2 bytes each, low byte first.
-#ifndef TESTS_FUZZ_DATABASE_EDITS_H
-#define TESTS_FUZZ_DATABASE_EDITS_H
+#ifndef VIEWWORTH_TESTS_FUZZ_DATABASE_EDITS_H
+#define VIEWWORTH_TESTS_FUZZ_DATABASE_EDITS_H
 
 #include <stdbool.h>
 #include <stddef.h>

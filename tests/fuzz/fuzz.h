@@ -1,8 +1,8 @@
 // Fuzz targets: one per kind of file. Each takes any bytes as such a file. It may refuse them, but only in one line; a
 // scene that it takes must be fit to train on. Anything else aborts. scripts/fuzz drives them with libFuzzer,
 // test_fuzz_corpus.c with the inputs that are kept.
-#ifndef TESTS_FUZZ_FUZZ_H
-#define TESTS_FUZZ_FUZZ_H
+#ifndef VIEWWORTH_TESTS_FUZZ_FUZZ_H
+#define VIEWWORTH_TESTS_FUZZ_FUZZ_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -6,7 +6,7 @@
 #include "fuzz/database_edits.h"
 #include "fuzz/fuzz.h"
 #include "ledger/find_image.h"
-#include "unit/ledger_fixture.h"
+#include "support/ledger_fixture.h"
 
 // Values that a column takes and no run writes, and what a ledger does not have.
 static const char *const changes[] = {

@@ -5,9 +5,9 @@
 
 #include "fuzz/database_edits.h"
 #include "fuzz/fuzz.h"
-#include "ledger/retrainings.h"
+#include "ledger/retraining_store.h"
 #include "ledger/sweeps.h"
-#include "unit/ledger_fixture.h"
+#include "support/ledger_fixture.h"
 
 static const char *const changes[] = {
     "UPDATE retraining SET val_psnr = ?1",

@@ -1,7 +1,7 @@
 // What the registry of passes (test_passes.c) runs: one function per pass, which feeds it on a bench with inputs of one
 // kind and holds what it makes of them against the reference. A new pass gets a function here and a line there.
-#ifndef TESTS_KERNELS_CHECK_H
-#define TESTS_KERNELS_CHECK_H
+#ifndef VIEWWORTH_TESTS_KERNELS_CHECK_H
+#define VIEWWORTH_TESTS_KERNELS_CHECK_H
 
 #include <math.h>
 

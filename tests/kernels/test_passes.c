@@ -60,7 +60,7 @@ static const struct pass {
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
 };
 
-// These work on a whole training: test_sweep_product holds them against the reference,
+// These work on a whole training: test_adjoint_product holds them against the reference,
 // test_gradient_methods the last.
 static const struct vw_shader *const of_the_sweep[] = {
     &vw_shader_slope_views,      &vw_shader_direct_adjoint,  &vw_shader_reduce_adjoint,

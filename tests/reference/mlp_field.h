@@ -1,7 +1,7 @@
 // The plain-C reference of the field mlp (NeRF's), in double: see reference.h. Params are numbers at the places that
 // they have on the device (src/train/fields/mlp.h), so that gradients and finite differences go by the same index.
-#ifndef TESTS_REFERENCE_MLP_FIELD_H
-#define TESTS_REFERENCE_MLP_FIELD_H
+#ifndef VIEWWORTH_TESTS_REFERENCE_MLP_FIELD_H
+#define VIEWWORTH_TESTS_REFERENCE_MLP_FIELD_H
 
 #include "reference/reference.h"
 

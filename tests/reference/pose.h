@@ -1,7 +1,7 @@
 // The effect pose in double: what a correction makes of a camera, by an angle about an axis, and the gradient by the
 // position of a sample.
-#ifndef TESTS_REFERENCE_POSE_H
-#define TESTS_REFERENCE_POSE_H
+#ifndef VIEWWORTH_TESTS_REFERENCE_POSE_H
+#define VIEWWORTH_TESTS_REFERENCE_POSE_H
 
 #include "reference/reference.h"
 

@@ -4,8 +4,8 @@
 //
 // It shares with the shaders only struct vw_specialization (the numbers of a run) and the buffer layouts it converts
 // from.
-#ifndef TESTS_REFERENCE_REFERENCE_H
-#define TESTS_REFERENCE_REFERENCE_H
+#ifndef VIEWWORTH_TESTS_REFERENCE_REFERENCE_H
+#define VIEWWORTH_TESTS_REFERENCE_REFERENCE_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,13 +1,13 @@
 // The real passes of one training step, set up on a small scene for a table of cases, and read back to be held against
 // the reference. Every function stops the test, naming case and seed, when it cannot do its work.
-#ifndef TESTS_REFERENCE_STEP_BENCH_H
-#define TESTS_REFERENCE_STEP_BENCH_H
+#ifndef VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
+#define VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
 
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
 #include "gpu/compute.h"
 #include "train/evaluator.h"
-#include "train/schedule.h"
+#include "train/photo_order.h"
 #include "train/step.h"
 
 // Zero means the default in brackets.

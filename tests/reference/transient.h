@@ -1,6 +1,6 @@
 // The plain-C reference of the effect transient, in double: see reference.h.
-#ifndef TESTS_REFERENCE_TRANSIENT_H
-#define TESTS_REFERENCE_TRANSIENT_H
+#ifndef VIEWWORTH_TESTS_REFERENCE_TRANSIENT_H
+#define VIEWWORTH_TESTS_REFERENCE_TRANSIENT_H
 
 #include "reference/mlp_field.h"
 

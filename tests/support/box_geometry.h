@@ -1,6 +1,6 @@
 // Distances between points, lines and the box, in box coordinates, where the box is the unit cube.
-#ifndef TESTS_SUPPORT_BOX_GEOMETRY_H
-#define TESTS_SUPPORT_BOX_GEOMETRY_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_BOX_GEOMETRY_H
+#define VIEWWORTH_TESTS_SUPPORT_BOX_GEOMETRY_H
 
 #include <math.h>
 

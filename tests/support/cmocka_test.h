@@ -1,7 +1,7 @@
 // Every cmocka test and helper includes this first: cmocka with the headers that it needs, and the assertions that it
 // lacks.
-#ifndef VIEWWORTH_TESTS_CMOCKA_TEST_H
-#define VIEWWORTH_TESTS_CMOCKA_TEST_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_CMOCKA_TEST_H
+#define VIEWWORTH_TESTS_SUPPORT_CMOCKA_TEST_H
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 // COLMAP models written by a test, as binary or as text, without any code of the reader.
-#ifndef TESTS_SUPPORT_COLMAP_FILES_H
-#define TESTS_SUPPORT_COLMAP_FILES_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_COLMAP_FILES_H
+#define VIEWWORTH_TESTS_SUPPORT_COLMAP_FILES_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 // Recipes that combine what effects simulate, with what is true of them, held against what detection says. For programs
 // that use test_gpu().
-#ifndef TESTS_SUPPORT_DETECTION_CASES_H
-#define TESTS_SUPPORT_DETECTION_CASES_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_DETECTION_CASES_H
+#define VIEWWORTH_TESTS_SUPPORT_DETECTION_CASES_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // The passes of the effect appearance_encoder held against the reference, in a step of a bench.
-#ifndef TESTS_SUPPORT_ENCODER_CHECK_H
-#define TESTS_SUPPORT_ENCODER_CHECK_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_ENCODER_CHECK_H
+#define VIEWWORTH_TESTS_SUPPORT_ENCODER_CHECK_H
 
 #include "reference/step_bench.h"
 #include "support/hard_case.h"

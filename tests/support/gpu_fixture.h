@@ -1,6 +1,6 @@
 // One device with validation, shared by the tests of a program.
-#ifndef TESTS_SUPPORT_GPU_FIXTURE_H
-#define TESTS_SUPPORT_GPU_FIXTURE_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_GPU_FIXTURE_H
+#define VIEWWORTH_TESTS_SUPPORT_GPU_FIXTURE_H
 
 #include "viewworth/gpu.h"
 

@@ -1,7 +1,7 @@
 // Guard bands around every buffer of the programs in tests/kernels, tests/gradients, tests/hard_cases and tests/train;
 // see guard_bands.c.
-#ifndef TESTS_SUPPORT_GUARD_BANDS_H
-#define TESTS_SUPPORT_GUARD_BANDS_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_GUARD_BANDS_H
+#define VIEWWORTH_TESTS_SUPPORT_GUARD_BANDS_H
 
 // How many bands were written to, of buffers alive and destroyed, since the last call; each has a message on stderr.
 // What nobody asked for makes vw_gpu_close() fail. Not while the device works.

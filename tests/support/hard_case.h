@@ -1,7 +1,7 @@
 // Hard cases: named situations in which numbers go wrong easily. Each is a cmocka test of its own and a row of the
 // table that the program prints at its end: the comparison with the reference that came nearest to its tolerance.
-#ifndef TESTS_SUPPORT_HARD_CASE_H
-#define TESTS_SUPPORT_HARD_CASE_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_HARD_CASE_H
+#define VIEWWORTH_TESTS_SUPPORT_HARD_CASE_H
 
 #include <stdbool.h>
 #include <stddef.h>

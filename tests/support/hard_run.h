@@ -1,7 +1,7 @@
 // Whole training runs on a scene, through the trainer's public functions; the last validation can be held against the
 // reference.
-#ifndef TESTS_SUPPORT_HARD_RUN_H
-#define TESTS_SUPPORT_HARD_RUN_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_HARD_RUN_H
+#define VIEWWORTH_TESTS_SUPPORT_HARD_RUN_H
 
 #include "support/hard_case.h"
 #include "viewworth/scene.h"

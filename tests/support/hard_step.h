@@ -1,7 +1,7 @@
 // Whole steps and renderings of a bench held against the reference, whatever the params and the rays are: for hard
 // cases.
-#ifndef TESTS_SUPPORT_HARD_STEP_H
-#define TESTS_SUPPORT_HARD_STEP_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_HARD_STEP_H
+#define VIEWWORTH_TESTS_SUPPORT_HARD_STEP_H
 
 #include "kernels/check.h"
 #include "reference/reference.h"

@@ -1,6 +1,6 @@
 // Creating a trainer in a test that says nothing of effects.
-#ifndef TESTS_SUPPORT_OPEN_TRAINER_H
-#define TESTS_SUPPORT_OPEN_TRAINER_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_OPEN_TRAINER_H
+#define VIEWWORTH_TESTS_SUPPORT_OPEN_TRAINER_H
 
 #include "train/trainer.h"
 

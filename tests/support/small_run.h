@@ -1,6 +1,6 @@
 // A scene and a config for tests of whole runs, which take a second or less.
-#ifndef TESTS_SUPPORT_SMALL_RUN_H
-#define TESTS_SUPPORT_SMALL_RUN_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_SMALL_RUN_H
+#define VIEWWORTH_TESTS_SUPPORT_SMALL_RUN_H
 
 #include <stdint.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 // A small scene in memory, without files: cameras on an orbit around the box, photos of a smooth function of the
 // direction.
-#ifndef TESTS_SUPPORT_SYNTHETIC_SCENE_H
-#define TESTS_SUPPORT_SYNTHETIC_SCENE_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_SYNTHETIC_SCENE_H
+#define VIEWWORTH_TESTS_SUPPORT_SYNTHETIC_SCENE_H
 
 #include "viewworth/scene.h"
 

@@ -1,6 +1,6 @@
 // A folder of a test's own, and small files in it. Every function stops the test when it cannot do its work.
-#ifndef VIEWWORTH_TEMPORARY_FOLDER_H
-#define VIEWWORTH_TEMPORARY_FOLDER_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_TEMPORARY_FOLDER_H
+#define VIEWWORTH_TESTS_SUPPORT_TEMPORARY_FOLDER_H
 
 #include <stddef.h>
 

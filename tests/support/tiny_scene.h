@@ -1,6 +1,6 @@
 // Tiny scenes on disk: a ring of cameras around a point, each with a photo of 8 x 6 pixels.
-#ifndef VIEWWORTH_TINY_SCENE_H
-#define VIEWWORTH_TINY_SCENE_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_TINY_SCENE_H
+#define VIEWWORTH_TESTS_SUPPORT_TINY_SCENE_H
 
 #include <stdint.h>
 

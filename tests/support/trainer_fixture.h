@@ -1,7 +1,7 @@
 // Whole trainings on a small scene, kept row by row. Every function stops the test, with the reason, when it cannot do
 // its work. For programs that use test_gpu().
-#ifndef TESTS_SUPPORT_TRAINER_FIXTURE_H
-#define TESTS_SUPPORT_TRAINER_FIXTURE_H
+#ifndef VIEWWORTH_TESTS_SUPPORT_TRAINER_FIXTURE_H
+#define VIEWWORTH_TESTS_SUPPORT_TRAINER_FIXTURE_H
 
 #include "support/gpu_fixture.h"
 #include "support/open_trainer.h"

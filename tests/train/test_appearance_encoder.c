@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
-#include "train/sweep_passes.h"
+#include "train/adjoint/adjoint_passes.h"
 #include "train/trainer.h"
 
 static struct vw_config config_with(const char *effects) {

@@ -13,8 +13,8 @@
 #include "support/full.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "train/lasting.h"
-#include "train/lasting_private.h"
+#include "train/adjoint/lasting.h"
+#include "train/adjoint/lasting_private.h"
 
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS, STEPS_MAX = 300, VIEWS = TEST_VALS }; // photos of test_scene()
 enum { CHECKED = 10 }; // steps that are made longer and shorter

@@ -11,7 +11,7 @@
 #include "reference/step_bench.h"
 #include "support/trainer_fixture.h"
 #include "train/fields/registry.h"
-#include "train/lasting.h"
+#include "train/adjoint/lasting.h"
 
 static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();

@@ -10,7 +10,7 @@
 #include "support/trainer_fixture.h"
 #include "train/effects/registry.h"
 #include "train/fields/registry.h"
-#include "train/lasting.h"
+#include "train/adjoint/lasting.h"
 
 static struct vw_config config_with(enum vw_field field, const char *effects) {
     struct vw_config config = test_config_of(field);

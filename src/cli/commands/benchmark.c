@@ -1,4 +1,4 @@
-#include "experiment/benchmark.h"
+#include "lab/benchmark.h"
 
 #include <ctype.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 // The commands, one file each: options -> open -> call -> close. Results go to stdout, everything else to stderr.
-#ifndef VIEWWORTH_CLI_COMMANDS_H
-#define VIEWWORTH_CLI_COMMANDS_H
+#ifndef VIEWWORTH_CLI_COMMANDS_COMMANDS_H
+#define VIEWWORTH_CLI_COMMANDS_COMMANDS_H
 
 #include "cli/options.h"
 #include "viewworth/status.h"

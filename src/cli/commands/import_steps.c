@@ -3,7 +3,7 @@
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
-#include "run/import.h"
+#include "run/imported/import_steps.h"
 
 static json_t *to_json(const char *log, const struct vw_import_result *result) {
     const struct vw_step_statistics *statistics = &result->statistics;

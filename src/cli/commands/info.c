@@ -6,7 +6,7 @@
 #include "cli/params.h"
 #include "detect/decide.h"
 #include "detect/verdict_cache.h"
-#include "run/open.h"
+#include "run/devices.h"
 #include "viewworth/log.h"
 
 enum { LONG_FORM = 4 }; // times the steps of a pilot

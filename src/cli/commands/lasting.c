@@ -6,8 +6,8 @@
 #include "cli/output/lasting_output.h"
 #include "cli/output/print.h"
 #include "cli/output/progress.h"
-#include "run/lasting_folder.h"
-#include "run/recorded_run.h"
+#include "run/lasting/lasting_folder.h"
+#include "run/recorded/recorded_run.h"
 
 static json_t *to_json(const struct vw_recorded_run *run, const char *head, const struct vw_lasting_summary *summary) {
     return json_pack("{s:s, s:s, s:s, s:o}", "run_id", run->row.run_id, "ledger", run->ledger_path, "head", head,

@@ -1,4 +1,4 @@
-#include "experiment/reproduction.h"
+#include "lab/reproduction.h"
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/reproduction_output.h"

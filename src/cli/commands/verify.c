@@ -5,7 +5,7 @@
 #include "cli/interrupt.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
-#include "run/verify.h"
+#include "run/verify/verify.h"
 
 static json_t *to_json(const struct vw_verification *verification) {
     const char *log_sha256 = *verification->log_sha256 ? verification->log_sha256 : NULL;

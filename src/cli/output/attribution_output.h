@@ -1,6 +1,6 @@
 // Providers, payout and near-duplicates of a run, as text and JSON.
-#ifndef VIEWWORTH_CLI_ATTRIBUTION_OUTPUT_H
-#define VIEWWORTH_CLI_ATTRIBUTION_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_ATTRIBUTION_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_ATTRIBUTION_OUTPUT_H
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // What a batch tells while it runs, and its results.
-#ifndef VIEWWORTH_CLI_BATCH_OUTPUT_H
-#define VIEWWORTH_CLI_BATCH_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_BATCH_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_BATCH_OUTPUT_H
 
 #include <stdbool.h>
 

@@ -1,10 +1,10 @@
 // The result of `viewworth benchmark` on stdout, as tables or as one JSON object.
-#ifndef VIEWWORTH_CLI_BENCHMARK_OUTPUT_H
-#define VIEWWORTH_CLI_BENCHMARK_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_BENCHMARK_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_BENCHMARK_OUTPUT_H
 
 #include <stdbool.h>
 
-#include "experiment/benchmark.h"
+#include "lab/benchmark.h"
 #include "viewworth/status.h"
 
 // VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.

@@ -1,6 +1,6 @@
 // The result of `viewworth compare` on stdout, as tables or as one JSON object.
-#ifndef VIEWWORTH_CLI_COMPARE_OUTPUT_H
-#define VIEWWORTH_CLI_COMPARE_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_COMPARE_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_COMPARE_OUTPUT_H
 
 #include <stdbool.h>
 

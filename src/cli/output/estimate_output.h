@@ -1,6 +1,6 @@
 // The estimate of a run as text and JSON.
-#ifndef VIEWWORTH_CLI_ESTIMATE_OUTPUT_H
-#define VIEWWORTH_CLI_ESTIMATE_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_ESTIMATE_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_ESTIMATE_OUTPUT_H
 
 #include <jansson.h>
 

@@ -1,6 +1,6 @@
 // Results as JSON on stdout.
-#ifndef VIEWWORTH_CLI_JSON_OUTPUT_H
-#define VIEWWORTH_CLI_JSON_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_JSON_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_JSON_OUTPUT_H
 
 #include <jansson.h>
 

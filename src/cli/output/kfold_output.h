@@ -1,6 +1,6 @@
 // Results of trainings on folds, for people or as JSON.
-#ifndef VIEWWORTH_CLI_KFOLD_OUTPUT_H
-#define VIEWWORTH_CLI_KFOLD_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_KFOLD_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_KFOLD_OUTPUT_H
 
 #include <stdbool.h>
 

@@ -1,10 +1,10 @@
 // What lasting credit says, as text and JSON.
-#ifndef VIEWWORTH_CLI_LASTING_OUTPUT_H
-#define VIEWWORTH_CLI_LASTING_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_LASTING_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_LASTING_OUTPUT_H
 
 #include <jansson.h>
 
-#include "run/lasting_summary.h"
+#include "run/lasting/lasting_summary.h"
 
 // The photos at both ends, the gate, and how far the gradient grew.
 void vw_lasting_print(const struct vw_lasting_summary *summary);

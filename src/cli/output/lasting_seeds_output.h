@@ -1,10 +1,10 @@
 // Lasting credit of several seeds, as text and JSON.
-#ifndef VIEWWORTH_CLI_LASTING_SEEDS_OUTPUT_H
-#define VIEWWORTH_CLI_LASTING_SEEDS_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_LASTING_SEEDS_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_LASTING_SEEDS_OUTPUT_H
 
 #include <jansson.h>
 
-#include "experiment/lasting_seeds.h"
+#include "lab/lasting_seeds.h"
 
 // The photos at both ends, and which are told apart. `first_seed`: of seeds->gates.
 void vw_lasting_seeds_print(const struct vw_lasting_seeds *seeds, uint64_t first_seed);

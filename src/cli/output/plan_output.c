@@ -2,7 +2,7 @@
 #include "cli/output/print.h"
 
 #include "base/clock.h"
-#include "run/plan/presets.h"
+#include "run/plan/accuracy_levels.h"
 
 void vw_plan_print(const struct vw_plan *plan, const struct vw_config *config) {
     char text[VW_PRESET_TEXT_BYTES];

@@ -1,6 +1,6 @@
 // What a preset or a budget chose, as text and JSON.
-#ifndef VIEWWORTH_CLI_PLAN_OUTPUT_H
-#define VIEWWORTH_CLI_PLAN_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_PLAN_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_PLAN_OUTPUT_H
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // How commands print: all text for stdout goes through here, since names in it come from files of strangers.
-#ifndef VIEWWORTH_CLI_PRINT_H
-#define VIEWWORTH_CLI_PRINT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_PRINT_H
+#define VIEWWORTH_CLI_OUTPUT_PRINT_H
 
 // Like printf, to stdout, of text that cannot control a terminal: it replaces what vw_text_make_line() replaces, except
 // the line ends of `format`. main() reports a failure to write.

@@ -1,6 +1,6 @@
 // What probes cost a run, as text and JSON.
-#ifndef VIEWWORTH_CLI_PROBE_COSTS_OUTPUT_H
-#define VIEWWORTH_CLI_PROBE_COSTS_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_PROBE_COSTS_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_PROBE_COSTS_OUTPUT_H
 
 #include <jansson.h>
 

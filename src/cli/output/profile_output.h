@@ -1,6 +1,6 @@
 // A run's profile as text and JSON.
-#ifndef VIEWWORTH_CLI_PROFILE_OUTPUT_H
-#define VIEWWORTH_CLI_PROFILE_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_PROFILE_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_PROFILE_OUTPUT_H
 
 #include <jansson.h>
 

@@ -1,6 +1,6 @@
 // What the program tells on stderr: lines, and the progress of a run.
-#ifndef VIEWWORTH_CLI_PROGRESS_H
-#define VIEWWORTH_CLI_PROGRESS_H
+#ifndef VIEWWORTH_CLI_OUTPUT_PROGRESS_H
+#define VIEWWORTH_CLI_OUTPUT_PROGRESS_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,10 +1,10 @@
 // The result of `viewworth reproduce` on stdout, as tables or as one JSON object.
-#ifndef VIEWWORTH_CLI_REPRODUCTION_OUTPUT_H
-#define VIEWWORTH_CLI_REPRODUCTION_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_REPRODUCTION_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_REPRODUCTION_OUTPUT_H
 
 #include <stdbool.h>
 
-#include "experiment/reproduction.h"
+#include "lab/reproduction.h"
 #include "viewworth/status.h"
 
 // VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.

@@ -1,6 +1,6 @@
 // What a run was and gave, as text and JSON on stdout.
-#ifndef VIEWWORTH_CLI_RUN_OUTPUT_H
-#define VIEWWORTH_CLI_RUN_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_RUN_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_RUN_OUTPUT_H
 
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 // What a scene contains and which effects it calls for, as text and JSON on stdout.
-#ifndef VIEWWORTH_CLI_SCENE_INFO_OUTPUT_H
-#define VIEWWORTH_CLI_SCENE_INFO_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_SCENE_INFO_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_SCENE_INFO_OUTPUT_H
 
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 // How stable a run's scores are, as text and JSON.
-#ifndef VIEWWORTH_CLI_STABILITY_OUTPUT_H
-#define VIEWWORTH_CLI_STABILITY_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_STABILITY_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_STABILITY_OUTPUT_H
 
 #include <jansson.h>
 

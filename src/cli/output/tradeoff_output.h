@@ -1,6 +1,6 @@
 // The result of `viewworth tradeoff` on stdout, as tables or as one JSON object.
-#ifndef VIEWWORTH_CLI_TRADEOFF_OUTPUT_H
-#define VIEWWORTH_CLI_TRADEOFF_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_TRADEOFF_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_TRADEOFF_OUTPUT_H
 
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 // What a run's scores owe to its validation views, as text and JSON.
-#ifndef VIEWWORTH_CLI_VALIDATION_VIEWS_OUTPUT_H
-#define VIEWWORTH_CLI_VALIDATION_VIEWS_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_VALIDATION_VIEWS_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_VALIDATION_VIEWS_OUTPUT_H
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // What `worth` prints.
-#ifndef VIEWWORTH_CLI_WORTH_OUTPUT_H
-#define VIEWWORTH_CLI_WORTH_OUTPUT_H
+#ifndef VIEWWORTH_CLI_OUTPUT_WORTH_OUTPUT_H
+#define VIEWWORTH_CLI_OUTPUT_WORTH_OUTPUT_H
 
 #include <stdbool.h>
 

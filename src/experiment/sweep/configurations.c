@@ -7,7 +7,7 @@
 
 #include "base/memory.h"
 #include "base/word_list.h"
-#include "run/plan/presets.h"
+#include "run/plan/accuracy_levels.h"
 
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };

@@ -1,6 +1,6 @@
 // The configurations that a sweep tries: the base, and around it configurations with one parameter changed.
-#ifndef VIEWWORTH_SWEEP_CONFIGURATIONS_H
-#define VIEWWORTH_SWEEP_CONFIGURATIONS_H
+#ifndef VIEWWORTH_EXPERIMENT_SWEEP_CONFIGURATIONS_H
+#define VIEWWORTH_EXPERIMENT_SWEEP_CONFIGURATIONS_H
 
 #include <stdint.h>
 

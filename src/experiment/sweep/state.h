@@ -1,6 +1,6 @@
 // A sweep while it is made: what the files of this folder share.
-#ifndef VIEWWORTH_SWEEP_STATE_H
-#define VIEWWORTH_SWEEP_STATE_H
+#ifndef VIEWWORTH_EXPERIMENT_SWEEP_STATE_H
+#define VIEWWORTH_EXPERIMENT_SWEEP_STATE_H
 
 #include <stdbool.h>
 

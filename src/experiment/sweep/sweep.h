@@ -1,8 +1,8 @@
 // Sweep: what accuracy costs in time. The scene is valued at a base configuration and at configurations around it, each
 // with one parameter changed, and at one with all validation pixels (full_resolution), whose scores the others are
 // compared with.
-#ifndef VIEWWORTH_SWEEP_H
-#define VIEWWORTH_SWEEP_H
+#ifndef VIEWWORTH_EXPERIMENT_SWEEP_SWEEP_H
+#define VIEWWORTH_EXPERIMENT_SWEEP_SWEEP_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 // Takes from this process what decoding does not need.
-#ifndef VIEWWORTH_CONFINE_H
-#define VIEWWORTH_CONFINE_H
+#ifndef VIEWWORTH_IMAGE_DECODE_CONFINE_H
+#define VIEWWORTH_IMAGE_DECODE_CONFINE_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 // The interface to OpenImageIO: plain C types, no exceptions. `plugin` is OpenImageIO's name of a format: no other
 // reader is tried. Files are bytes in memory.
-#ifndef VIEWWORTH_OIIO_SHIM_H
-#define VIEWWORTH_OIIO_SHIM_H
+#ifndef VIEWWORTH_IMAGE_DECODE_OIIO_SHIM_H
+#define VIEWWORTH_IMAGE_DECODE_OIIO_SHIM_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 // What a worker does: it turns the bytes of a file into an answer, and back. Fuzzers call these functions, too.
-#ifndef VIEWWORTH_TASKS_H
-#define VIEWWORTH_TASKS_H
+#ifndef VIEWWORTH_IMAGE_DECODE_TASKS_H
+#define VIEWWORTH_IMAGE_DECODE_TASKS_H
 
 #include <stddef.h>
 

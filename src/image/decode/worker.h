@@ -1,6 +1,6 @@
 // A worker of viewworth-decode: it reads requests and writes answers.
-#ifndef VIEWWORTH_WORKER_H
-#define VIEWWORTH_WORKER_H
+#ifndef VIEWWORTH_IMAGE_DECODE_WORKER_H
+#define VIEWWORTH_IMAGE_DECODE_WORKER_H
 
 #include <sys/types.h>
 

@@ -1,6 +1,6 @@
 // What providers' photos are worth together, what each provider is paid, and which photos are near-duplicates.
-#ifndef VIEWWORTH_RUN_ATTRIBUTION_H
-#define VIEWWORTH_RUN_ATTRIBUTION_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_ATTRIBUTION_H
+#define VIEWWORTH_RUN_OUTPUTS_ATTRIBUTION_H
 
 #include <stdbool.h>
 #include <stdint.h>

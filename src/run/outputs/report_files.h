@@ -1,6 +1,6 @@
 // The files beside a folder's ledgers that its report shows.
-#ifndef VIEWWORTH_REPORT_FILES_H
-#define VIEWWORTH_REPORT_FILES_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_FILES_H
+#define VIEWWORTH_RUN_OUTPUTS_REPORT_FILES_H
 
 #include <stdbool.h>
 #include <stddef.h>

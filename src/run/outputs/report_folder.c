@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/imported.h"
+#include "run/imported/imported_run.h"
 #include "run/out_lock.h"
-#include "run/recorded_run.h"
+#include "run/recorded/recorded_run.h"
 #include "run/outputs/report_files.h"
 #include "run/outputs/report_thumbnails.h"
 #include "run/scoring.h"

@@ -1,6 +1,6 @@
 // The report at the end of a command. See viewworth/report.h.
-#ifndef VIEWWORTH_RUN_REPORT_FOLDER_H
-#define VIEWWORTH_RUN_REPORT_FOLDER_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_FOLDER_H
+#define VIEWWORTH_RUN_OUTPUTS_REPORT_FOLDER_H
 
 #include "report/page.h"
 #include "viewworth/report.h"

@@ -1,6 +1,6 @@
 // Whether a folder's files have what the page's script relies on: people may have edited them.
-#ifndef VIEWWORTH_REPORT_SHAPE_H
-#define VIEWWORTH_REPORT_SHAPE_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_SHAPE_H
+#define VIEWWORTH_RUN_OUTPUTS_REPORT_SHAPE_H
 
 #include <jansson.h>
 

@@ -1,6 +1,6 @@
 // The thumbnails of a report: those of each scene are made once, whoever shows them.
-#ifndef VIEWWORTH_REPORT_THUMBNAILS_H
-#define VIEWWORTH_REPORT_THUMBNAILS_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_THUMBNAILS_H
+#define VIEWWORTH_RUN_OUTPUTS_REPORT_THUMBNAILS_H
 
 #include <stddef.h>
 

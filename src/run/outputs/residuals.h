@@ -1,7 +1,7 @@
 // residuals.json: photos beside their renders and errors at the end of a run, as small pictures, so that a report can
 // show them without the scene and a device.
-#ifndef VIEWWORTH_RUN_RESIDUALS_H
-#define VIEWWORTH_RUN_RESIDUALS_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_RESIDUALS_H
+#define VIEWWORTH_RUN_OUTPUTS_RESIDUALS_H
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 // map.json: where a run's cameras and its scene's points are, so that a report can show them without the scene.
-#ifndef VIEWWORTH_RUN_SCENE_MAP_H
-#define VIEWWORTH_RUN_SCENE_MAP_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_SCENE_MAP_H
+#define VIEWWORTH_RUN_OUTPUTS_SCENE_MAP_H
 
 #include <jansson.h>
 #include <stdint.h>

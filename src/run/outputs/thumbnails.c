@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/open.h"
+#include "run/devices.h"
 #include "base/file.h"
 #include "image/image.h"
 #include "base/clock.h"

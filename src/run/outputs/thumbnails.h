@@ -1,6 +1,6 @@
 // Small pictures of a scene's photos, for reports.
-#ifndef VIEWWORTH_THUMBNAILS_H
-#define VIEWWORTH_THUMBNAILS_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_THUMBNAILS_H
+#define VIEWWORTH_RUN_OUTPUTS_THUMBNAILS_H
 
 #include <stdint.h>
 

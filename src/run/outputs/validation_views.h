@@ -1,7 +1,7 @@
 // What the scores owe to the validation views: the matrix, how far the ranking depends on one of them, and which of
 // them look wrong.
-#ifndef VIEWWORTH_RUN_VALIDATION_VIEWS_H
-#define VIEWWORTH_RUN_VALIDATION_VIEWS_H
+#ifndef VIEWWORTH_RUN_OUTPUTS_VALIDATION_VIEWS_H
+#define VIEWWORTH_RUN_OUTPUTS_VALIDATION_VIEWS_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 // The time budget of a run: pure functions of measured times. They choose the preset and the number of epochs, never a
 // bit of a step.
-#ifndef VIEWWORTH_BUDGET_H
-#define VIEWWORTH_BUDGET_H
+#ifndef VIEWWORTH_RUN_PLAN_BUDGET_H
+#define VIEWWORTH_RUN_PLAN_BUDGET_H
 
 #include <stdint.h>
 

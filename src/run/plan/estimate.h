@@ -1,6 +1,6 @@
 // What a run of a scene would take, estimated from its first steps.
-#ifndef VIEWWORTH_RUN_ESTIMATE_H
-#define VIEWWORTH_RUN_ESTIMATE_H
+#ifndef VIEWWORTH_RUN_PLAN_ESTIMATE_H
+#define VIEWWORTH_RUN_PLAN_ESTIMATE_H
 
 #include <stdint.h>
 

@@ -8,7 +8,7 @@
 #include "base/json.h"
 #include "run/plan/estimate.h"
 #include "run/checks.h"
-#include "run/plan/presets.h"
+#include "run/plan/accuracy_levels.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/thumbnails.h"
 #include "run/plan/budget.h"

@@ -5,8 +5,8 @@
 // epochs_most (at most so many). A resumed run keeps the recorded preset, does not measure again, and counts recorded
 // steps times step_s as time already spent. Timing chooses the preset and the number of epochs; every step stays
 // deterministic.
-#ifndef VIEWWORTH_RUN_PLAN_H
-#define VIEWWORTH_RUN_PLAN_H
+#ifndef VIEWWORTH_RUN_PLAN_PLAN_H
+#define VIEWWORTH_RUN_PLAN_PLAN_H
 
 #include <jansson.h>
 #include <stdbool.h>

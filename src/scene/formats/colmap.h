@@ -2,8 +2,8 @@
 //
 // vw_colmap_read() reads and checks a model; vw_colmap_load() makes a scene from it. PhotoTourism scenes use a model
 // for poses and points, transforms.json scenes for points.
-#ifndef VIEWWORTH_COLMAP_H
-#define VIEWWORTH_COLMAP_H
+#ifndef VIEWWORTH_SCENE_FORMATS_COLMAP_H
+#define VIEWWORTH_SCENE_FORMATS_COLMAP_H
 
 #include "scene/name_index.h"
 #include "viewworth/scene.h"

@@ -1,8 +1,8 @@
 // A COLMAP model while it is read. The binary and the text reader parse files; this builder interprets and checks the
 // numbers, so that both give the same model and the same messages. Messages of this file name the record and the field;
 // the readers add the file, and the line of a text file.
-#ifndef VIEWWORTH_COLMAP_BUILDER_H
-#define VIEWWORTH_COLMAP_BUILDER_H
+#ifndef VIEWWORTH_SCENE_FORMATS_COLMAP_BUILDER_H
+#define VIEWWORTH_SCENE_FORMATS_COLMAP_BUILDER_H
 
 #include "scene/formats/colmap.h"
 

@@ -1,6 +1,6 @@
 // Text files with one name per line.
-#ifndef VIEWWORTH_SCENE_NAME_LIST_H
-#define VIEWWORTH_SCENE_NAME_LIST_H
+#ifndef VIEWWORTH_SCENE_FORMATS_NAME_LIST_H
+#define VIEWWORTH_SCENE_FORMATS_NAME_LIST_H
 
 #include <stdint.h>
 

@@ -1,8 +1,8 @@
 // The split files of NeRF-W: tab-separated, with a header that has at least the columns filename and split, in any
 // order. Photos are identified by their file names. The column id is not used for that: it may be a whole number,
 // "1091.0" or empty, and does not match the COLMAP models.
-#ifndef VIEWWORTH_NERFW_TSV_H
-#define VIEWWORTH_NERFW_TSV_H
+#ifndef VIEWWORTH_SCENE_FORMATS_NERFW_TSV_H
+#define VIEWWORTH_SCENE_FORMATS_NERFW_TSV_H
 
 #include <stdbool.h>
 #include <stddef.h>

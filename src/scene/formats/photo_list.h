@@ -1,7 +1,7 @@
 // Writes the list of photos to train on, in the format of the scene, from the scene's own files but without its images.
 // It does not check whether photos or poses have changed since the run, only whether the scene still names all photos.
-#ifndef VIEWWORTH_PHOTO_LIST_H
-#define VIEWWORTH_PHOTO_LIST_H
+#ifndef VIEWWORTH_SCENE_FORMATS_PHOTO_LIST_H
+#define VIEWWORTH_SCENE_FORMATS_PHOTO_LIST_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // Shared by the writers of photo lists; internal.
-#ifndef VIEWWORTH_SCENE_PHOTO_LIST_H
-#define VIEWWORTH_SCENE_PHOTO_LIST_H
+#ifndef VIEWWORTH_SCENE_FORMATS_PHOTO_LIST_WRITERS_H
+#define VIEWWORTH_SCENE_FORMATS_PHOTO_LIST_WRITERS_H
 
 #include "scene/formats/photo_list.h"
 

@@ -1,6 +1,6 @@
 // Reads which photos of a scene to train on, from a file.
-#ifndef VIEWWORTH_SCENE_TRAIN_LIST_H
-#define VIEWWORTH_SCENE_TRAIN_LIST_H
+#ifndef VIEWWORTH_SCENE_FORMATS_TRAIN_LIST_H
+#define VIEWWORTH_SCENE_FORMATS_TRAIN_LIST_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 // Reading transforms.json, in parts: its files, the splits of its photos, and the intrinsics and pose of a frame. In
 // messages, `where` names file and frame.
-#ifndef VIEWWORTH_TRANSFORMS_H
-#define VIEWWORTH_TRANSFORMS_H
+#ifndef VIEWWORTH_SCENE_FORMATS_TRANSFORMS_H
+#define VIEWWORTH_SCENE_FORMATS_TRANSFORMS_H
 
 #include <jansson.h>
 

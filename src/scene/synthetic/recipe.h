@@ -38,8 +38,8 @@
 // View i is named "view_iii". Without `split` it is val if i % 8 == 0, test if i % 8 == 4, otherwise train. Only train
 // views can be corrupted, each by one defect. Points come from the true geometry; a view with a wrong pose has no
 // tracks.
-#ifndef VIEWWORTH_RECIPE_H
-#define VIEWWORTH_RECIPE_H
+#ifndef VIEWWORTH_SCENE_SYNTHETIC_RECIPE_H
+#define VIEWWORTH_SCENE_SYNTHETIC_RECIPE_H
 
 #include "viewworth/scene.h"
 

@@ -1,6 +1,6 @@
 // Internal to recipes: the description of a recipe, and the functions that turn it into a scene.
-#ifndef VIEWWORTH_RECIPE_PRIVATE_H
-#define VIEWWORTH_RECIPE_PRIVATE_H
+#ifndef VIEWWORTH_SCENE_SYNTHETIC_RECIPE_PRIVATE_H
+#define VIEWWORTH_SCENE_SYNTHETIC_RECIPE_PRIVATE_H
 
 #include <stdbool.h>
 

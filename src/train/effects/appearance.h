@@ -4,8 +4,8 @@
 //   shaders/mix_code.comp
 // Only training uses these numbers. Validation fits a gain and a bias of its own to each view (shaders/fit_views.comp),
 // and rendering uses none.
-#ifndef VIEWWORTH_TRAIN_APPEARANCE_H
-#define VIEWWORTH_TRAIN_APPEARANCE_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_H
+#define VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_H
 
 #include "gpu/compute.h"
 #include "train/field.h"

@@ -6,8 +6,8 @@
 //   spread_photo, convolve_photo_back, gradient_photo: gradients of the network
 // A photo that nothing was trained on has a code as well: validation and renders of a view see it by the view's own
 // photo. They remain a function of the params alone: thumbnails are the scene's.
-#ifndef VIEWWORTH_TRAIN_APPEARANCE_ENCODER_H
-#define VIEWWORTH_TRAIN_APPEARANCE_ENCODER_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_ENCODER_H
+#define VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_ENCODER_H
 
 #include "gpu/compute.h"
 #include "train/effects/thumbnails.h"

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "gpu/shaders.h"
-#include "train/schedule.h"
+#include "train/photo_order.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 

@@ -6,8 +6,8 @@
 // The picture is made of the step's first rays, which lie on a grid over its photo (pixels_draw). The given code is
 // held fixed, where it renders and where the two are compared. All gradients of this loss have buffers of their own,
 // and are added to those of the step at its end; those of the hash grid are sums of integers.
-#ifndef VIEWWORTH_TRAIN_CONSISTENCY_H
-#define VIEWWORTH_TRAIN_CONSISTENCY_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_CONSISTENCY_H
+#define VIEWWORTH_TRAIN_EFFECTS_CONSISTENCY_H
 
 #include "gpu/compute.h"
 #include "interface.h"

@@ -1,7 +1,7 @@
 // The effect `unbounded`: the inner region that its contraction leaves unchanged, and the range of depths in which rays
 // are sampled.
-#ifndef VIEWWORTH_TRAIN_CONTRACTION_H
-#define VIEWWORTH_TRAIN_CONTRACTION_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_CONTRACTION_H
+#define VIEWWORTH_TRAIN_EFFECTS_CONTRACTION_H
 
 #include "viewworth/scene.h"
 #include "interface.h"

@@ -1,6 +1,6 @@
 // The network of the effect appearance_encoder: its initial values.
-#ifndef VIEWWORTH_TRAIN_ENCODER_NETWORK_H
-#define VIEWWORTH_TRAIN_ENCODER_NETWORK_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_ENCODER_NETWORK_H
+#define VIEWWORTH_TRAIN_EFFECTS_ENCODER_NETWORK_H
 
 #include "train/fields/initial_values.h"
 

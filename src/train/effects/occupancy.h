@@ -4,8 +4,8 @@
 //   sample
 // Every OCCUPANCY_STEPS steps the field is sampled to find what is empty; the result (field->occupancy) is part of the
 // training's state.
-#ifndef VIEWWORTH_TRAIN_OCCUPANCY_H
-#define VIEWWORTH_TRAIN_OCCUPANCY_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_OCCUPANCY_H
+#define VIEWWORTH_TRAIN_EFFECTS_OCCUPANCY_H
 
 #include "gpu/compute.h"
 #include "train/field.h"

@@ -5,8 +5,8 @@
 //   lazily
 // Training alone uses it: validation and rendering see all cameras as the scene has them. It needs the field hash,
 // whose encoding has a gradient by the position, and a box.
-#ifndef VIEWWORTH_TRAIN_POSE_H
-#define VIEWWORTH_TRAIN_POSE_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_POSE_H
+#define VIEWWORTH_TRAIN_EFFECTS_POSE_H
 
 #include "gpu/compute.h"
 #include "train/camera_corrections.h"

@@ -1,8 +1,8 @@
 // The registry of effects: optional parts of image formation, each with its specialization constant (decision 7). What
 // a scene shows of an effect is measured in src/detect. A new effect is a row of the table here and, when it is
 // detected, a row of the table in src/detect/decide.c.
-#ifndef VIEWWORTH_TRAIN_EFFECTS_H
-#define VIEWWORTH_TRAIN_EFFECTS_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
+#define VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
 
 #include "interface.h"
 #include "viewworth/scene.h"

@@ -1,6 +1,6 @@
 // What the encoder of the effect appearance_encoder sees of a photo: 32 x 32 area means.
-#ifndef VIEWWORTH_TRAIN_THUMBNAILS_H
-#define VIEWWORTH_TRAIN_THUMBNAILS_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_THUMBNAILS_H
+#define VIEWWORTH_TRAIN_EFFECTS_THUMBNAILS_H
 
 #include "interface.h"
 #include "train/pixels.h"

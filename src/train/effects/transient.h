@@ -4,8 +4,8 @@
 // layers are the field's business (mlp_append_head() of fields/mlp.h), its weights stand behind the field's own.
 //   feed_transient -> layers -> backward_transient (composites, takes the loss) -> layers back, into the features
 // Validation and rendering do without: they see the field's own density alone.
-#ifndef VIEWWORTH_TRAIN_TRANSIENT_H
-#define VIEWWORTH_TRAIN_TRANSIENT_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_TRANSIENT_H
+#define VIEWWORTH_TRAIN_EFFECTS_TRANSIENT_H
 
 #include "gpu/compute.h"
 #include "train/field.h"

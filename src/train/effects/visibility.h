@@ -5,8 +5,8 @@
 //   gradient_visibility, reduce_visibility: the network's gradient -> update_visibility: the photo's code
 // Training alone uses it; validation and rendering do not know it. The backward sweep of lasting credit holds what is
 // visible fixed: how a step changes it for later steps is left out.
-#ifndef VIEWWORTH_TRAIN_VISIBILITY_H
-#define VIEWWORTH_TRAIN_VISIBILITY_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_VISIBILITY_H
+#define VIEWWORTH_TRAIN_EFFECTS_VISIBILITY_H
 
 #include "gpu/compute.h"
 #include "train/field.h"

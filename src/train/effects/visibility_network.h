@@ -1,6 +1,6 @@
 // The network of the effect `visibility`: its params and what it sees of photos.
-#ifndef VIEWWORTH_TRAIN_VISIBILITY_NETWORK_H
-#define VIEWWORTH_TRAIN_VISIBILITY_NETWORK_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_VISIBILITY_NETWORK_H
+#define VIEWWORTH_TRAIN_EFFECTS_VISIBILITY_NETWORK_H
 
 #include "gpu/compute.h"
 #include "interface.h"

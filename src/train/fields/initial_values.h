@@ -1,6 +1,6 @@
 // Random initial values of params, each keyed by its place in the params block.
-#ifndef VIEWWORTH_TRAIN_INITIAL_VALUES_H
-#define VIEWWORTH_TRAIN_INITIAL_VALUES_H
+#ifndef VIEWWORTH_TRAIN_FIELDS_INITIAL_VALUES_H
+#define VIEWWORTH_TRAIN_FIELDS_INITIAL_VALUES_H
 
 #include <stdint.h>
 

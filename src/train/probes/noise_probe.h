@@ -1,8 +1,8 @@
 // Probes of the measurement itself (`value --noise-floor`): from the state before a step, validate once more, take the
 // step with learning rate 0, and take it with other pixels of the same photo. The state is restored each time, all on
 // the device. The run's own steps have the same bits with and without.
-#ifndef VIEWWORTH_TRAIN_NOISE_PROBE_H
-#define VIEWWORTH_TRAIN_NOISE_PROBE_H
+#ifndef VIEWWORTH_TRAIN_PROBES_NOISE_PROBE_H
+#define VIEWWORTH_TRAIN_PROBES_NOISE_PROBE_H
 
 #include "train/probes/probe_context.h"
 

@@ -1,10 +1,10 @@
 // What probes work with. A probe tries something on the state of a training and restores the state, so that the run's
 // own steps keep their bits.
-#ifndef VIEWWORTH_TRAIN_PROBE_CONTEXT_H
-#define VIEWWORTH_TRAIN_PROBE_CONTEXT_H
+#ifndef VIEWWORTH_TRAIN_PROBES_PROBE_CONTEXT_H
+#define VIEWWORTH_TRAIN_PROBES_PROBE_CONTEXT_H
 
 #include "gpu/compute.h"
-#include "train/schedule.h"
+#include "train/photo_order.h"
 #include "train/snapshot.h"
 #include "train/step.h"
 #include "train/validation.h"

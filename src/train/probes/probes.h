@@ -1,7 +1,7 @@
 // All probes of a run, as the trainer sees them: what each adds to a step's pixels, to its passes, to its rows in the
 // scalars, and to its record. A step's rows are its own measurement, then those of the noise floor.
-#ifndef VIEWWORTH_TRAIN_PROBES_H
-#define VIEWWORTH_TRAIN_PROBES_H
+#ifndef VIEWWORTH_TRAIN_PROBES_PROBES_H
+#define VIEWWORTH_TRAIN_PROBES_PROBES_H
 
 #include "train/probes/noise_probe.h"
 #include "train/probes/probe_context.h"

@@ -1,8 +1,8 @@
 // The same-state score's measurements (`value --same-state N`, the paper's option c): from each of N states, at ends of
 // epochs, the next step is taken on every photo, one after another, validated, and the state restored. The run itself
 // is not touched.
-#ifndef VIEWWORTH_TRAIN_SAME_STATE_H
-#define VIEWWORTH_TRAIN_SAME_STATE_H
+#ifndef VIEWWORTH_TRAIN_PROBES_SAME_STATE_H
+#define VIEWWORTH_TRAIN_PROBES_SAME_STATE_H
 
 #include "train/probes/probe_context.h"
 

@@ -1,6 +1,6 @@
 // How far the scores of one method agree between runs that differ only by their seed. Needs scores alone.
-#ifndef VIEWWORTH_VALUE_AGREEMENT_H
-#define VIEWWORTH_VALUE_AGREEMENT_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_AGREEMENT_H
+#define VIEWWORTH_VALUE_EVALUATION_AGREEMENT_H
 
 #include <stdbool.h>
 #include <stdint.h>

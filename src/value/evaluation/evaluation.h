@@ -1,14 +1,14 @@
 // Evaluation of scorers where ground truth is known. Every vw_evaluate_ function appends rows to a list of metrics.
 // None knows how scores are made, and training is known only as a vw_retrain_function.
-#ifndef VIEWWORTH_VALUE_EVALUATION_H
-#define VIEWWORTH_VALUE_EVALUATION_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_EVALUATION_H
+#define VIEWWORTH_VALUE_EVALUATION_EVALUATION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
-#include "ledger/retrainings.h"
+#include "ledger/retraining_store.h"
 
 extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
 

@@ -1,7 +1,7 @@
 // Gains: which of several lists of photos reconstructs better than all photos, and how sure that is. Every list is
 // trained on with the same seeds, and judged on the same validation photos.
-#ifndef VIEWWORTH_VALUE_GAINS_H
-#define VIEWWORTH_VALUE_GAINS_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_GAINS_H
+#define VIEWWORTH_VALUE_EVALUATION_GAINS_H
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 // Outcomes of retrainings: one quality of several trainings (of subsets, or without single photos), with several seeds
 // each. Trainings without a value are left out. And how reliable these outcomes are, which limits every score.
-#ifndef VIEWWORTH_VALUE_OUTCOMES_H
-#define VIEWWORTH_VALUE_OUTCOMES_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_OUTCOMES_H
+#define VIEWWORTH_VALUE_EVALUATION_OUTCOMES_H
 
 #include "value/evaluation/evaluation.h"
 #include "value/evaluation/paired_comparison.h"

@@ -1,7 +1,7 @@
 // Paired comparison of retrainings: means over seeds, and differences between trainings with the same seed, so that the
 // seed's noise cancels where both share it.
-#ifndef VIEWWORTH_VALUE_PAIRED_COMPARISON_H
-#define VIEWWORTH_VALUE_PAIRED_COMPARISON_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_PAIRED_COMPARISON_H
+#define VIEWWORTH_VALUE_EVALUATION_PAIRED_COMPARISON_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 // The Pareto front of choices with a cost and a quality.
-#ifndef VIEWWORTH_VALUE_PARETO_FRONT_H
-#define VIEWWORTH_VALUE_PARETO_FRONT_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_PARETO_FRONT_H
+#define VIEWWORTH_VALUE_EVALUATION_PARETO_FRONT_H
 
 #include <stdbool.h>
 #include <stdint.h>

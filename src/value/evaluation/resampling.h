@@ -1,12 +1,12 @@
 // Bootstrap: percentile intervals of statistics over resampled subsets, or photos (Efron 1979). Every statistic of the
 // same number of items sees the same resamples, so that differences of statistics are paired.
-#ifndef VIEWWORTH_VALUE_RESAMPLING_H
-#define VIEWWORTH_VALUE_RESAMPLING_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_RESAMPLING_H
+#define VIEWWORTH_VALUE_EVALUATION_RESAMPLING_H
 
 #include <stdint.h>
 
 #include "base/statistics.h"
-#include "ledger/retrainings.h"
+#include "ledger/retraining_store.h"
 
 enum { VW_RESAMPLES = 1000 };
 

@@ -1,6 +1,6 @@
 // The scores of several runs on the same photos side by side, method by method, from the first epochs of their ledgers.
-#ifndef VIEWWORTH_VALUE_SCORE_TABLES_H
-#define VIEWWORTH_VALUE_SCORE_TABLES_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_SCORE_TABLES_H
+#define VIEWWORTH_VALUE_EVALUATION_SCORE_TABLES_H
 
 #include <stdbool.h>
 #include <stdint.h>

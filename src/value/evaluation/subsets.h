@@ -1,6 +1,6 @@
 // Trainings on random subsets of the photos, which scores should predict.
-#ifndef VIEWWORTH_VALUE_SUBSETS_H
-#define VIEWWORTH_VALUE_SUBSETS_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_SUBSETS_H
+#define VIEWWORTH_VALUE_EVALUATION_SUBSETS_H
 
 #include <stdint.h>
 

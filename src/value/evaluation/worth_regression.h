@@ -8,8 +8,8 @@
 // coefficient of its own, so that shrinking moves no zero. Where sizes of subsets vary, the worths have a true zero:
 // below it a player makes trainings worse. Where all sizes are equal, only differences are known. Least-squares worths
 // are a datamodel (Ilyas et al. 2022); the prior is that of a multilevel regression (Gelman and Hill 2007, ch. 12).
-#ifndef VIEWWORTH_VALUE_WORTH_REGRESSION_H
-#define VIEWWORTH_VALUE_WORTH_REGRESSION_H
+#ifndef VIEWWORTH_VALUE_EVALUATION_WORTH_REGRESSION_H
+#define VIEWWORTH_VALUE_EVALUATION_WORTH_REGRESSION_H
 
 #include "value/evaluation/outcomes.h"
 

@@ -1,0 +1,26 @@
+// The methods of methods/registry.h as scorers of the runs of an experiment: one per method and budget,
+// "tmc_shapley_40" or "tmc_shapley_4N", as the budget was given.
+#ifndef VIEWWORTH_LAB_METHOD_SCORERS_H
+#define VIEWWORTH_LAB_METHOD_SCORERS_H
+
+#include "lab/methods/registry.h"
+#include "lab/scorers.h"
+
+// Of an experiment's params they use `methods`, names with commas between, or "all" (NULL: none), and
+// `run_equivalents`, budgets with commas between: numbers, and N, N/2, 4N, ... of N train photos (NULL: this list).
+extern const char vw_method_budgets_default[]; // "1,2,4,10,N,4N"
+
+enum { VW_METHOD_BUDGETS_MAX = 12, VW_METHOD_NAME_BYTES = 40 };
+
+// Checks names and budgets before any training. VW_ERROR_USAGE.
+enum vw_status vw_method_scorers_check(const struct vw_experiment_params *params);
+// How many seeds, from that of the config on, the experiment has with those of their retrainings.
+uint32_t vw_method_scorers_seed_count(const struct vw_experiment_params *params);
+// How many retrainings they take at most.
+uint64_t vw_method_scorers_count(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer);
+// Adds the scorers of each of params->seeds runs. A budget that is too small for a method is left out, with a line in
+// the log. `*names` is owned by the caller (free), also after a failure, and outlives the scorers.
+enum vw_status vw_method_scorers_add(const struct vw_experiment_params *params, struct vw_retrainer *retrainer,
+                                     struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]);
+
+#endif

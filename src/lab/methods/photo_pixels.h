@@ -1,0 +1,23 @@
+// What the pixels of one photo tell by themselves. Everything that methods without training want of a photo's pixels
+// is measured here, in one go, so that the photo is decoded once.
+#ifndef VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
+#define VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
+
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+enum { VW_THUMBNAIL_COLUMNS = 8, VW_THUMBNAIL_ROWS = 6, VW_THUMBNAIL_VALUES = 3 * 8 * 6 };
+
+// Luminances as stored, transparent pixels over the scene's background; masks are not obeyed.
+struct vw_photo_pixels {
+    double brightness; // mean luminance, [0,1]
+    double contrast;   // standard deviation of the luminance
+    double sharpness;  // variance of its Laplacian (Pech-Pacheco et al., ICPR 2000): low in blurred photos, high in
+                       // noisy ones; 0 below 3 pixels of width or height
+    double noise;      // standard deviation of the noise (Immerkaer, CVIU 1996); 0 likewise
+    float thumbnail[VW_THUMBNAIL_VALUES]; // RGB in [0,1], rows top to bottom: means of some pixels of every cell
+};
+
+enum vw_status vw_photo_pixels_measure(const struct vw_scene *scene, uint32_t view, struct vw_photo_pixels *pixels);
+
+#endif

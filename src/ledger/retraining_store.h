@@ -1,0 +1,59 @@
+// Retrainings and metrics in an SQLite file of their own (OUT/retrainings.db), so that a benchmark, comparison or sweep
+// resumes and reuses what another one trained. Ordinary tables:
+// - retraining(retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr,
+//   test_ssim, test_l1, seconds, row_hash): a training on some photos. retraining_id: 64 hex digits, hash of all that
+//   decides its bits. views: image_ids, ascending, separated by spaces. NULL: no value. row_hash: hash of the other
+//   columns; an edited row is refused. It catches mistakes, not a forger, who can hash anew.
+// - view(retraining_id, image_id, psnr, row_hash): what the retraining reaches on each validation and test photo, in
+//   dB, and on train photos that were asked for; of a retraining that was measured after every step, what the steps on
+//   each train photo gain.
+// - metric(scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count): the results of the
+// benchmark,
+//   as in benchmark.csv.
+// Each append is one synced transaction.
+#ifndef VIEWWORTH_LEDGER_RETRAINING_STORE_H
+#define VIEWWORTH_LEDGER_RETRAINING_STORE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/hash.h"
+#include "viewworth/status.h"
+#include "ledger/retraining.h"
+
+struct vw_retrainings;
+
+// One value of a benchmark.
+enum { VW_METRIC_BYTES = 48 };
+struct vw_metric {
+    char metric[VW_METRIC_BYTES]; // "auc/blur", "lds/val_psnr", ...
+    const char *method;           // evaluated: the name of a method or of a baseline; borrowed
+    double value;                 // NaN becomes NULL
+    double ci_low, ci_high;       // 95 % interval; NaN where there is none
+    uint32_t count;               // sample size: pairs, photos, subsets or trainings
+};
+
+// Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
+enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings);
+void vw_retrainings_close(struct vw_retrainings **retrainings);
+
+// Whether a retraining of that id is recorded, and its result. VW_ERROR_MISMATCH when its row was edited.
+enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
+                                   struct vw_retrain_result *result);
+// Reads what a recorded retraining reaches on single photos: fills psnr_db of views[0 ... view_count - 1].
+// VW_ERROR_MISMATCH when a row was edited, or when one is missing.
+enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                         struct vw_retrain_view *views, uint32_t view_count);
+// The same, but that a missing row is no failure: `*found` tells whether all are there.
+enum vw_status vw_retrainings_recall_views(struct vw_retrainings *retrainings, const char *retraining_id,
+                                           struct vw_retrain_view *views, uint32_t view_count, bool *found);
+// Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result, and gets rows
+// of photos that it lacks.
+enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
+                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
+                                  const struct vw_retrain_view *views, uint32_t view_count);
+// Replaces the metrics of a scene and config.
+enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
+                                          const char *config_hash, const struct vw_metric *metrics, uint32_t count);
+
+#endif

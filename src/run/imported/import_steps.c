@@ -1,0 +1,190 @@
+#include "run/imported/import_steps.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "run/imported/imported_run.h"
+#include "run/out_folder.h"
+#include "run/out_lock.h"
+#include "run/scoring.h"
+#include "run/sign.h"
+#include "base/utc.h"
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/signing.h"
+#include "viewworth/log.h"
+#include "report/page.h"
+#include "ledger/step_log.h"
+#include "viewworth/version.h"
+#include "value/step_statistics.h"
+
+struct import {
+    const struct vw_import_params *params;
+    struct vw_config config;
+    struct vw_step_log log;
+    struct vw_out_lock *lock;        // of OUT
+    char *ledger_path, *scores_path; // owned
+    char log_sha256[VW_HASH_HEX_BYTES];
+    char *config_json, *options_json; // owned; of the run row
+    struct vw_ledger *ledger;
+    struct vw_step_statistics statistics;
+    uint64_t unvalidated; // steps with neither values nor a flag
+    uint32_t score_count;
+};
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+static void count_steps(struct import *import) {
+    import->statistics = vw_step_statistics_begin();
+    for (uint32_t i = 0; i < import->log.record_count; i++) {
+        const struct vw_step_record *record = &import->log.records[i];
+        vw_step_statistics_add(&import->statistics, record);
+        import->unvalidated += record->view != VW_RECORD_UNTRAINED && !record->validated && !record->nonfinite;
+    }
+}
+
+static void warn(const struct import *import) {
+    if (import->statistics.nonfinite > 0)
+        vw_log_warning("%" PRIu64 " steps were not finite and carry no value (step.nonfinite in the ledger)",
+                       import->statistics.nonfinite);
+    if (import->unvalidated > 0)
+        vw_log_warning(
+            "%" PRIu64
+            " steps have neither psnr nor l1: what they changed is credited to the next photo that was validated",
+            import->unvalidated);
+    if (import->log.epochs <= import->config.burn_in_epochs)
+        vw_log_warning(
+            "the log's %u epochs leave none after --burn-in %u: steps are recorded, but there will be no scores",
+            import->log.epochs, import->config.burn_in_epochs);
+}
+
+// Everything that can be wrong with the input is known before anything is written, but for the lock.
+static enum vw_status open_import(struct import *import) {
+    const char *out = import->params->out;
+    import->ledger_path = vw_path_join(out, "ledger.db");
+    import->scores_path = vw_path_join(out, "scores.csv");
+    if (!import->ledger_path || !import->scores_path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_out_check(out);
+    if (!status) status = vw_out_lock_take(out, &import->lock);
+    if (!status && vw_file_exists(import->ledger_path))
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
+    if (!status) status = vw_step_log_read(import->params->log, &import->log);
+    if (status) return status;
+    import->config = *import->params->config;
+    import->config.epochs = import->log.epochs;
+    count_steps(import);
+    status = vw_config_check(&import->config);
+    if (status) return status;
+    vw_hash_to_hex(import->log.sha256, import->log_sha256);
+    import->config_json = vw_imported_config_to_json(&import->config);
+    import->options_json = vw_imported_options_to_json(import->log_sha256);
+    return import->config_json && import->options_json ? VW_OK : VW_ERROR_MEMORY;
+}
+
+static void close_import(struct import *import) {
+    vw_ledger_close(&import->ledger);
+    vw_step_log_clear(&import->log);
+    free(import->config_json);
+    free(import->options_json);
+    free(import->ledger_path);
+    free(import->scores_path);
+    vw_out_lock_release(&import->lock);
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+// The run is identified by the log and by what bears on its scores. The photos have no files here, only names.
+static enum vw_status create_ledger(struct import *import) {
+    uint8_t names_hash[VW_HASH_BYTES];
+    char run_id[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "",
+                                                                  started_utc[VW_UTC_BYTES];
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    for (uint32_t i = 0; i < import->log.image_count; i++) vw_hasher_add_text(&hasher, import->log.images[i].name);
+    vw_hasher_end(&hasher, names_hash);
+    vw_imported_run_id(import->log_sha256, &import->config, run_id);
+    vw_hash_to_hex(names_hash, names_hex);
+    memset(no_shaders, '0', sizeof no_shaders - 1);
+    vw_utc_now(started_utc);
+    const struct vw_ledger_run run = {
+        .run_id = run_id,
+        .scene_hash = names_hex,
+        .scene_path = import->params->log,
+        .config_json = import->config_json,
+        .subset_hash = names_hex,
+        .device = vw_imported_device,
+        .driver = "none",
+        .shader_hash = no_shaders,
+        .version = vw_version(),
+        .started_utc = started_utc,
+        .scene_options_json = import->options_json,
+        .effects_json = "[]",
+    };
+    return vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
+}
+
+// The table comes before the end: a run that the ledger calls finished has it.
+static enum vw_status record(struct import *import) {
+    struct vw_scoring scoring = {0};
+    char finished_utc[VW_UTC_BYTES];
+    enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
+    if (!status) status = vw_scoring_make(import->ledger, &import->config, &scoring);
+    if (!status)
+        status = vw_report_write_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
+                                     scoring.input.image_count);
+    vw_utc_now(finished_utc);
+    if (!status)
+        status = vw_ledger_finish(import->ledger, "finished", finished_utc, scoring.scores, scoring.score_count);
+    import->score_count = scoring.score_count;
+    vw_scoring_free(&scoring);
+    return status;
+}
+
+static void mark_failed(struct import *import) {
+    char finished_utc[VW_UTC_BYTES];
+    struct vw_saved_error why = vw_error_save();
+    vw_utc_now(finished_utc);
+    if (vw_ledger_finish(import->ledger, "failed", finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
+    vw_error_restore(&why);
+}
+
+static enum vw_status tell(struct import *import, struct vw_import_result *result) {
+    struct vw_ledger_run run;
+    enum vw_status status = vw_ledger_get_run(import->ledger, &run);
+    if (status) return status;
+    *result = (struct vw_import_result){
+        .ledger_path = import->ledger_path,
+        .scores_path = import->scores_path,
+        .photos = import->log.image_count,
+        .epochs = import->log.epochs,
+        .score_count = import->score_count,
+        .statistics = import->statistics,
+    };
+    import->ledger_path = import->scores_path = NULL; // the result owns them
+    memcpy(result->log_sha256, import->log_sha256, sizeof result->log_sha256);
+    snprintf(result->run_id, sizeof result->run_id, "%s", run.run_id);
+    vw_ledger_chain_head(import->ledger, result->head);
+    return VW_OK;
+}
+
+enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_import_result *result) {
+    struct import import = {.params = params};
+    enum vw_status status = params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : VW_OK;
+    if (!status) status = open_import(&import);
+    if (!status) warn(&import);
+    if (!status) status = create_ledger(&import);
+    if (!status) status = record(&import);
+    if (status && import.ledger) mark_failed(&import);
+    if (!status && params->sign_key_path) status = vw_run_sign(params->out, params->sign_key_path, NULL);
+    if (!status) status = tell(&import, result);
+    close_import(&import);
+    return status;
+}
+
+void vw_import_result_free(struct vw_import_result *result) {
+    free(result->ledger_path);
+    free(result->scores_path);
+    *result = (struct vw_import_result){0};
+}

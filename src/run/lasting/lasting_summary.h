@@ -1,0 +1,41 @@
+// What is asked of a sweep of lasting credit, and what a ledger holds of it, for text and JSON.
+#ifndef VIEWWORTH_RUN_LASTING_LASTING_SUMMARY_H
+#define VIEWWORTH_RUN_LASTING_LASTING_SUMMARY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/ledger.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+
+struct vw_lasting_wanted {
+    bool wanted;
+    uint32_t rays; // 0: all, or those of a sweep that is there
+    bool no_gate;
+    bool matrix; // also credit by validation photo
+};
+
+// VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.
+enum vw_status vw_lasting_check_config(const struct vw_config *config);
+// Sets the epochs that were taken: fewer than were planned in runs that stopped by themselves. VW_ERROR_USAGE, naming
+// the ledger, where the learning rate decayed over the planned ones.
+enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config);
+// Whether a run of `config` has a gate; with momentum it has none.
+bool vw_lasting_has_gate(const struct vw_config *config);
+// Whether a ledger's sweep of a run of `config` is the one that is wanted, and has its gate if that is wanted.
+bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
+                         const struct vw_lasting_sweep *sweep);
+
+struct vw_lasting_summary {
+    struct vw_lasting_sweep sweep;  // owned; step_count 0: none, and the rest is empty
+    struct vw_ledger_score *scores; // owned; of lasting_psnr, best first; their texts are lent by the ledger
+    uint32_t score_count;
+    const struct vw_ledger_image *images; // lent by the ledger
+    uint32_t image_count;
+    uint64_t steps_per_epoch;
+};
+enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasting_summary *summary);
+void vw_lasting_summary_free(struct vw_lasting_summary *summary);
+
+#endif

@@ -1,0 +1,82 @@
+#include "run/recorded/recorded_run.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "detect/effects_text.h"
+#include "run/imported/imported_run.h"
+#include "run/devices.h"
+#include "base/hash.h"
+#include "base/file.h"
+#include "base/inside.h"
+#include "base/memory.h"
+#include "train/trainer.h"
+
+enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
+    *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, "ledger.db")};
+    if (!run->ledger_path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_file_check_inside(out, "ledger.db");
+    if (!status) status = vw_ledger_open(run->ledger_path, &run->ledger);
+    if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
+    if (status) return status;
+    status = vw_is_imported(&run->row) ? vw_imported_config_from_json(run->row.config_json, &run->config)
+                                       : vw_config_from_json(run->row.config_json, &run->config);
+    if (!status) status = vw_effects_from_json(run->row.effects_json, run->effects, &run->effect_count);
+    return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
+}
+
+enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device) {
+    if (vw_is_imported(&run->row))
+        return vw_fail(VW_ERROR_USAGE, "%s: was imported from %s: it has steps and scores, but no scene and no field",
+                       run->ledger_path, run->row.scene_path);
+    enum vw_status status = vw_open_gpu(device, false, &run->gpu);
+    if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
+    if (status) return status;
+    char hash[VW_HASH_HEX_BYTES];
+    vw_hash_to_hex(run->scene->hash, hash);
+    if (strcmp(hash, run->row.scene_hash) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: no longer the scene that %s was trained on; restore it and the files of its lists",
+                   run->row.scene_path, run->out);
+}
+
+// run_id covers the photos by the hash of the scene, which image rows must not contradict.
+enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0;
+    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
+    bool same = count == run->scene->view_count;
+    for (uint32_t i = 0; i < count && same && !status; i++) {
+        const struct vw_view *view = &run->scene->views[i];
+        char sha256[VW_HASH_HEX_BYTES];
+        vw_hash_to_hex(view->sha256, sha256);
+        same = images[i].image_id == i && strcmp(view->name, images[i].name) == 0 &&
+               strcmp(vw_split_name(view->split), images[i].split) == 0 && images[i].sha256 &&
+               strcmp(sha256, images[i].sha256) == 0;
+    }
+    if (status || same) return status;
+    return vw_fail(VW_ERROR_MISMATCH, "%s: its image rows are not the photos of %s: an image row was edited",
+                   run->ledger_path, run->row.scene_path);
+}
+
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
+    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
+    const struct vw_trainer_params params = {.gpu = run->gpu,
+                                             .scene = run->scene,
+                                             .config = &config,
+                                             .effects = run->effects,
+                                             .effect_count = run->effect_count};
+    char *path = vw_path_join(run->out, "field.vwf");
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_trainer_create(&params, trainer);
+    if (!status) status = vw_trainer_load_field(*trainer, path);
+    free(path);
+    return status;
+}
+
+void vw_recorded_close(struct vw_recorded_run *run) {
+    vw_scene_close(&run->scene);
+    (void)vw_gpu_close(&run->gpu); // reports only what validation layers said, which are off here
+    vw_ledger_close(&run->ledger);
+    free(run->ledger_path);
+}

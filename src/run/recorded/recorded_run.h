@@ -1,0 +1,38 @@
+// The run that a folder holds, opened from its ledger.
+#ifndef VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
+#define VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
+
+#include "viewworth/gpu.h"
+#include "viewworth/ledger.h"
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+#include "viewworth/train.h"
+
+struct vw_trainer;
+
+struct vw_recorded_run {
+    const char *out;   // borrowed
+    char *ledger_path; // owned
+    struct vw_ledger *ledger;
+    struct vw_ledger_run row; // lent by the ledger
+    struct vw_config config;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]; // as recorded
+    uint32_t effect_count;
+    struct vw_gpu *gpu;
+    struct vw_scene *scene;
+};
+
+// Opens OUT's ledger and reads what the run is. Close it also after a failure.
+enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
+// Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the
+// run was trained on.
+enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device);
+// Whether the ledger's image rows are the photos of the open scene: an image_id is then an index of its views.
+// VW_ERROR_MISMATCH.
+enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
+// The field that the run ended with (OUT/field.vwf), in a trainer that takes no steps, once the scene is open. Destroy
+// the trainer also after a failure, before the run is closed.
+enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
+void vw_recorded_close(struct vw_recorded_run *run);
+
+#endif

@@ -1,0 +1,28 @@
+// Renders a view with the trained field of a run, beside its photo.
+#ifndef VIEWWORTH_RUN_RECORDED_RENDER_VIEW_H
+#define VIEWWORTH_RUN_RECORDED_RENDER_VIEW_H
+
+#include <stdbool.h>
+
+#include "viewworth/scene.h"
+#include "viewworth/status.h"
+
+struct vw_render_params {
+    const char *out;    // the folder of the run
+    const char *view;   // its name, or its place among the validation views; NULL: the first of these
+    const char *to;     // .png or .exr; NULL: OUT/render_<view>.png
+    const char *device; // NULL: the preferred one
+};
+
+struct vw_rendered_view {
+    char *view, *image_path; // owned
+    enum vw_split split;
+    double psnr_db; // over the whole view; NaN when no pixel counts
+    bool fitted;    // validation fits a gain and a bias to each view, which this PSNR lacks
+};
+
+// Writes the image: photo left, render right. `rendered` is zero before; free it also after a failure.
+enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_rendered_view *rendered);
+void vw_rendered_view_free(struct vw_rendered_view *rendered);
+
+#endif

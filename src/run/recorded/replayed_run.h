@@ -1,0 +1,21 @@
+// A recorded run whose steps are taken again, for what follows its training: the sweep of lasting credit, and scores
+// from gradients.
+#ifndef VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
+#define VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
+
+#include "run/recorded/recorded_run.h"
+#include "viewworth/types.h"
+
+// Refuses a run whose steps cannot be taken again, or tell nothing: imported, not finished, without validation, with
+// tables of halves, not of whole epochs. Its config gets as many epochs as it has. VW_ERROR_USAGE.
+enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
+
+struct vw_recorded_steps { // borrowed
+    const char *ledger_path;
+    const struct vw_step_record *records; // of step 0, 1, ...
+    uint64_t record_count;
+};
+// A vw_step_replayed; `context` is a struct vw_recorded_steps. VW_ERROR_MISMATCH when the step is not the recorded one.
+enum vw_status vw_recorded_steps_compare(void *context, const struct vw_step_record *replayed);
+
+#endif

@@ -1,0 +1,60 @@
+#include "run/recorded/scored_run.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/inside.h"
+#include "base/json.h"
+#include "viewworth/log.h"
+
+// Photos of folds validate, too, so that a list of them is no list of train photos of the scene.
+static enum vw_status refuse_folds(const char *out) {
+    if (vw_file_exists_inside(out, "ledger.db") || !vw_file_exists_inside(out, "fold-1/ledger.db")) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE,
+                   "%s: holds the folds of value --kfold; train on photos of their pooled scores by viewworth compare "
+                   "SCENE --list all --list %s/dv_psnr.csv@0, or give a single fold, %s/fold-1",
+                   out, out, out);
+}
+
+enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
+    struct vw_recorded_run *recorded = &run->recorded;
+    json_error_t error;
+    enum vw_status status = refuse_folds(out);
+    if (!status) status = vw_recorded_open(out, recorded);
+    if (!status) status = vw_ledger_get_images(recorded->ledger, &run->images, &run->image_count);
+    if (status) return status;
+    run->scene_options =
+        vw_json_load(recorded->row.scene_options_json, strlen(recorded->row.scene_options_json), 0, &error);
+    if (json_is_object(run->scene_options)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s: run.scene_options_json: %s", recorded->ledger_path,
+                   recorded->row.scene_options_json);
+}
+
+void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt) {
+    const struct vw_recorded_run *recorded = &run->recorded;
+    json_int_t corrupted = json_integer_value(json_object_get(run->scene_options, "corrupt"));
+    if (strcmp(recorded->row.status, "finished") != 0)
+        vw_log_warning("%s: the run is not finished but %s: scores may change with the steps that it lacks",
+                       recorded->ledger_path, recorded->row.status);
+    if (corrupted != corrupt)
+        vw_log_warning("%s: the run corrupted %" JSON_INTEGER_FORMAT " photos (--corrupt), and %" PRIu32
+                       " are to be corrupted now: its scores are of other photos",
+                       recorded->ledger_path, corrupted, corrupt);
+}
+
+enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struct vw_selection_params *params,
+                                    struct vw_selection *selection) {
+    struct vw_ledger_score *scores = NULL;
+    uint32_t score_count = 0;
+    enum vw_status status = vw_ledger_get_scores(run->recorded.ledger, &scores, &score_count);
+    if (!status) status = vw_selection_make(scores, score_count, run->images, run->image_count, params, selection);
+    if (status) vw_fail_context(status, "%s", run->recorded.ledger_path);
+    free(scores);
+    return status;
+}
+
+void vw_scored_run_close(struct vw_scored_run *run) {
+    json_decref(run->scene_options);
+    vw_recorded_close(&run->recorded);
+}

@@ -1,0 +1,27 @@
+// A valued run whose scores choose photos, for select and compare.
+#ifndef VIEWWORTH_RUN_RECORDED_SCORED_RUN_H
+#define VIEWWORTH_RUN_RECORDED_SCORED_RUN_H
+
+#include <jansson.h>
+
+#include "run/recorded/recorded_run.h"
+#include "viewworth/selection.h"
+
+struct vw_scored_run {
+    struct vw_recorded_run recorded;
+    json_t *scene_options;                // owned: what the run's scene was opened with
+    const struct vw_ledger_image *images; // lent by the ledger
+    uint32_t image_count;
+};
+
+// Opens OUT's ledger. VW_ERROR_USAGE for the folds of value --kfold. Close it also after a failure.
+enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run);
+// Warns if the run is not finished, and if it injected corruption into another number of photos than `corrupt`, the
+// number where its scores are used.
+void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt);
+// Chooses by its scores, as vw_selection_make() does.
+enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struct vw_selection_params *params,
+                                    struct vw_selection *selection);
+void vw_scored_run_close(struct vw_scored_run *run);
+
+#endif

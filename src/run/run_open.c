@@ -1,0 +1,250 @@
+#include "run/run.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/signing.h"
+#include "run/checks.h"
+#include "detect/effects_text.h"
+#include "run/devices.h"
+#include "run/out_folder.h"
+#include "run/plan/budget.h"
+#include "run/plan/accuracy_levels.h"
+#include "run/resume.h"
+#include "run/run_private.h"
+#include "run/stop_rules.h"
+#include "base/clock.h"
+#include "train/adjoint/lasting.h"
+#include "viewworth/log.h"
+#include "viewworth/value.h"
+
+// ---- What is asked for ---------------------------------------------------------------------------------------------
+
+// The rate decays over the planned epochs, so that these must be known, and are those that a sweep follows back.
+static enum vw_status check_decay(const struct vw_run_params *params) {
+    if (!params->config || params->config->learning_rate_decay == 1.0) return VW_OK;
+    if (params->until_stable > 0 && params->lasting)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--lasting: follows back all planned epochs of a run with --learning-rate-decay, "
+                       "of which --until-stable may leave some out; leave it out");
+    return VW_OK;
+}
+
+static enum vw_status check_params(const struct vw_run_params *params) {
+    if (!params || !params->scene.path || !*params->scene.path)
+        return vw_fail(VW_ERROR_USAGE, "vw_run_params.scene.path is missing: name the scene's folder or file");
+    if (!params->out || !*params->out)
+        return vw_fail(VW_ERROR_USAGE, "vw_run_params.out is missing: name the folder for the results");
+    enum vw_status status = params->config ? vw_config_check(params->config) : VW_OK;
+    if (!status) status = vw_stop_rules_check(params->until_stable);
+    if (!status && params->preset) status = vw_preset_check(params->preset);
+    if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
+    if (!status && params->train_only &&
+        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout || params->lasting))
+        status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s, payout and "
+                                         "lasting, which need validation: leave them out");
+    if (!status && params->lasting) status = vw_lasting_check_config(params->config);
+    return status ? status : check_decay(params);
+}
+
+static enum vw_status copy_params(const struct vw_run_params *params, struct vw_run *run) {
+    run->config = params->config ? *params->config : vw_config_default;
+    run->out = vw_copy_text(params->out);
+    run->scene_options_json = vw_scene_options_to_json(&params->scene);
+    run->resume = params->resume;
+    run->validate = !params->train_only;
+    run->no_thumbnails = params->no_thumbnails;
+    run->wants_profile = params->profile;
+    run->lasting =
+        (struct vw_lasting_wanted){params->lasting, params->lasting_rays, params->no_gate, params->lasting_matrix};
+    run->until_stable = params->until_stable;
+    run->progress = params->progress;
+    run->context = params->context;
+    run->statistics = vw_step_statistics_begin();
+    run->sign_key_path = params->sign_key_path ? vw_copy_text(params->sign_key_path) : NULL;
+    run->providers_path = params->scene.providers ? vw_copy_text(params->scene.providers) : NULL;
+    if (!run->out || !run->scene_options_json || (params->sign_key_path && !run->sign_key_path) ||
+        (params->scene.providers && !run->providers_path))
+        return VW_ERROR_MEMORY;
+    enum vw_status status = params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : VW_OK;
+    if (status) return vw_fail_context(status, "--sign");
+    return params->payout ? vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents) : VW_OK;
+}
+
+static enum vw_status name_outputs(struct vw_run *run) {
+    run->ledger_path = vw_path_join(run->out, "ledger.db");
+    run->scores_path = vw_path_join(run->out, "scores.csv");
+    run->field_path = vw_path_join(run->out, "field.vwf");
+    if (!run->ledger_path || !run->scores_path || !run->field_path) return VW_ERROR_MEMORY;
+    enum vw_status status = vw_out_check(run->out);
+    if (!status) status = vw_out_lock_take(run->out, &run->lock);
+    if (!status && vw_file_exists(run->ledger_path) && !run->resume)
+        status = vw_fail(VW_ERROR_USAGE,
+                         "--out %s: holds a run already; continue it by --resume, or name another folder", run->out);
+    return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
+}
+
+// ---- Effects -------------------------------------------------------------------------------------------------------
+
+static void log_effects(const struct vw_run *run) {
+    vw_log_info("%s", vw_effects_heading);
+    for (uint32_t i = 0; i < run->effect_count; i++) {
+        char line[VW_EFFECT_LINE_BYTES];
+        vw_effect_to_line(&run->effects[i], line);
+        vw_log_info("%s", line);
+    }
+}
+
+// A resumed run keeps what was called for when it began, though this device or version might find otherwise. The
+// config's effects are applied to that.
+static enum vw_status take_recorded_effects(struct vw_run *run) {
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_run recorded;
+    enum vw_status status = vw_ledger_open_to_append(run->ledger_path, &ledger);
+    if (!status) status = vw_ledger_get_run(ledger, &recorded);
+    if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
+    if (!status) status = vw_effects_choose(run->config.effects, run->effects, run->effect_count);
+    vw_ledger_close(&ledger);
+    return status ? status : vw_effects_follow_field(&run->config, run->effects, run->effect_count);
+}
+
+static enum vw_status decide_effects(struct vw_run *run) {
+    if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
+    enum vw_status status = vw_session_decide_effects(&run->config, run->session);
+    if (status) return status;
+    run->effect_count = run->session->effect_count;
+    memcpy(run->effects, run->session->effects, sizeof run->effects);
+    return vw_effects_follow_field(&run->config, run->effects, run->effect_count);
+}
+
+// ---- Opening -------------------------------------------------------------------------------------------------------
+
+static void log_field(const struct vw_run *run) {
+    struct vw_trainer_stats stats;
+    vw_trainer_get_stats(run->trainer, &stats);
+    vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %s%" PRIu64 " steps", stats.param_count,
+                (double)stats.device_bytes / 0x1p20, vw_plan_keeps_time(&run->plan) ? "about " : "",
+                vw_stop_rules_expected_steps(run));
+}
+
+static enum vw_status create_trainer(struct vw_run *run) {
+    struct vw_config config = run->config;
+    config.epochs = vw_plan_epochs_most(&run->plan, &run->config);
+    const struct vw_trainer_params params = {.gpu = run->gpu,
+                                             .scene = run->scene,
+                                             .config = &config,
+                                             .effects = run->effects,
+                                             .effect_count = run->effect_count,
+                                             .validate = run->validate,
+                                             .submissions = run->session->devices[run->device].submissions};
+    return vw_trainer_create(&params, &run->trainer);
+}
+
+static enum vw_status start_watch(struct vw_run *run) {
+    uint32_t *photos = NULL, count = 0;
+    if (!(run->until_stable > 0)) return VW_OK;
+    enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &photos, &count);
+    if (!status) status = vw_stability_watch_begin(photos, count, run->config.burn_in_epochs, &run->watch);
+    free(photos);
+    return status;
+}
+
+static enum vw_status open_on_session(struct vw_run *run, const struct vw_session_params *params) {
+    enum vw_status status = vw_session_open(params, run->session);
+    if (status) return status;
+    run->gpu = run->session->devices[run->device].gpu;
+    run->scene = run->session->scene;
+    status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
+    if (status) return status;
+    if (run->payout_cents) status = vw_attribution_check_scene(run->scene);
+    if (!status) status = decide_effects(run);
+    if (status) return status;
+    log_effects(run);
+    status = create_trainer(run);
+    if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
+    if (!status) status = start_watch(run);
+    if (status) return status;
+    log_field(run);
+    return vw_file_exists(run->ledger_path) ? vw_run_resume(run) : VW_OK;
+}
+
+// OUT is locked first, then the plan chooses the config that the trainer has.
+static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
+    const struct vw_session_params session = {
+        .scene = params->scene, .devices.first = params->device, .timers = params->profile};
+    enum vw_status status = copy_params(params, run);
+    if (!status) status = name_outputs(run);
+    if (!status && run->session == &run->own && run->validate)
+        status = vw_plan_make(params, run->ledger_path, run->session, &run->config, &run->plan);
+    if (status) return status;
+    uint32_t epochs = vw_plan_epochs_most(&run->plan, &run->config);
+    if (run->validate && epochs <= run->config.burn_in_epochs)
+        vw_log_warning(
+            "--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", epochs,
+            run->config.burn_in_epochs);
+    return open_on_session(run, &session);
+}
+
+static enum vw_status make_run(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
+                               struct vw_run **run) {
+    enum vw_status status = run ? check_params(params) : vw_fail(VW_ERROR_USAGE, "vw_run_open: run is NULL");
+    struct vw_run *made = status ? NULL : vw_allocate(1, sizeof *made);
+    if (!made) return status ? status : VW_ERROR_MEMORY;
+    made->plan.started_s = vw_now_s();
+    made->session = session ? session : &made->own;
+    made->device = device;
+    status = open_run(params, made);
+    if (status) vw_run_close(&made);
+    else *run = made;
+    return status;
+}
+
+enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run) {
+    return make_run(params, NULL, 0, run);
+}
+
+enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
+                                      struct vw_run **run) {
+    if (params && (params->preset || params->budget_s > 0))
+        return vw_fail(VW_ERROR_USAGE, "runs that share a session take no preset and no budget: set their config");
+    return make_run(params, session, device, run);
+}
+
+static void free_results(struct vw_run *run) {
+    vw_validation_views_free(&run->validation);
+    vw_attribution_free(&run->attribution);
+    vw_scoring_free(&run->scoring);
+    vw_lasting_summary_free(&run->summary);
+    free(run->ranked);
+    free(run->report_path);
+}
+
+void vw_run_close(struct vw_run **run) {
+    struct vw_run *closed = *run;
+    if (!closed) return;
+    struct vw_saved_error why = vw_error_save(); // closing may follow a failure
+    vw_run_leave(closed);
+    free_results(closed);
+    vw_ledger_writer_destroy(&closed->writer);
+    vw_ledger_close(&closed->ledger);
+    vw_checkpoints_close(&closed->checkpoints);
+    vw_trainer_destroy(&closed->trainer);
+    vw_session_close(&closed->own);
+    vw_stability_watch_end(&closed->watch);
+    vw_plan_free(&closed->plan);
+    vw_out_lock_release(&closed->lock);
+    free(closed->ledger_path);
+    free(closed->scores_path);
+    free(closed->field_path);
+    free(closed->scene_options_json);
+    free(closed->sign_key_path);
+    free(closed->providers_path);
+    free(closed->out);
+    free(closed);
+    *run = NULL;
+    vw_error_restore(&why);
+}

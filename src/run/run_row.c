@@ -1,0 +1,248 @@
+#include "run/run_row.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/json.h"
+#include "detect/effects_text.h"
+#include "run/imported/imported_run.h"
+#include "train/identity.h"
+#include "train/trainer.h"
+#include "viewworth/version.h"
+#include "base/hash.h"
+#include "base/memory.h"
+
+static json_t *find_effect(const json_t *array, const char *name) {
+    size_t i;
+    json_t *entry;
+    json_array_foreach(array, i, entry) {
+        const char *its_name = json_string_value(json_object_get(entry, "name"));
+        if (its_name && strcmp(its_name, name) == 0) return entry;
+    }
+    return NULL;
+}
+
+// The effect whose box the field sees; NULL where that is the scene's.
+static json_t *find_box_effect(const json_t *array) {
+    static const char *const names[] = {"unbounded", "wide_box"}; // the first one wins
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        json_t *entry = find_effect(array, names[i]);
+        if (json_is_true(json_object_get(entry, "on"))) return entry;
+    }
+    return NULL;
+}
+
+// run_id covers the box of an effect, so that the ledger must tell it.
+static bool add_box(json_t *array, const struct vw_box *box) {
+    return !box || !json_object_set_new(find_box_effect(array), "box",
+                                        json_pack("[f, f, f, f]", box->centre_world[0], box->centre_world[1],
+                                                  box->centre_world[2], box->half_extent_world));
+}
+
+static enum vw_status make_effects_json(const struct vw_trainer *trainer, char **text) {
+    uint32_t count = 0;
+    const struct vw_effect_verdict *verdicts = vw_trainer_effects(trainer, &count);
+    json_t *array = vw_effects_to_json(verdicts, count);
+    *text = array && add_box(array, vw_trainer_effect_box(trainer)) ? vw_json_to_text(array, JSON_COMPACT) : NULL;
+    json_decref(array);
+    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON of the effects");
+}
+
+enum vw_status vw_run_row_make(const struct vw_trainer *trainer, const struct vw_gpu *gpu, const struct vw_scene *scene,
+                               const struct vw_config *config, struct vw_run_row *row) {
+    uint8_t run_id[VW_HASH_BYTES], subset[VW_HASH_BYTES], shaders[VW_HASH_BYTES];
+    const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
+    *row = (struct vw_run_row){.config_json = vw_config_to_json(config, false)};
+    if (!row->config_json) return VW_ERROR_MEMORY;
+    enum vw_status status = make_effects_json(trainer, &row->effects_json);
+    if (!status) status = vw_trainer_run_id(trainer, run_id);
+    if (status) return status;
+    vw_trainer_subset_hash(trainer, subset);
+    vw_shader_hash(shaders);
+    vw_hash_to_hex(run_id, row->run_id);
+    vw_hash_to_hex(subset, row->subset_hash);
+    vw_hash_to_hex(shaders, row->shader_hash);
+    vw_hash_to_hex(scene->hash, row->scene_hash);
+    row->row = (struct vw_ledger_run){
+        .run_id = row->run_id,
+        .scene_hash = row->scene_hash,
+        .scene_path = scene->path,
+        .seed = (int64_t)config->seed,
+        .config_json = row->config_json,
+        .subset_hash = row->subset_hash,
+        .device = device->name,
+        .driver = device->driver,
+        .shader_hash = row->shader_hash,
+        .version = vw_version(),
+        .effects_json = row->effects_json,
+    };
+    return VW_OK;
+}
+
+void vw_run_row_free(struct vw_run_row *row) {
+    free(row->config_json);
+    free(row->effects_json);
+}
+
+// ---- The same from what the ledger holds ---------------------------------------------------------------------------
+
+// Of a run that was recorded with a box; `*found` is false without one.
+static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
+    json_error_t error;
+    json_t *array = vw_json_load(effects_json, strlen(effects_json), 0, &error);
+    const json_t *entry = find_box_effect(array);
+    double *centre = box->centre_world;
+    *found = entry != NULL;
+    bool read = !*found || !json_unpack(json_object_get(entry, "box"), "[F, F, F, F!]", &centre[0], &centre[1],
+                                        &centre[2], &box->half_extent_world);
+    json_decref(array);
+    return read ? VW_OK
+                : vw_fail(VW_ERROR_MISMATCH,
+                          "its effect unbounded or wide_box has no box of four numbers: the run row was edited");
+}
+
+// The hash of the names of all photos, or of those trained on: vw_trainer_subset_hash().
+static void hash_names(const struct vw_ledger_image *images, uint32_t count, bool all, char hex[VW_HASH_HEX_BYTES]) {
+    uint8_t hash[VW_HASH_BYTES];
+    struct vw_hasher hasher;
+    vw_hasher_begin(&hasher);
+    for (uint32_t i = 0; i < count; i++)
+        if (all || strcmp(images[i].split, vw_split_name(VW_SPLIT_TRAIN)) == 0)
+            vw_hasher_add_text(&hasher, images[i].name);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, hex);
+}
+
+static enum vw_status check_subset(struct vw_recorded_run *run) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0;
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_ledger_get_images(run->ledger, &images, &count);
+    if (status) return status;
+    hash_names(images, count, vw_is_imported(&run->row), hex);
+    if (strcmp(hex, run->row.subset_hash) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "its subset_hash is not that of its photos: the run row was edited, or an image "
+                                      "row was");
+}
+
+static enum vw_status compare_run_id(const struct vw_run_identity *identity, const char *recorded, bool *same) {
+    uint8_t hash[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_identity_run_id(identity, hash);
+    if (status) return status;
+    vw_hash_to_hex(hash, hex);
+    *same = strcmp(hex, recorded) == 0;
+    return VW_OK;
+}
+
+static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool *validated) {
+    const struct vw_ledger_run *row = &run->row;
+    struct vw_box box;
+    bool has_box = false, same = false;
+    struct vw_run_identity identity = {.version = row->version,
+                                       .device = row->device,
+                                       .driver = row->driver,
+                                       .config = &run->config,
+                                       .effects = run->effects,
+                                       .effect_count = run->effect_count,
+                                       .validates = validated ? *validated : true};
+    if (!vw_hash_from_hex(row->scene_hash, identity.scene_hash) ||
+        !vw_hash_from_hex(row->subset_hash, identity.subset_hash) ||
+        !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
+        return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is no hash: the run row was "
+                                          "edited");
+    enum vw_status status = read_box(row->effects_json, &box, &has_box);
+    if (has_box) identity.effect_box = &box;
+    if (!status) status = compare_run_id(&identity, row->run_id, &same);
+    identity.validates = false;
+    if (!status && !same && !validated) status = compare_run_id(&identity, row->run_id, &same);
+    if (status || same) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "its run_id is not that of its scene, photos, config, effects, shaders, version, device and driver: "
+                   "the run row was edited");
+}
+
+enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated) {
+    enum vw_status status = check_subset(run);
+    if (status || vw_is_imported(&run->row)) return status; // whose run_id vw_imported_check() checks
+    if (run->row.seed != (int64_t)run->config.seed)
+        return vw_fail(VW_ERROR_MISMATCH, "its seed is not that of its config: the run row was edited");
+    return check_run_id(run, validated);
+}
+
+// ---- Comparison ----------------------------------------------------------------------------------------------------
+
+static json_t *identity_of(const char *config_json) {
+    struct vw_config config;
+    char *text = vw_config_from_json(config_json, &config) ? NULL : vw_config_to_json(&config, true);
+    json_t *identity = text ? vw_json_load(text, strlen(text), 0, NULL) : NULL;
+    free(text);
+    return identity;
+}
+
+static char *value_to_text(const json_t *value) {
+    return vw_json_to_text(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(15));
+}
+
+static enum vw_status refuse_value(const char *key, const json_t *ours, const json_t *recorded, const char *out) {
+    char *here = value_to_text(ours), *there = value_to_text(recorded);
+    enum vw_status status =
+        vw_fail(VW_ERROR_USAGE, "the run in %s has %s = %s, not %s; give the same options, or another --out", out, key,
+                there ? there : "nothing", here ? here : "nothing");
+    free(here);
+    free(there);
+    return status;
+}
+
+// These are part of the identity only with same_state and vary, which the user gives: a run that lacks them lacks
+// those, too, and the message names those.
+static bool follows_from_another(const char *key) {
+    return strcmp(key, "epochs") == 0 || strcmp(key, "base_seed") == 0;
+}
+
+// The first field that differs, if any. A field that one of both lacks is at its default there.
+static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
+    json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *all = json_object(), *value;
+    enum vw_status status = VW_OK;
+    const char *key;
+    if (all && !json_object_update(all, recorded) && !json_object_update(all, ours)) {
+        json_object_foreach(all, key, value) {
+            const json_t *here = json_object_get(ours, key), *there = json_object_get(recorded, key);
+            if (status || json_equal(here, there) || (follows_from_another(key) && !(here && there))) continue;
+            status = refuse_value(key, here, there, out);
+        }
+    }
+    json_decref(ours);
+    json_decref(recorded);
+    json_decref(all);
+    return status;
+}
+
+enum vw_status vw_run_row_check_same(const struct vw_run_row *ours, const struct vw_ledger_run *recorded,
+                                     const char *out) {
+    if (strcmp(ours->row.run_id, recorded->run_id) == 0) return VW_OK;
+    const struct {
+        const char *what, *ours, *recorded;
+    } columns[] = {
+        {"other photos to train on", ours->row.subset_hash, recorded->subset_hash},
+        {"another scene, or one that has changed since", ours->row.scene_hash, recorded->scene_hash},
+        {"another version of viewworth", ours->row.version, recorded->version},
+        {"other shaders (another build of viewworth)", ours->row.shader_hash, recorded->shader_hash},
+        {"another device", ours->row.device, recorded->device},
+        {"another driver", ours->row.driver, recorded->driver},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(columns); i++)
+        if (strcmp(columns[i].ours, columns[i].recorded) != 0)
+            return vw_fail(
+                VW_ERROR_USAGE,
+                "the run in %s has %s (%.64s, here %.64s) and cannot be continued bit for bit; use what it was made "
+                "with",
+                out, columns[i].what, columns[i].recorded, columns[i].ours);
+    enum vw_status status = check_config(ours->row.config_json, recorded->config_json, out);
+    if (status) return status;
+    return vw_fail(
+        VW_ERROR_USAGE,
+        "the run in %s was made with other --effects, or by train instead of value, or the reverse; repeat its "
+        "command",
+        out);
+}

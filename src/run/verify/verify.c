@@ -1,0 +1,332 @@
+#include "run/verify/verify.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "base/inside.h"
+#include "base/memory.h"
+#include "run/imported/imported_run.h"
+#include "run/recorded/recorded_run.h"
+#include "run/run_row.h"
+#include "train/trainer.h"
+#include "run/scoring.h"
+#include "run/verify/verify_tables.h"
+
+// ---- Scores --------------------------------------------------------------------------------------------------------
+
+struct run_scores {
+    struct vw_ledger_score *recorded; // owned
+    uint32_t recorded_count;
+    struct vw_scoring computed; // from the steps
+};
+
+// The hashes hold recorded scores to the bit. Here they are held against the steps, and another C library rounds
+// cosines and roots another way: what differs in the last digits, also of an end of an interval near 0, is the same.
+static bool same_real(double a, double b, double scale) {
+    return a == b || (isnan(a) && isnan(b)) ||
+           fabs(a - b) <= 1e-9 * fmax(fmax(fabs(a), fabs(b)), isfinite(scale) ? scale : 0);
+}
+
+static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
+    double scale = a->standard_error;
+    return strcmp(a->method, b->method) == 0 && a->image_id == b->image_id && same_real(a->value, b->value, scale) &&
+           strcmp(a->unit, b->unit) == 0 && same_real(a->standard_error, b->standard_error, 0) &&
+           a->visits == b->visits && same_real(a->resampling_stderr, b->resampling_stderr, 0) &&
+           same_real(a->ci_low, b->ci_low, scale) && same_real(a->ci_high, b->ci_high, scale) &&
+           a->rank_ci_low == b->rank_ci_low && a->rank_ci_high == b->rank_ci_high;
+}
+
+// Both are in the order of their methods, and of their photos within a method.
+static enum vw_status compare_scores(const struct vw_recorded_run *run, const struct run_scores *scores) {
+    const struct vw_scoring *computed = &scores->computed;
+    if (scores->recorded_count != computed->score_count)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s: holds %u scores where its steps give %u, unless another version of viewworth made them",
+                       run->ledger_path, scores->recorded_count, computed->score_count);
+    for (uint32_t i = 0; i < scores->recorded_count; i++)
+        if (!same_score(&scores->recorded[i], &computed->scores[i]))
+            return vw_fail(VW_ERROR_MISMATCH,
+                           "%s: score %s of image %u, or its place, is not what its steps give: %s of image %u",
+                           run->ledger_path, scores->recorded[i].method, scores->recorded[i].image_id,
+                           computed->scores[i].method, computed->scores[i].image_id);
+    return VW_OK;
+}
+
+// A run has scores once it has ended, however it did; one that failed may have had no room left for them.
+static enum vw_status check_scores(struct vw_recorded_run *run, struct run_scores *scores) {
+    bool ended = strcmp(run->row.status, "running") != 0;
+    enum vw_status status = vw_ledger_get_scores(run->ledger, &scores->recorded, &scores->recorded_count);
+    if (!status && scores->recorded_count == 0 && strcmp(run->row.status, "failed") == 0) ended = false;
+    if (!status) status = vw_scoring_make(run->ledger, &run->config, &scores->computed);
+    return !status && ended ? compare_scores(run, scores) : status;
+}
+
+static enum vw_status check_head(const struct vw_recorded_run *run, const char *expected) {
+    char head[VW_HASH_HEX_BYTES];
+    vw_ledger_chain_head(run->ledger, head);
+    if (!expected || strcasecmp(head, expected) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: its head is %s, not the one that --expect gives: another run, continued since, or rewritten",
+                   run->ledger_path, head);
+}
+
+// `log_sha256` is left as it is unless the run was imported.
+static enum vw_status check_import(const struct vw_recorded_run *run, char log_sha256[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_is_imported(&run->row) ? vw_imported_check(&run->row, &run->config, log_sha256) : VW_OK;
+    return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
+}
+
+// ---- Replay --------------------------------------------------------------------------------------------------------
+
+// Takes steps until `wanted` of them were compared, or all.
+static enum vw_status compare_steps(struct vw_recorded_run *run, struct vw_trainer *trainer, uint64_t wanted,
+                                    const struct vw_interrupt *interrupt, uint64_t *compared) {
+    uint32_t validation_count = 0, count = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
+    const struct vw_step_record *records = NULL;
+    uint64_t end = vw_ledger_next_step(run->ledger);
+    if (wanted < end) end = wanted + 1; // step 0 comes for free
+    enum vw_status status = vw_trainer_advance(trainer, &records, &count);
+    while (!status && count > 0 && records[0].step < end) {
+        if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
+        status = vw_ledger_compare(run->ledger, records, count, validation_views);
+        if (!status) *compared = records[count - 1].step;
+        if (!status && vw_interrupt_requested(interrupt))
+            status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);
+        if (!status) status = vw_trainer_advance(trainer, &records, &count);
+    }
+    return status;
+}
+
+static enum vw_status check_same_run(const struct vw_recorded_run *run, const struct vw_trainer *trainer) {
+    struct vw_run_row ours;
+    enum vw_status status = vw_run_row_make(trainer, run->gpu, run->scene, &run->config, &ours);
+    if (!status) status = vw_run_row_check_same(&ours, &run->row, run->out);
+    vw_run_row_free(&ours);
+    return status;
+}
+
+// Whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
+static bool is_validated(const struct vw_value_input *input) {
+    return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
+}
+
+static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify_params *params, bool validated,
+                             uint64_t *compared) {
+    struct vw_trainer *trainer = NULL;
+    enum vw_status status = vw_recorded_open_scene(run, params->device ? params->device : run->row.device);
+    if (!status) status = vw_recorded_check_images(run);
+    if (status) return status;
+    const struct vw_trainer_params of_trainer = {.gpu = run->gpu,
+                                                 .scene = run->scene,
+                                                 .config = &run->config,
+                                                 .effects = run->effects,
+                                                 .effect_count = run->effect_count,
+                                                 .validate = validated};
+    status = vw_trainer_create(&of_trainer, &trainer);
+    if (!status) status = check_same_run(run, trainer);
+    if (!status) status = compare_steps(run, trainer, params->replay_steps, &params->interrupt, compared);
+    vw_trainer_destroy(&trainer);
+    return status;
+}
+
+static enum vw_status check_expected(const char *expected) {
+    if (!expected ||
+        (strlen(expected) == VW_HASH_HEX_BYTES - 1 && !expected[strspn(expected, "0123456789abcdefABCDEF")]))
+        return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is no head, which has 64 hexadecimal digits", expected);
+}
+
+// ---- Files ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_verify_params *params,
+                                   const struct run_scores *scores,
+                                   struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT]) {
+    bool recorded = scores->recorded_count > 0;
+    const struct vw_table_sources sources = {
+        .out = params->out,
+        .ledger = run->ledger,
+        .input = &scores->computed.input,
+        .scores = recorded ? scores->recorded : scores->computed.scores,
+        .score_count = recorded ? scores->recorded_count : scores->computed.score_count,
+        .providers = params->providers,
+    };
+    return vw_verify_tables(&sources, tables);
+}
+
+enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
+
+// A run that is finished has a field, whose hash its final_hash covers. Another one may keep that of an earlier end.
+static enum vw_status check_field(const struct vw_recorded_run *run, enum field_state *state) {
+    struct vw_signed_file file;
+    const char *recorded = run->row.field_sha256;
+    if (!recorded && strcmp(run->row.status, "finished") == 0 && !vw_is_imported(&run->row))
+        return vw_fail(VW_ERROR_MISMATCH, "%s: is finished, but has no hash of its field: the run row was edited",
+                       run->ledger_path);
+    enum vw_status status = vw_signed_file_read(run->out, "field.vwf", &file);
+    if (status) return status;
+    *state = !file.present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
+    if (*state != FIELD_INTACT || strcmp(file.sha256, recorded) == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "%s/field.vwf: is not the field that the run ended with; restore it from a copy",
+                   run->out);
+}
+
+// ---- All checks ----------------------------------------------------------------------------------------------------
+
+struct checks {
+    struct vw_recorded_run run;
+    struct run_scores scores;
+    struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT];
+    enum field_state field;
+    bool signed_files[VW_SIGNED_FILE_COUNT];
+};
+
+static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
+    const struct vw_value_input *input = &checks->scores.computed.input;
+    bool validated = is_validated(input);
+    enum vw_status status = check_import(&checks->run, log_sha256);
+    if (status) return status;
+    status = vw_run_row_check(&checks->run, input->record_count ? &validated : NULL);
+    return status ? vw_fail_context(status, "%s", checks->run.ledger_path) : VW_OK;
+}
+
+static enum vw_status check_signature(struct checks *checks, const struct vw_verify_params *params,
+                                      const uint8_t key[VW_PUBLIC_KEY_BYTES], struct vw_verification *made) {
+    if (!params->key && !params->to_sign) return VW_OK;
+    enum vw_status status = vw_statement_make(params->out, checks->run.ledger, &made->statement);
+    if (!status && params->key) status = vw_statement_check(&made->statement, params->out, key, checks->signed_files);
+    made->is_signed = !status && params->key;
+    return status;
+}
+
+static enum vw_status check_all(const struct vw_verify_params *params, struct checks *checks,
+                                struct vw_verification *made) {
+    struct vw_recorded_run *run = &checks->run;
+    uint8_t key[VW_PUBLIC_KEY_BYTES] = {0};
+    enum vw_status status = check_expected(params->expect);
+    if (!status && params->key) status = vw_public_key_read(params->key, key);
+    if (status) return status;
+    status = vw_recorded_open(params->out, run);
+    if (run->row.run_id) { // also when the config cannot be read, for which an edit is the likely cause
+        enum vw_status intact = vw_ledger_verify(run->ledger);
+        if (intact) status = intact;
+    }
+    if (!status) status = check_scores(run, &checks->scores);
+    if (!status) status = check_identity(checks, made->log_sha256);
+    if (!status) status = check_head(run, params->expect);
+    if (!status) status = check_tables(run, params, &checks->scores, checks->tables);
+    if (!status) status = check_field(run, &checks->field);
+    if (!status) status = check_signature(checks, params, key, made);
+    if (!status && params->replay_steps && vw_ledger_next_step(run->ledger) > 0)
+        status = replay(run, params, is_validated(&checks->scores.computed.input), &made->replayed_steps);
+    return status;
+}
+
+// ---- The table -----------------------------------------------------------------------------------------------------
+
+static void add(struct vw_verification *made, const char *name, const char *result, const char *by) {
+    if (made->item_count < VW_VERIFY_ITEMS_MAX)
+        made->items[made->item_count++] = (struct vw_verify_item){name, result, by};
+}
+
+static void list_ledger(const struct checks *checks, struct vw_verification *made) {
+    static const char *const rows[] = {"run row",   "image rows", "step rows",
+                                       "view rows", "probe rows", "retraining rows"};
+    bool ended = strcmp(checks->run.row.status, "running") != 0, replayed = made->replayed_steps > 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
+    add(made, "score rows", "intact",
+        ended ? "the hash chain, and computed again from steps and retrainings" : "the hash chain");
+    bool swept = checks->scores.computed.input.lasting.step_count > 0;
+    add(made, "lasting credit", swept ? "intact" : "absent",
+        swept ? "the hash chain: viewworth lasting on a run without it makes it again" : "");
+    add(made, "order of methods", "intact", ended ? "the hash chain, and computed again" : "the hash chain");
+    if (*made->log_sha256) {
+        add(made, "identity", "intact", "run_id and subset_hash, recomputed");
+        add(made, "log", "claimed", "nothing: the log's SHA-256 is in the ledger, the log is not");
+        return;
+    }
+    add(made, "identity", "intact", "run_id, subset_hash and seed, recomputed from the other columns");
+    add(made, "scene, shaders, device", replayed ? "intact" : "claimed",
+        replayed ? "--replay: the scene is open, and its first steps repeat" : "nothing without --replay");
+}
+
+static void list_tables(const struct checks *checks, const struct vw_verify_params *params,
+                        struct vw_verification *made) {
+    for (size_t i = 0; i < VW_DERIVED_TABLE_COUNT; i++) {
+        const struct vw_verified_table *table = &checks->tables[i];
+        bool by_provider = table->by_provider && params->providers;
+        const char *by = by_provider ? "made again from the ledger and --providers" : "made again from the ledger";
+        add(made, table->name, table->present ? "intact" : "absent", table->present ? by : "");
+    }
+}
+
+// Files that only a signature covers.
+static void list_signed(const struct checks *checks, const struct vw_verify_params *params, const char *name,
+                        const char *unsigned_by, struct vw_verification *made) {
+    bool is_signed = false;
+    for (size_t i = 0; i < VW_SIGNED_FILE_COUNT && made->is_signed; i++)
+        is_signed |= checks->signed_files[i] && strcmp(made->statement.files[i].name, name) == 0;
+    if (!vw_file_exists_inside(params->out, name)) add(made, name, "absent", "");
+    else if (is_signed) add(made, name, "intact", "the signature");
+    else add(made, name, "not checked", unsigned_by); // a signed run has no file that its signature does not name
+}
+
+static void list_files(const struct checks *checks, const struct vw_verify_params *params,
+                       struct vw_verification *made) {
+    list_tables(checks, params, made);
+    list_signed(checks, params, "duplicates.csv", "nothing without --key: it needs the photos", made);
+    list_signed(checks, params, "report.html", "nothing without --key: it shows the head", made);
+    if (checks->field == FIELD_INTACT) add(made, "field.vwf", "intact", "its SHA-256, in the hash chain");
+    else list_signed(checks, params, "field.vwf", "nothing: the run has not ended with it", made);
+}
+
+static void list_proofs(const struct vw_verify_params *params, struct vw_verification *made) {
+    bool there = vw_file_exists_inside(params->out, VW_SIGNATURE_FILE);
+    const char *by = "nothing without --expect or --key: a chain without a key can be rewritten whole";
+    if (made->is_signed) by = "--key: the signature names the head";
+    else if (params->expect) by = "--expect";
+    add(made, "chain as a whole", made->is_signed || params->expect ? "intact" : "not checked", by);
+    add(made, "signature",
+        made->is_signed ? "intact"
+        : there         ? "not checked"
+                        : "absent",
+        made->is_signed ? "--key"
+        : there         ? "nothing: give --key"
+                        : "");
+}
+
+static void tell(struct checks *checks, const struct vw_verify_params *params, struct vw_verification *made) {
+    struct vw_recorded_run *run = &checks->run;
+    uint64_t rows = vw_ledger_next_step(run->ledger);
+    made->ledger_path = run->ledger_path;
+    run->ledger_path = NULL; // owned by the verification now
+    made->steps = rows > 0 ? rows - 1 : 0;
+    made->score_count = checks->scores.recorded_count;
+    snprintf(made->run_id, sizeof made->run_id, "%s", run->row.run_id);
+    snprintf(made->status, sizeof made->status, "%s", run->row.status);
+    vw_ledger_chain_head(run->ledger, made->head);
+    list_ledger(checks, made);
+    list_files(checks, params, made);
+    list_proofs(params, made);
+}
+
+enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_verification *verification) {
+    struct checks checks = {0};
+    struct vw_verification made = {0};
+    enum vw_status status = check_all(params, &checks, &made);
+    if (!status) tell(&checks, params, &made);
+    if (!status) *verification = made;
+    vw_scoring_free(&checks.scores.computed);
+    free(checks.scores.recorded);
+    vw_recorded_close(&checks.run);
+    return status;
+}
+
+void vw_verification_free(struct vw_verification *verification) {
+    free(verification->ledger_path);
+    *verification = (struct vw_verification){0};
+}

@@ -1,0 +1,34 @@
+// Tables of OUT, made again from the ledger and compared with the files.
+#ifndef VIEWWORTH_RUN_VERIFY_VERIFY_TABLES_H
+#define VIEWWORTH_RUN_VERIFY_VERIFY_TABLES_H
+
+#include <stdbool.h>
+
+#include "viewworth/ledger.h"
+#include "viewworth/status.h"
+#include "viewworth/value.h"
+
+// What tables are made from; all borrowed.
+struct vw_table_sources {
+    const char *out;
+    struct vw_ledger *ledger;
+    const struct vw_value_input *input;
+    const struct vw_ledger_score *scores; // recorded; of a run that has not ended those that its steps give
+    uint32_t score_count;
+    const char *providers; // FILE.csv with the providers; NULL: those of the ledger
+};
+
+// Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them with the files
+// that are there, byte by byte. The matrix holds logarithms, which another C library rounds another way: its numbers
+// may differ in the last digits. The amount that a payout divides is the one that its file states. VW_ERROR_MISMATCH
+// names a file that differs.
+enum { VW_DERIVED_TABLE_COUNT = 5 };
+struct vw_verified_table {
+    const char *name;
+    bool by_provider; // it depends on who supplied the photos
+    bool present;
+};
+enum vw_status vw_verify_tables(const struct vw_table_sources *sources,
+                                struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT]);
+
+#endif

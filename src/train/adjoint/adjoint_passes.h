@@ -1,0 +1,103 @@
+// The passes of the backward sweep (lasting.h) at one step of a finished training. They go forward and back through the
+// step's rays by the passes of the training itself; what is their own works on blocks: buffers with a float for every
+// param, laid out as the params are.
+//   direct_adjoint: the step's credit, and a direction
+//   -> colours ahead and behind along it -> difference x curvature = slopes -> back -> added to the adjoint
+// The adjoint begins as the gradient of U, which is added at every state that U averages over:
+//   validation -> slope_views -> back -> added to the adjoint
+// The passes have one adjoint to work on. Every measure of U keeps its own in `kept`, and it is copied there and back.
+#ifndef VIEWWORTH_TRAIN_ADJOINT_ADJOINT_PASSES_H
+#define VIEWWORTH_TRAIN_ADJOINT_ADJOINT_PASSES_H
+
+#include "train/adjoint/kept_steps.h"
+#include "train/probes/probe_context.h"
+
+// Measures of U, each with an adjoint of its own: of all validation views, and behind these, where asked for, the PSNR
+// of one view after another.
+enum sweep_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
+
+// The gradients that a step leaves in their several forms, brought into one block.
+struct gathered {
+    struct vw_buffer *block;                                      // borrowed
+    struct vw_pass *grid[VW_LEVELS_MAX], *weights, *photo, *code; // grid: per window; photo, code: NULL without them
+};
+
+struct adjoint_blocks {
+    struct vw_buffer *lambda, *moment; // moment: NULL without momentum
+};
+
+struct adjoint {
+    struct adjoint_blocks blocks;
+    struct gathered sum; // adds to lambda
+    struct vw_pass *direct;
+};
+
+struct sweep_passes {
+    const struct probe_context *context; // borrowed
+    uint32_t rays, padded_rays;          // of a step that the product takes
+    struct step_blocks blocks;           // owned
+    struct vw_buffer *direction, *sums, *state, *seen_ahead;
+    struct vw_buffer *places;   // of all samples of a step, with importance samples: they are held fixed
+    struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
+    struct vw_buffer *rows;     // READBACK: vec4 per step of a batch and measure
+    struct gradient_passes product, validation; // from slopes that are given
+    struct field_passes forward;                // of colours ahead and behind: nothing is stored
+    struct vw_pass *perturb, *difference, *reduce;
+    struct vw_pass *normalise_step, *slope_views, *normalise_views;
+    struct vw_pass *multiply;      // the adjoint with a step
+    struct gathered step_gradient; // writes blocks.gradient
+    struct adjoint adjoint;
+    struct adjoint_blocks *kept; // owned; by measure
+    uint32_t measure_count;
+    bool kept_by_host; // those of single views
+};
+
+struct sweep_params {
+    uint32_t rays;        // of each step that the product takes, at most the step's; 0: all
+    uint32_t batch_steps; // rows for so many
+    bool psnr_alone;      // no other measure than validation PSNR
+    bool by_view;         // also the PSNR of each validation view by itself; without psnr_alone
+    // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
+    uint64_t views_memory_bytes;
+};
+// VW_ERROR_USAGE, naming what stands against it, for a training that cannot be swept: with half tables, with an effect
+// that the sweep does not go back through, or with params beyond one binding.
+enum vw_status sweep_passes_check(const struct probe_context *context);
+// Checks that first.
+enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
+                                   struct sweep_passes *sweep);
+// Of the columns that the optimiser moves, those at the beginning that the sweep goes back to: not those of visibility
+// and of a coarse network, which it holds fixed. Their adjoint and their part of gradients stay 0: the mask and the
+// places of samples do not follow what a step moved.
+uint32_t sweep_moved_columns(const struct model *model);
+// What the adjoints of single views take of the device.
+uint64_t sweep_views_bytes(const struct sweep_passes *sweep);
+void sweep_passes_destroy(struct sweep_passes *sweep);
+
+// Replays step `number`, with its pixels at `first_pixel`: as step_record() does, which gives the same bits, and keeps
+// at `place` what the sweep needs of it.
+void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
+                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place);
+
+// Takes step `number` and leaves in the blocks the params before and after it and its gradient.
+void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row);
+
+// For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
+void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row, uint32_t states);
+
+// Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
+void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
+                       uint32_t row);
+
+// The adjoint times what the step in the blocks moved, or times its gradient, to that row (x + y; w: not finite).
+void sweep_record_multiply(const struct sweep_passes *sweep, struct vw_batch *batch, bool by_gradient, uint32_t row);
+
+// Gives a direction: a float for every param.
+enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float *direction);
+// Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
+// direction. The random numbers are those of step `number`.
+void sweep_record_curvature(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
+                            uint32_t first_pixel);
+
+#endif

@@ -1,0 +1,36 @@
+// The inside of a sweep, for lasting.c and lasting_gate.c.
+#ifndef VIEWWORTH_TRAIN_ADJOINT_LASTING_PRIVATE_H
+#define VIEWWORTH_TRAIN_ADJOINT_LASTING_PRIVATE_H
+
+#include "train/adjoint/step_replay.h"
+#include "train/adjoint/adjoint_passes.h"
+
+struct vw_lasting_credit;
+
+// The training is cut into segments of equal length, the last one perhaps shorter. Behind a replay that saves the state
+// at the beginning of each, the segments are replayed once more from the last to the first, each with its steps kept,
+// and swept. The last one is kept the first time, so that a training of a single segment is replayed only once.
+struct vw_lasting {
+    struct step_replay replay;
+    uint32_t sweep_steps; // at most, swept; fewer where more is carried back
+    struct sweep_passes sweep;
+    struct kept_steps kept;
+    struct snapshot *starts; // owned; by segment, up to the last that is swept
+    uint64_t segment_steps;
+    uint32_t segment_count;
+    struct vw_lasting_credit *credits; // of the batch handed out last
+    double *view_psnr;                 // theirs
+
+    bool replaying;      // else sweeping
+    uint64_t state_step; // replaying: the step that the state on the device is behind
+    uint64_t until_step; // replaying: up to this one
+    uint32_t segment;    // that is kept, or being replayed to be kept
+    uint64_t next_step;  // to sweep; 0: done
+    uint64_t work_done;
+};
+
+// Whether U averages over the state behind a step, and over how many.
+bool lasting_is_state(const struct vw_lasting *lasting, uint64_t step);
+uint32_t lasting_state_count(const struct vw_lasting *lasting);
+
+#endif

@@ -1,0 +1,98 @@
+#include "train/shared_submissions.h"
+
+#include <stdlib.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
+
+// ---- Life -----------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions **submissions) {
+    struct vw_submissions *made = vw_allocate(1, sizeof *made);
+    enum vw_status status = made ? VW_OK : VW_ERROR_MEMORY;
+    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) status = vw_batch_create(gpu, &made->batches[i]);
+    if (status != VW_OK) vw_submissions_destroy(&made);
+    else *submissions = made;
+    return status;
+}
+
+void vw_submissions_destroy(struct vw_submissions **submissions) {
+    struct vw_submissions *dying = *submissions;
+    if (!dying) return;
+    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&dying->batches[i]); // waits
+    free(dying);
+    *submissions = NULL;
+}
+
+uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_each) {
+    if (device->kind == VW_GPU_CPU) return 1;
+    uint64_t fit = bytes_each ? device->memory_bytes / 2 / bytes_each : 1;
+    if (fit > VW_TRAINERS_TOGETHER_MAX) return VW_TRAINERS_TOGETHER_MAX;
+    return fit ? (uint32_t)fit : 1;
+}
+
+// ---- Batches --------------------------------------------------------------------------------------------------------
+
+// A failure is that of all who are in the batch, or will be: whoever asks next gets it, too.
+static enum vw_status keep_failure(struct vw_submissions *submissions, enum vw_status status) {
+    if (status == VW_OK) return VW_OK;
+    submissions->failure = status;
+    submissions->why = vw_error_save();
+    return status;
+}
+
+enum vw_status submissions_check(const struct vw_submissions *submissions) {
+    if (submissions->failure != VW_OK) vw_error_restore(&submissions->why);
+    return submissions->failure;
+}
+
+static enum vw_status wait_for(struct vw_submissions *submissions, uint32_t index) {
+    if (!submissions->in_flight[index]) return VW_OK;
+    enum vw_status status = vw_batch_wait(submissions->batches[index]);
+    submissions->in_flight[index] = false;
+    submissions->took_s[index] = vw_now_s() - submissions->submitted_s[index];
+    return keep_failure(submissions, status);
+}
+
+enum vw_status submissions_wait(struct vw_submissions *submissions, uint32_t index) {
+    enum vw_status status = submissions_check(submissions);
+    return status == VW_OK ? wait_for(submissions, index) : status;
+}
+
+enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t index) {
+    struct vw_batch *batch = submissions->batches[index];
+    bool recorded = false;
+    enum vw_status status = submissions_wait(submissions, index);
+    for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++)
+        if (trainer_has_steps(submissions->trainers[i], index)) trainer_decode_photos(submissions->trainers[i]);
+    for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++) {
+        struct vw_trainer *trainer = submissions->trainers[i];
+        if (!trainer_has_steps(trainer, index)) continue;
+        if (!recorded) vw_batch_begin(batch);
+        recorded = true;
+        trainer_record_steps(trainer, index, batch);
+    }
+    if (!recorded) return status;
+    submissions->submitted_s[index] = vw_now_s();
+    status = vw_batch_submit(batch);
+    submissions->in_flight[index] = status == VW_OK;
+    return keep_failure(submissions, status);
+}
+
+// ---- Trainers -------------------------------------------------------------------------------------------------------
+
+enum vw_status submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer) {
+    if (submissions->trainer_count == VW_TRAINERS_TOGETHER_MAX)
+        return vw_fail(VW_ERROR_USAGE, "at most %d trainings can be taken together", VW_TRAINERS_TOGETHER_MAX);
+    submissions->trainers[submissions->trainer_count++] = trainer;
+    return VW_OK;
+}
+
+void submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT; i++) (void)wait_for(submissions, i); // its buffers are in use
+    for (uint32_t i = 0; i < submissions->trainer_count; i++)
+        if (submissions->trainers[i] != trainer) submissions->trainers[kept++] = submissions->trainers[i];
+    submissions->trainer_count = kept;
+}

@@ -1,0 +1,55 @@
+// What trainers submit their steps in. Trainers that share submissions take steps together: each records its own steps
+// into the same batch, where the scheduler of src/gpu places them side by side, because they touch no common buffer. So
+// K trainings wait at as many barriers as one. None of them has another bit than alone.
+#ifndef VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
+#define VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "viewworth/gpu.h"
+#include "viewworth/status.h"
+
+struct vw_batch;
+struct vw_trainer;
+
+enum { VW_TRAINERS_TOGETHER_MAX = 16 };
+enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
+
+struct vw_submissions {
+    struct vw_batch *batches[BATCHES_IN_FLIGHT];
+    bool in_flight[BATCHES_IN_FLIGHT]; // submitted, and not waited for
+    double submitted_s[BATCHES_IN_FLIGHT], took_s[BATCHES_IN_FLIGHT];
+    struct vw_trainer *trainers[VW_TRAINERS_TOGETHER_MAX];
+    uint32_t trainer_count;
+    enum vw_status failure; // of any batch: it ends all of them
+    struct vw_saved_error why;
+};
+
+// `gpu` outlives them, and they outlive their trainers.
+enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions **submissions);
+void vw_submissions_destroy(struct vw_submissions **submissions);
+
+// How many trainings to take together on a device: one on a CPU, whose cores a single training fills; elsewhere as many
+// of `bytes_each` as fit into half of its memory, up to VW_TRAINERS_TOGETHER_MAX.
+uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_each);
+
+// ---- For trainers ----
+
+enum vw_status submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer);
+// Waits for what is in flight, which the trainer may be part of.
+void submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer);
+// The failure that ended all submissions, with its message, or VW_OK.
+enum vw_status submissions_check(const struct vw_submissions *submissions);
+// Submits the batch `index` with the next steps of every trainer that has some and no steps in that batch already.
+enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t index);
+enum vw_status submissions_wait(struct vw_submissions *submissions, uint32_t index);
+
+// In trainer.c: whether a trainer can record steps into the batch `index` now, since its steps of that batch are handed
+// out, and one is left that needs no look at the state before; decoding the photos that they draw from, whose failure
+// ends this trainer alone; and recording them.
+bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index);
+void trainer_decode_photos(struct vw_trainer *trainer);
+void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch);
+
+#endif

@@ -1,0 +1,168 @@
+// A verified selection on a small scene, held against what its retrainings reach on single photos: which scores make
+// which list, and which photos judge it.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/statistics.h"
+#include "experiment/retrain.h"
+#include "experiment/retrain_run.h"
+#include "experiment/verified_selection.h"
+#include "run/scoring.h"
+#include "support/temporary_folder.h"
+#include "support/ledger_sql.h"
+#include "viewworth/run.h"
+
+enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3 };
+
+static const char recipe[] =
+    "{\"viewworth_recipe\": 1, \"seed\": 3, \"image\": {\"width_px\": 16, \"height_px\": 12},"
+    " \"box\": {\"centre\": [0, 0, 0], \"half_extent\": 1},"
+    " \"shapes\": [{\"kind\": \"sphere\", \"centre\": [0, 0, 0], \"radius\": 0.6, \"texture\": {\"kind\": \"checker\","
+    "   \"colour\": [0.9, 0.2, 0.1], \"second_colour\": [0.2, 0.3, 0.9], \"cell\": 0.3}}],"
+    " \"cameras\": [{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 2.5, \"count\": 10,"
+    "   \"field_of_view_deg\": 50, \"split\": \"train\"}, {\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 2.5,"
+    "   \"count\": 5, \"start_deg\": 20, \"field_of_view_deg\": 50, \"split\": \"val\"}],"
+    " \"defects\": [{\"kind\": \"wrong_pose\", \"strength\": 60, \"views\": [4]}]}";
+
+struct fixture {
+    char *folder;
+    const char *scene, *out;
+    struct vw_config config;
+    struct vw_scored_run run;
+    struct vw_verified_selection verified;
+    uint8_t halves[IMAGES];
+    uint32_t sizes[VW_HALVES];
+};
+
+// Half A sees the field better after steps on the first half of the photos, half B after those on the others.
+static void set_halves_apart(const struct fixture *f) {
+    for (uint32_t v = PHOTOS; v < IMAGES; v++) {
+        char sql[256];
+        snprintf(sql, sizeof sql,
+                 "UPDATE view SET mse = CASE WHEN (SELECT s.image_id FROM step s WHERE s.step = view.step) %s %d THEN"
+                 " 0.02 ELSE 0.04 END WHERE image_id = %u",
+                 f->halves[v] == VW_HALF_A ? "<" : ">=", PHOTOS / 2, v);
+        sql_change(temporary_path(f->out, "ledger.db"), sql);
+    }
+}
+
+static int set_up(void **state) {
+    struct fixture *f = vw_allocate(1, sizeof *f);
+    struct vw_run *run = NULL;
+    f->folder = temporary_folder_create();
+    f->scene = temporary_file(f->folder, "scene.json", recipe);
+    f->out = temporary_path(f->folder, "out");
+    f->config = vw_config_default;
+    f->config.seed = RUN_SEED;
+    f->config.epochs = 6;
+    f->config.rays = 32;
+    f->config.samples = 8;
+    f->config.levels = 4;
+    f->config.log2_table = 8;
+    f->config.width = 16;
+    snprintf(f->config.effects, sizeof f->config.effects, "none");
+    const struct vw_run_params params = {
+        .scene = {.path = f->scene}, .config = &f->config, .out = f->out, .no_thumbnails = true};
+    ASSERT_OK(vw_run_open(&params, &run));
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    vw_run_close(&run);
+    ASSERT_OK(vw_scored_run_open(f->out, &f->run));
+    ASSERT_OK(vw_halves_split(f->run.images, f->run.image_count, RUN_SEED, f->halves, f->sizes));
+    vw_scored_run_close(&f->run);
+    f->run = (struct vw_scored_run){0};
+    set_halves_apart(f);
+    ASSERT_OK(vw_scored_run_open(f->out, &f->run));
+    const struct vw_verified_selection_params verified = {.run = &f->run, .seeds = SEEDS};
+    ASSERT_OK(vw_verified_selection_make(&verified, &f->verified));
+    *state = f;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    struct fixture *f = *state;
+    vw_verified_selection_free(&f->verified);
+    vw_scored_run_close(&f->run);
+    temporary_folder_remove(f->folder);
+    free(f);
+    return 0;
+}
+
+// The best half by the scores of a half, or by those that the run recorded.
+static void check_list(struct fixture *f, const struct vw_candidate *candidate, int half) {
+    const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 50, .percent = true};
+    struct vw_selection expected = {0};
+    struct vw_value_input input;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t score_count = 0;
+    ASSERT_OK(vw_scoring_load(f->run.recorded.ledger, &f->config, &input));
+    if (half == VW_HALF_BOTH) ASSERT_OK(vw_scored_run_select(&f->run, &params, &expected));
+    else {
+        ASSERT_OK(vw_halves_score(f->run.recorded.ledger, &input, f->halves, (uint8_t)half, &scores, &score_count));
+        ASSERT_OK(vw_selection_make(scores, score_count, f->run.images, f->run.image_count, &params, &expected));
+        vw_sort_places(expected.image_ids, expected.count);
+    }
+    assert_int_equal(expected.count, PHOTOS / 2);
+    assert_int_equal(candidate->selections[half].count, expected.count);
+    assert_memory_equal(candidate->selections[half].image_ids, expected.image_ids,
+                        expected.count * sizeof *expected.image_ids);
+    vw_selection_free(&expected);
+    vw_scoring_unload(&input);
+    free(scores);
+}
+
+static void check_gain(const struct vw_verified_selection *verified, const struct vw_retrainer *retrainer,
+                       const uint8_t *halves, uint32_t place) {
+    double gain_db = 0;
+    for (uint32_t v = PHOTOS; v < IMAGES; v++)
+        for (uint32_t s = 0; s < SEEDS; s++)
+            for (int side = 0; side < 2; side++) {
+                const struct vw_selection *selection =
+                    &verified->candidates.list[side ? place : 0].selections[halves[v] ? VW_HALF_A : VW_HALF_B];
+                const struct vw_retrain_params retraining = {
+                    .views = selection->image_ids, .view_count = selection->count, .seed = RUN_SEED + 1 + s};
+                struct vw_retrain_view view = {.image_id = v};
+                ASSERT_OK(vw_retrainer_find_views(retrainer, &retraining, &view, 1));
+                gain_db += (side ? 1 : -1) * view.psnr_db / (JUDGES * SEEDS);
+            }
+    assert_near(verified->gains[place].gain_db, gain_db, 1e-9); // rounding of sums
+}
+
+static void a_half_judges_what_the_other_selects(void **state) {
+    struct fixture *f = *state;
+    struct vw_session session = {0};
+    struct vw_retrainer retrainer = {0};
+    uint32_t halved = UINT32_MAX;
+    assert_true(f->sizes[VW_HALF_A] == 3 && f->sizes[VW_HALF_B] == 2 && f->verified.half_sizes[VW_HALF_A] == 3 &&
+                f->verified.half_sizes[VW_HALF_B] == 2);
+    assert_int_equal(f->verified.first_seed, RUN_SEED + 1);
+    assert_int_equal(vw_first_seed_after((uint64_t)INT64_MAX - 9), 0); // there is no room behind it
+    ASSERT_OK(vw_session_open(&(struct vw_session_params){.scene = {.path = f->scene}}, &session));
+    const struct vw_retrainer_params params = {
+        .session = &session, .config = &f->config, .out = f->out, .averaged_epochs = VW_TRUTH_EPOCHS};
+    ASSERT_OK(vw_retrainer_open(&params, &retrainer));
+    assert_true(f->verified.candidates.count > 3);
+    for (uint32_t c = 1; c < f->verified.candidates.count; c++) {
+        check_gain(&f->verified, &retrainer, f->halves, c);
+        if (strcmp(f->verified.candidates.list[c].name, "top:50%:dv_psnr") == 0) halved = c;
+    }
+    assert_true(halved != UINT32_MAX);
+    const struct vw_candidate *candidate = &f->verified.candidates.list[halved];
+    for (int half = 0; half < VW_SCORINGS; half++) check_list(f, candidate, half);
+    assert_int_equal(candidate->selections[VW_HALF_A].image_ids[0], 0);
+    assert_int_equal(candidate->selections[VW_HALF_B].image_ids[0], PHOTOS / 2);
+    vw_retrainer_close(&retrainer);
+    vw_session_close(&session);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_half_judges_what_the_other_selects, set_up, tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

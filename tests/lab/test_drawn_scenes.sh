@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Scenes drawn for the evaluation of methods (scripts/lab/draw_scenes): the same for a seed, of the kinds that it promises, and all of them
+# open. Takes the program's path.
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
+cd "$folder" || exit 1
+
+draw() { "$root/scripts/draw_scenes" "$@"; }
+has_photos() { # has_photos SCENE: as many of each split as there should be
+    run "$program" info "$1" --pilot-steps 0 --json --device llvmpipe || return
+    grep -qE '"train": (2[4-9]|3[0-9]|40)\b' stdout && grep -q '"val": 8\b' stdout && grep -q '"test": 8\b' stdout && return
+    grep -A 6 '"splits"' stdout
+    return 1
+}
+
+check "scenes are drawn" draw 7 4 first
+check "again" draw 7 4 second
+check "the same seed draws the same scenes" diff -r first second
+check "another seed" draw 8 4 other
+check "another seed draws other scenes" test "$(cat first/* other/* | sha256sum)" != "$(cat first/* first/* | sha256sum)"
+check "every third one has no defects" test "$(grep -c '"defects"' first/*.json | grep -c ':0')" = 2
+for scene in first/*.json; do check "$scene opens" has_photos "$scene"; done
+check "nothing is overwritten" test "$(draw 7 4 first >/dev/null 2>&1; echo $?)" = 1
+check "wrong words are refused" test "$(draw 7 many third 2>&1 | grep -c usage)" = 1
+conclude "$@"

@@ -1,0 +1,130 @@
+// Exact values of games whose Shapley and Banzhaf values are known: additive, majority and glove games.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "lab/evaluation/exact_values.h"
+
+enum { SEEDS = 2, FIRST_SEED = 3, PHOTOS_MAX = 5 };
+
+static const uint32_t photos[PHOTOS_MAX] = {0, 1, 2, 3, 4};
+static const double additive_worths[PHOTOS_MAX] = {0.5, -0.25, 0, 1, 0.125};
+
+typedef double game(const struct vw_retrain_params *retraining);
+
+static bool has(const struct vw_retrain_params *retraining, uint32_t photo) {
+    for (uint32_t i = 0; i < retraining->view_count; i++)
+        if (retraining->views[i] == photo) return true;
+    return false;
+}
+
+// The untrained field has 8 dB.
+static double additive(const struct vw_retrain_params *retraining) {
+    double psnr_db = 8;
+    for (uint32_t i = 0; i < retraining->view_count; i++) psnr_db += additive_worths[retraining->views[i]];
+    return psnr_db;
+}
+
+static double majority(const struct vw_retrain_params *retraining) { return retraining->view_count >= 3; }
+
+// Photos 0 and 1 are left gloves, photo 2 is the right one; a pair is worth 1.
+static double glove(const struct vw_retrain_params *retraining) {
+    return has(retraining, 2) && (has(retraining, 0) || has(retraining, 1));
+}
+
+// Test photos give twice as much. The second seed adds 1 to all.
+static enum vw_status play(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
+                           struct vw_retrain_result *outcomes) {
+    game *const *played = context;
+    for (uint32_t i = 0; i < count; i++) {
+        double value = (*played)(&retrainings[i]) + (double)(retrainings[i].seed - FIRST_SEED);
+        outcomes[i] = (struct vw_retrain_result){.val_psnr = value, .test_psnr = 2 * value};
+    }
+    return VW_OK;
+}
+
+static void find_values(game *played, uint32_t photo_count, struct vw_exact_values *exact) {
+    struct vw_subsets subsets;
+    ASSERT_OK(vw_subsets_list_all(photo_count, SEEDS, &subsets));
+    ASSERT_OK(vw_subsets_retrain(&subsets, photos, FIRST_SEED, play, &played));
+    ASSERT_OK(vw_exact_values_find(&subsets, exact));
+    vw_subsets_free(&subsets);
+}
+
+static void check_values(const struct vw_exact_values *exact, enum vw_exact_value kind, const double *expected) {
+    for (uint32_t seed = 0; seed < SEEDS; seed++)
+        for (uint32_t i = 0; i < exact->photo_count; i++) {
+            uint32_t place = seed * exact->photo_count + i;
+            double by_val = exact->values[0][kind][place], by_test = exact->values[1][kind][place];
+            if (!(fabs(by_val - expected[i]) < 1e-12) || !(fabs(by_test - 2 * expected[i]) < 1e-12))
+                fail_msg("%s of photo %u: %g and %g, not %g and twice that", vw_exact_value_name(kind), i, by_val,
+                         by_test, expected[i]);
+        }
+}
+
+static void an_additive_game_has_its_worths(void **state) {
+    (void)state;
+    struct vw_exact_values exact;
+    find_values(additive, 5, &exact);
+    for (int i = 0; i < VW_EXACT_COUNT; i++) check_values(&exact, (enum vw_exact_value)i, additive_worths);
+    vw_exact_values_free(&exact);
+}
+
+// Three of five: a photo decides as the third of five in a row, or beside 6 of the 16 subsets of the others.
+static void a_majority_game(void **state) {
+    (void)state;
+    struct vw_exact_values exact;
+    static const double shapley[] = {0.2, 0.2, 0.2, 0.2, 0.2}, banzhaf[] = {0.375, 0.375, 0.375, 0.375, 0.375},
+                        left_out[] = {0, 0, 0, 0, 0};
+    find_values(majority, 5, &exact);
+    check_values(&exact, VW_EXACT_SHAPLEY, shapley);
+    check_values(&exact, VW_EXACT_BANZHAF, banzhaf);
+    check_values(&exact, VW_EXACT_LEAVE_ONE_OUT, left_out);
+    vw_exact_values_free(&exact);
+}
+
+static void a_glove_game(void **state) {
+    (void)state;
+    struct vw_exact_values exact;
+    static const double shapley[] = {1.0 / 6, 1.0 / 6, 4.0 / 6}, banzhaf[] = {0.25, 0.25, 0.75}, left_out[] = {0, 0, 1};
+    find_values(glove, 3, &exact);
+    check_values(&exact, VW_EXACT_SHAPLEY, shapley);
+    check_values(&exact, VW_EXACT_BANZHAF, banzhaf);
+    check_values(&exact, VW_EXACT_LEAVE_ONE_OUT, left_out);
+    vw_exact_values_free(&exact);
+}
+
+static void scores_are_held_against_exact_values(void **state) {
+    (void)state;
+    struct vw_exact_values exact;
+    struct vw_metrics metrics = {0};
+    static const char *const kinds[] = {"clean", "noise", "clean", "clean", "clean"};
+    static const double cubes[] = {0.125, -0.015625, 0, 1, 0.001953125}, opposite[] = {-0.5, 0.25, 0, -1, -0.125};
+    const struct vw_scorer scorers[] = {{.name = "cubes", .scores = cubes}, {.name = "opposite", .scores = opposite}};
+    const struct vw_evaluation evaluation = {photos, kinds, 5, scorers, 2, 1};
+    find_values(additive, 5, &exact);
+    ASSERT_OK(vw_evaluate_exact_values(&evaluation, &exact, &metrics));
+    static const char *const groups[] = {"exact_shapley", "exact_banzhaf", "exact_leave_one_out"};
+    for (int i = 0; i < 3; i++) {
+        assert_true(fabs(vw_metrics_find(&metrics, groups[i], "val_psnr", "cubes")->value - 1) < 1e-12);
+        assert_true(fabs(vw_metrics_find(&metrics, groups[i], "test_psnr", "opposite")->value + 1) < 1e-12);
+        assert_true(fabs(vw_metrics_find(&metrics, groups[i], "val_psnr", "noise ceiling")->value - 1) < 1e-12);
+        assert_non_null(vw_metrics_find(&metrics, groups[i], "test_psnr", "chance"));
+    }
+    double pearson = vw_metrics_find(&metrics, "exact_shapley_pearson", "val_psnr", "cubes")->value;
+    assert_true(pearson > 0.8 && pearson < 0.99); // not of ranks
+    vw_exact_values_free(&exact);
+    free(metrics.rows);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_additive_game_has_its_worths),
+        cmocka_unit_test(a_majority_game),
+        cmocka_unit_test(a_glove_game),
+        cmocka_unit_test(scores_are_held_against_exact_values),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,191 @@
+// vw_ledger_compare: steps that were taken again are held against the recorded ones, bit for bit.
+#include "support/ledger_sql.h"
+
+enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
+
+static struct test_recording *take_steps(void) {
+    struct test_recording *recording = test_record(&test_four_epochs);
+    test_corruption(recording);
+    return recording;
+}
+
+// A finished run of all steps.
+static struct vw_ledger *record_all(const char *folder, char **path) {
+    *path = vw_path_join(folder, "ledger.db");
+    struct test_recording *recording = take_steps();
+    struct vw_ledger *ledger = test_ledger_create(*path);
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, RECORD_COUNT, test_validation_views));
+    test_ledger_finish(ledger, "finished");
+    free(recording);
+    return ledger;
+}
+
+static void the_same_steps_compare_equal(void **state) {
+    char *path = NULL;
+    struct vw_ledger *ledger = record_all(*state, &path);
+    struct test_recording *again = take_steps();
+    char *final_hash = sql_ask(path, SQL_FINAL_HASH);
+    for (uint32_t first = 0; first <= RECORD_COUNT; first++)
+        for (uint32_t count = 0; count <= RECORD_COUNT - first; count++)
+            ASSERT_OK(vw_ledger_compare(ledger, &again->records[first], count, test_validation_views));
+    assert_answer(path, SQL_FINAL_HASH, final_hash); // it only looks
+    assert_answer(path, "SELECT count(*) FROM step", "21");
+
+    vw_ledger_close(&ledger);
+    ASSERT_OK(vw_ledger_open(path, &ledger));
+    ASSERT_OK(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views));
+    free(final_hash);
+    free(again);
+    vw_ledger_close(&ledger);
+    free(path);
+}
+
+static void only_recorded_steps_can_be_compared(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct test_recording *recording = take_steps();
+    struct vw_ledger *ledger = test_ledger_create(path);
+    assert_int_equal(vw_ledger_compare(ledger, recording->records, 1, test_validation_views), VW_ERROR_USAGE);
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 6, test_validation_views));
+    ASSERT_OK(vw_ledger_compare(ledger, recording->records, 6, test_validation_views));
+    assert_int_equal(vw_ledger_compare(ledger, recording->records, 7, test_validation_views), VW_ERROR_USAGE);
+    assert_int_equal(vw_ledger_compare(ledger, &recording->records[6], 1, test_validation_views), VW_ERROR_USAGE);
+    recording->records[3].step++;
+    assert_int_equal(vw_ledger_compare(ledger, &recording->records[2], 3, test_validation_views), VW_ERROR_USAGE);
+    vw_ledger_close(&ledger);
+    free(recording);
+    free(path);
+}
+
+static double next_double(double value) { return nextafter(value, 1e300); }
+
+// Changes one thing about a step that has a value and probes, reals by one unit in the last place; NULL when there are
+// no more.
+static const char *change_field(struct test_recording *recording, uint32_t step, uint32_t *views, uint32_t which) {
+    struct vw_step_record *record = &recording->records[step];
+    struct vw_view_error *errors = &recording->errors[2 * step];
+    struct vw_probe *probes = &recording->probes[TEST_PROBES_PER_STEP * step];
+    switch (which) {
+    case 0: return record->epoch++, "epoch";
+    case 1: return record->view ^= 1, "view";
+    case 2: return record->view = VW_RECORD_UNTRAINED, "view of the untrained field";
+    case 3: return record->train_loss = next_double(record->train_loss), "train_loss";
+    case 4: return record->validated = false, "validated";
+    case 5: return record->nonfinite = true, "nonfinite";
+    case 6: return record->clamped_count++, "clamped_count";
+    case 7: return record->floored_views++, "floored_views";
+    case 8: return record->val_psnr = next_double(record->val_psnr), "val_psnr";
+    case 9: return record->val_psnr_pooled = next_double(record->val_psnr_pooled), "val_psnr_pooled";
+    case 10: return record->val_l1 = next_double(record->val_l1), "val_l1";
+    case 11: return errors[0].mse = next_double(errors[0].mse), "mse of the first view";
+    case 12: return errors[0].l1 = next_double(errors[0].l1), "l1 of the first view";
+    case 13: return errors[1].mse = next_double(errors[1].mse), "mse of the last view";
+    case 14: return errors[1].l1 = next_double(errors[1].l1), "l1 of the last view";
+    case 15: return record->view_count--, "view_count";
+    case 16: return views[1]++, "image_id of the last view";
+    case 17: return record->probe_count--, "probe_count";
+    case 18: return record->probes = &probes[1], record->probe_count--, "the first probe";
+    case 19: return probes[TEST_PROBES_PER_STEP - 1].index++, "index of a probe";
+    case 20: return probes[0].kind = VW_PROBE_ZERO_LEARNING_RATE, "kind of a probe";
+    case 21: return probes[3].val_psnr = next_double(probes[3].val_psnr), "val_psnr of a probe";
+    case 22: return probes[3].val_psnr_pooled = next_double(probes[3].val_psnr_pooled), "val_psnr_pooled of a probe";
+    case 23: return probes[2].val_l1 = next_double(probes[2].val_l1), "val_l1 of a probe";
+    case 24: return probes[2].val_psnr_pooled = 1, "val_psnr_pooled of a probe that had none";
+    case 25: return probes[1].val_psnr = NAN, "val_psnr of a probe, lost";
+    case 26: return probes[4].view ^= 1, "view of a probe";
+    case 27: return probes[4].view = VW_RECORD_UNTRAINED, "view of a probe, lost";
+    default: return NULL;
+    }
+}
+
+static void each_change_of_a_step_is_found(void **state) {
+    const uint32_t steps[] = {3, 9, 18};
+    char *path = NULL;
+    struct vw_ledger *ledger = record_all(*state, &path);
+    for (size_t s = 0; s < VW_ARRAY_COUNT(steps); s++)
+        for (uint32_t which = 0;; which++) {
+            struct test_recording *again = take_steps();
+            uint32_t views[TEST_VALIDATION_COUNT];
+            memcpy(views, test_validation_views, sizeof views);
+            const char *field = change_field(again, steps[s], views, which);
+            if (field) {
+                // From some steps before it on; a change of the views' ids shows at once, as it is one of all steps.
+                uint32_t first = views[1] == test_validation_views[1] ? steps[s] - 2 : steps[s];
+                enum vw_status status = vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views);
+                char *name = vw_format_text("step %u", steps[s]);
+                if (status != VW_ERROR_MISMATCH)
+                    fail_msg("another %s of step %u gave %d", field, steps[s], (int)status);
+                if (!strstr(vw_error_message(), name)) fail_msg("%s is not named: %s", name, vw_error_message());
+                free(name);
+            }
+            free(again);
+            if (!field) break;
+        }
+    vw_ledger_close(&ledger);
+    free(path);
+}
+
+// Values that the ledger does not keep, because the step has none, cannot differ.
+static void steps_without_a_value_compare_by_what_is_kept(void **state) {
+    char *path = NULL;
+    struct vw_ledger *ledger = record_all(*state, &path);
+    struct test_recording *again = take_steps();
+    again->records[7].val_psnr = again->records[7].train_loss = -1; // flagged
+    again->records[8].val_psnr = NAN;                               // a view of it is not finite
+    again->records[12].floored_views++;                             // not validated
+    ASSERT_OK(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views));
+    again->records[7].clamped_count++;
+    assert_int_equal(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "step 7,"));
+    again->records[7].clamped_count--;
+    again->records[8].val_psnr = again->errors[2 * 8].mse = 1; // became finite
+    assert_int_equal(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "step 8,"));
+    free(again);
+    vw_ledger_close(&ledger);
+    free(path);
+}
+
+static void another_chain_is_found(void **state) {
+    const struct {
+        const char *sql, *word;
+        uint32_t first;
+    } cases[] = {
+        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 6,", 0},
+        {"UPDATE step SET row_hash = replace(row_hash, substr(row_hash, 9, 1), 'x') WHERE step = 6", "step 7,",
+         7}, // begins with it
+        {"UPDATE step SET row_hash = row_hash || char(0) || 'x' WHERE step = 6", "step 6,", 2},
+        {"UPDATE step SET row_hash = x'00' WHERE step = 6", "step 6,", 6},
+        {"DELETE FROM step WHERE step = 6", "step 6,", 2},
+        {"DELETE FROM step WHERE step = 6", "step 7,", 7},
+        {"UPDATE run SET row_hash = upper(row_hash)", "step 0,", 0},
+    };
+    struct test_recording *again = take_steps();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        char *path = NULL;
+        struct vw_ledger *ledger = record_all(*state, &path);
+        vw_ledger_close(&ledger);
+        sql_change(path, cases[i].sql);
+        ASSERT_OK(vw_ledger_open(path, &ledger));
+        uint32_t first = cases[i].first;
+        enum vw_status status =
+            vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views);
+        if (status != VW_ERROR_MISMATCH) fail_msg("%s: gave %d", cases[i].sql, (int)status);
+        if (!strstr(vw_error_message(), cases[i].word))
+            fail_msg("%s is not named: %s", cases[i].word, vw_error_message());
+        vw_ledger_close(&ledger);
+        unlink(path);
+        free(path);
+    }
+    free(again);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(the_same_steps_compare_equal, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(only_recorded_steps_can_be_compared, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(each_change_of_a_step_is_found, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(steps_without_a_value_compare_by_what_is_kept, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(another_chain_is_found, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,371 @@
+// Ledgers from someone who wants to harm: each is refused when it is opened or read, in bounded time, and names itself.
+#include "support/ledger_sql.h"
+
+#include <time.h>
+
+#include "ledger/retraining_store.h"
+#include "ledger/sweeps.h"
+
+enum { STEP_COUNT = 11, PAGE_BYTES = 4096 };
+
+static char *record(const char *folder) {
+    struct test_trainer trainer = test_four_epochs;
+    trainer.epochs = 2;
+    return test_ledger_record(folder, "ledger.db", &trainer, STEP_COUNT);
+}
+
+static void assert_refused(const char *path, const char *what) {
+    struct vw_ledger *ledger = NULL;
+    enum vw_status read = vw_ledger_open(path, &ledger);
+    if (read != VW_ERROR_INPUT || !strstr(vw_error_message(), path))
+        fail_msg("%s: read: %d, %s", what, (int)read, vw_error_message());
+    enum vw_status append = vw_ledger_open_to_append(path, &ledger);
+    if (append != VW_ERROR_INPUT || !strstr(vw_error_message(), path))
+        fail_msg("%s: append: %d, %s", what, (int)append, vw_error_message());
+    assert_null(ledger);
+}
+
+// ---- Schemas -------------------------------------------------------------------------------------------------------
+
+// An index with all that a query needs answers it in place of the table. Its rows say what the forger wants; the table,
+// which is verified, has the true ones.
+static void rows_of_a_forged_index_are_not_read(void **state) {
+    char *path = record(*state);
+    sql_change(path, "UPDATE step SET val_psnr = val_psnr + 100;"
+                     "CREATE INDEX forged ON step (run_id, step, epoch, image_id, train_loss, val_psnr, "
+                     "val_psnr_pooled, val_l1, nonfinite, clamped, floored);"
+                     "CREATE TABLE kept AS SELECT * FROM sqlite_schema WHERE name = 'forged';"
+                     "PRAGMA writable_schema = ON; DELETE FROM sqlite_schema WHERE name = 'forged';");
+    sql_change(path, "UPDATE step SET val_psnr = val_psnr - 100; PRAGMA writable_schema = ON;"
+                     "INSERT INTO sqlite_schema SELECT * FROM kept; DELETE FROM sqlite_schema WHERE name = 'kept';");
+    assert_refused(path, "forged index");
+    free(path);
+}
+
+static void only_the_schema_of_a_ledger_is_read(void **state) {
+    static const char *const changes[] = {
+        "CREATE INDEX extra ON score (method)",
+        "CREATE INDEX extra ON step (val_psnr) WHERE step > 3",
+        "CREATE TABLE notes (text); INSERT INTO notes VALUES ('mine')",
+        "CREATE TABLE numbered (a INTEGER PRIMARY KEY AUTOINCREMENT); INSERT INTO numbered VALUES (1)",
+        "CREATE VIEW best AS SELECT * FROM score",
+        "CREATE TRIGGER undo AFTER INSERT ON step BEGIN DELETE FROM step; END",
+        "CREATE VIRTUAL TABLE words USING fts4(a)",
+        "ALTER TABLE run ADD COLUMN more TEXT",
+        "ALTER TABLE run ADD COLUMN more TEXT AS (run_id)",
+        "ALTER TABLE run RENAME COLUMN driver TO drivers",
+        "ANALYZE",
+        "DROP TABLE probe",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, '''val'', ', '') WHERE "
+        "name = 'image'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'name TEXT', 'name TEXT COLLATE "
+        "NOCASE') WHERE name = 'image'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'CREATE TABLE', 'create table')",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = sql || char(0) || 'x' WHERE name = 'step'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM sqlite_schema WHERE "
+        "name = 'view') WHERE name = 'probe'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = 4000000000 WHERE name = 'probe'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -7 WHERE name = 'probe'",
+        "PRAGMA writable_schema = ON; WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 5000) "
+        "INSERT INTO sqlite_schema SELECT 'table', 't' || i, 't' || i, 3, 'CREATE TABLE t' || i || '(a)' FROM n",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE score (' || printf('%.100000c', "
+        "'x') || ')' WHERE name = 'score'",
+    };
+    char *path = record(*state);
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
+        ASSERT_OK(vw_file_write(path, bytes, size_bytes));
+        sql_run(path, changes[i]);
+        assert_refused(path, changes[i]);
+    }
+    free(bytes);
+    free(path);
+}
+
+// ---- Bytes ---------------------------------------------------------------------------------------------------------
+
+static void change_byte(const char *path, const unsigned char *bytes, size_t size_bytes, size_t at, int value) {
+    unsigned char *changed = vw_allocate(size_bytes, 1);
+    memcpy(changed, bytes, size_bytes);
+    changed[at] = (unsigned char)value;
+    ASSERT_OK(vw_file_write(path, changed, size_bytes));
+    free(changed);
+}
+
+static void only_the_header_of_a_ledger_is_read(void **state) {
+    static const struct {
+        size_t at;
+        int value;
+        const char *what;
+    } changes[] = {
+        {0, 'X', "magic"},
+        {16, 0x08, "page size 2048"},
+        {18, 2, "write-ahead log (write)"},
+        {19, 2, "write-ahead log"},
+        {20, 32, "reserved bytes"},
+        {21, 32, "payload fraction"},
+        {31, 0, "number of pages"},
+        {47, 3, "schema format"},
+        {55, 3, "auto-vacuum"},
+        {59, 2, "UTF-16"},
+        {59, 0, "no encoding"},
+        {63, 99, "version"},
+        {67, 1, "incremental vacuum"},
+        {35, 200, "free pages"},
+    };
+    char *path = record(*state);
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
+        change_byte(path, bytes, size_bytes, changes[i].at, changes[i].value);
+        assert_refused(path, changes[i].what);
+    }
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes - 1));
+    assert_refused(path, "cut by a byte");
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes - PAGE_BYTES));
+    assert_refused(path, "cut by a page");
+    ASSERT_OK(vw_file_write(path, bytes, 100));
+    assert_refused(path, "a header alone");
+    free(bytes);
+    free(path);
+}
+
+// The automatic indexes of UNIQUE and PRIMARY KEY are in every ledger, so their rows are compared with the table's.
+static void rows_of_automatic_indexes_fit_the_table(void **state) {
+    static const char name[] = "images/3.png";
+    char *path = record(*state);
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    uint32_t places = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    for (char *at = bytes; (at = memmem(at, size_bytes - (size_t)(at - (char *)bytes), name, sizeof name - 1)); at++) {
+        change_byte(path, bytes, size_bytes, (size_t)(at - (char *)bytes) + 7, 'X');
+        assert_refused(path, "a name changed in one of its places");
+        places++;
+    }
+    assert_int_equal(places, 2); // the table and its index
+    free(bytes);
+    free(path);
+}
+
+// ---- Trees ---------------------------------------------------------------------------------------------------------
+
+static void put_u16(unsigned char *at, uint32_t value) {
+    at[0] = (unsigned char)(value >> 8);
+    at[1] = (unsigned char)value;
+}
+static void put_u32(unsigned char *at, uint32_t value) {
+    put_u16(at, value >> 16);
+    put_u16(at + 2, value & 0xffff);
+}
+
+// Pages in a row, each with `children` cells that all lead to the next page, below the root of a table; the last page
+// has the rows that the root had.
+static void grow_tree(const char *path, const char *table, uint32_t levels, uint32_t children) {
+    char *sql = vw_format_text("SELECT rootpage FROM sqlite_schema WHERE name = '%s'", table);
+    char *answer = sql_ask(path, sql);
+    uint32_t root = (uint32_t)atoi(answer);
+    void *old = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 24, &old, &size_bytes));
+    uint32_t old_pages = (uint32_t)(size_bytes / PAGE_BYTES), pages = old_pages + levels;
+    unsigned char *bytes = vw_allocate(pages, PAGE_BYTES);
+    memcpy(bytes, old, size_bytes);
+    put_u32(bytes + 28, pages);
+    memcpy(bytes + (size_t)(pages - 1) * PAGE_BYTES, bytes + (size_t)(root - 1) * PAGE_BYTES, PAGE_BYTES); // the leaf
+    for (uint32_t i = 0; i < levels; i++) {
+        uint32_t at = i ? old_pages + i : root, next = old_pages + i + 1;
+        unsigned char *page = bytes + (size_t)(at - 1) * PAGE_BYTES;
+        memset(page, 0, PAGE_BYTES);
+        page[0] = 5; // inside a table
+        put_u16(page + 3, children - 1);
+        put_u16(page + 5, PAGE_BYTES - 8 * children);
+        put_u32(page + 8, next);
+        for (uint32_t c = 0; c + 1 < children; c++) {
+            unsigned char *cell = page + PAGE_BYTES - 8 * (c + 1);
+            put_u16(page + 12 + 2 * c, PAGE_BYTES - 8 * (c + 1));
+            put_u32(cell, next);
+            cell[4] = (unsigned char)(c % 120 + 1); // a key
+        }
+    }
+    ASSERT_OK(vw_file_write(path, bytes, (size_t)pages * PAGE_BYTES));
+    free(bytes);
+    free(old);
+    free(answer);
+    free(sql);
+}
+
+static double cpu_s(void) { return (double)clock() / CLOCKS_PER_SEC; }
+
+// A file of some pages that has billions of rows: whoever counts or sorts them never ends.
+static void a_tree_whose_pages_are_used_again_is_refused_at_once(void **state) {
+    static const char *const tables[] = {"score", "run"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
+        char *path = record(*state);
+        grow_tree(path, tables[i], 6, 300);
+        double began_s = cpu_s();
+        assert_refused(path, "tree bomb");
+        assert_true(cpu_s() - began_s < 1);
+        unlink(path);
+        free(path);
+    }
+}
+
+// SQLite follows a long chain of pages until its stack is exhausted.
+static void a_tree_that_is_too_deep_is_refused(void **state) {
+    char *path = record(*state);
+    grow_tree(path, "score", 25, 1);
+    assert_refused(path, "deep tree");
+    assert_non_null(strstr(vw_error_message(), "too deep"));
+    free(path);
+}
+
+// ---- Rows ----------------------------------------------------------------------------------------------------------
+
+static void take_nothing(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
+    (void)context, (void)step, (void)image_id, (void)error;
+}
+
+// Reads all there is.
+static enum vw_status read_all(const char *path) {
+    struct vw_ledger *ledger = NULL;
+    const struct vw_ledger_image *images = NULL;
+    struct vw_step_record *records = NULL;
+    struct vw_probe *probes = NULL;
+    struct vw_ledger_score *scores = NULL;
+    struct vw_ledger_retraining *retrainings = NULL;
+    uint64_t record_count = 0, probe_count = 0;
+    uint32_t image_count = 0, score_count = 0, retraining_count = 0;
+    enum vw_status status = vw_ledger_open(path, &ledger);
+    if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
+    if (!status) status = vw_ledger_get_steps(ledger, &records, &record_count);
+    if (!status) status = vw_ledger_get_probes(ledger, &probes, &probe_count);
+    if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &retraining_count);
+    if (!status) status = vw_ledger_each_view(ledger, take_nothing, NULL);
+    vw_ledger_close(&ledger);
+    free(records);
+    free(probes);
+    free(scores);
+    free(retrainings);
+    return status;
+}
+
+static void rows_that_no_run_writes_are_refused(void **state) {
+    static const char *const changes[] = {
+        "UPDATE run SET seed = -1",
+        "UPDATE run SET device = 'a' || char(0) || 'b'",
+        "UPDATE run SET device = x'00'",
+        "UPDATE run SET status = 'verified'",
+        "UPDATE run SET driver = 'llvmpipe' || char(27) || '[2J'",
+        "UPDATE run SET device = printf('%.700c', 'x')",
+        "UPDATE run SET config_json = printf('%.20000000c', 'x')",
+        "UPDATE image SET image_id = -2 WHERE image_id = 2",
+        "UPDATE image SET image_id = 4294967297 WHERE image_id = 2",
+        "UPDATE image SET image_id = 4294967295 WHERE image_id = 2",
+        "UPDATE image SET name = 'a' || char(0) WHERE image_id = 2",
+        "INSERT INTO image SELECT image_id, 'x', name, split, provider, sha256, ground_truth FROM image",
+        "DELETE FROM image WHERE image_id = 1",
+        "UPDATE step SET step = 9223372036854775807 WHERE step = 10",
+        "UPDATE step SET step = -1 WHERE step = 0",
+        "UPDATE step SET step = 12 WHERE step = 10",
+        "DELETE FROM step WHERE step = 4",
+        "INSERT INTO step SELECT 'x', step, epoch, image_id, 0, 0, 0, 0, 0, '', 0, 0 FROM step",
+        "UPDATE step SET epoch = -1 WHERE step = 3",
+        "UPDATE step SET epoch = 4000000000 WHERE step = 3",
+        "UPDATE step SET image_id = 77 WHERE step = 3",
+        "UPDATE step SET image_id = -1 WHERE step = 3",
+        "UPDATE step SET train_loss = 'x' WHERE step = 3",
+        "UPDATE step SET val_psnr = 9e999 WHERE step = 3",
+        "UPDATE step SET val_l1 = x'00' WHERE step = 3",
+        "UPDATE step SET clamped = -1 WHERE step = 3",
+        "UPDATE step SET floored = 4294967296 WHERE step = 3",
+        "UPDATE step SET nonfinite = 2 WHERE step = 3",
+        "UPDATE view SET image_id = 99 WHERE image_id = 4",
+        "UPDATE view SET mse = -9e999",
+        "UPDATE view SET l1 = 'x'",
+        "UPDATE probe SET kind = 'other'",
+        "UPDATE probe SET probe = -1 WHERE probe = 0",
+        "UPDATE probe SET image_id = -5",
+        "UPDATE score SET image_id = 1000 WHERE image_id = 2",
+        "UPDATE score SET visits = -1",
+        "UPDATE score SET value = 9e999",
+        "UPDATE score SET method = method || char(0)",
+        "UPDATE score SET rank_ci_low = -1",
+        "UPDATE score SET rank_ci_high = 'x'",
+        "UPDATE retraining SET retraining = 5 WHERE retraining = 1",
+        "DELETE FROM retraining WHERE retraining = 0",
+        "UPDATE retraining SET seed = -1",
+        "UPDATE retraining SET epochs = 4294967296",
+        "UPDATE retraining SET whole_providers = 2",
+        "UPDATE retraining SET val_psnr = 9e999",
+        "UPDATE retraining SET image_ids = ''",
+        "UPDATE retraining SET image_ids = ' 1'",
+        "UPDATE retraining SET image_ids = '1 '",
+        "UPDATE retraining SET image_ids = '1  2'",
+        "UPDATE retraining SET image_ids = '01'",
+        "UPDATE retraining SET image_ids = '2 1'",
+        "UPDATE retraining SET image_ids = '1 1'",
+        "UPDATE retraining SET image_ids = '0'",
+        "UPDATE retraining SET image_ids = '99'",
+        "UPDATE retraining SET image_ids = '4294967297'",
+        "UPDATE retraining SET image_ids = '-1'",
+        "UPDATE retraining SET image_ids = '1' || char(0)",
+        "UPDATE retraining SET image_ids = x'31'",
+    };
+    char *path = record(*state);
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    ASSERT_OK(read_all(path));
+    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
+        ASSERT_OK(vw_file_write(path, bytes, size_bytes));
+        sql_change(path, changes[i]);
+        enum vw_status status = read_all(path);
+        if (status != VW_ERROR_INPUT || !strstr(vw_error_message(), path))
+            print_message("%s: %d, %s\n", changes[i], (int)status, status ? vw_error_message() : "taken");
+        assert_int_equal(status, VW_ERROR_INPUT);
+    }
+    free(bytes);
+    free(path);
+}
+
+// ---- Stores --------------------------------------------------------------------------------------------------------
+
+static void stores_are_checked_likewise(void **state) {
+    char *retrainings_path = vw_path_join(*state, "retrainings.db"), *sweeps_path = vw_path_join(*state, "tradeoff.db");
+    struct vw_retrainings *retrainings = NULL;
+    struct vw_sweeps *sweeps = NULL;
+    ASSERT_OK(vw_retrainings_open(retrainings_path, &retrainings));
+    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_sweeps_open(sweeps_path, &sweeps));
+    vw_sweeps_close(&sweeps);
+    ASSERT_OK(vw_sweeps_open(sweeps_path, &sweeps)); // as it was
+    vw_sweeps_close(&sweeps);
+    sql_run(retrainings_path, "CREATE INDEX forged ON retraining (retraining_id, val_psnr)");
+    sql_run(sweeps_path, "CREATE INDEX forged ON measurement (configuration_id, quantity, value)");
+    assert_int_equal(vw_retrainings_open(retrainings_path, &retrainings), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), retrainings_path));
+    assert_int_equal(vw_sweeps_open(sweeps_path, &sweeps), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), sweeps_path));
+    free(retrainings_path);
+    free(sweeps_path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(rows_of_a_forged_index_are_not_read, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(only_the_schema_of_a_ledger_is_read, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(only_the_header_of_a_ledger_is_read, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(rows_of_automatic_indexes_fit_the_table, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_tree_whose_pages_are_used_again_is_refused_at_once, test_set_up,
+                                        test_tear_down),
+        cmocka_unit_test_setup_teardown(a_tree_that_is_too_deep_is_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(rows_that_no_run_writes_are_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(stores_are_checked_likewise, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

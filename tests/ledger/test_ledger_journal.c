@@ -1,0 +1,260 @@
+// What lies beside a ledger or store from someone else: a journal that would make SQLite delete or overwrite something
+// is refused before SQLite sees it, and so are links and the files of another journal mode. Journals that a killed
+// process leaves are rolled back: see test_ledger_resume.c and test_ledger_power_cut.c.
+#include "support/ledger_sql.h"
+
+#include <sys/stat.h>
+
+#include "ledger/retraining_store.h"
+#include "ledger/sweeps.h"
+
+enum { PAGE_BYTES = 4096, SECTOR_BYTES = 512, JOURNAL_BYTES_MOST = 4 * PAGE_BYTES };
+
+struct journal {
+    unsigned char bytes[JOURNAL_BYTES_MOST];
+    size_t size_bytes;
+};
+
+static void put(struct journal *journal, const void *bytes, size_t size_bytes) {
+    assert_true(journal->size_bytes + size_bytes <= JOURNAL_BYTES_MOST);
+    memcpy(journal->bytes + journal->size_bytes, bytes, size_bytes);
+    journal->size_bytes += size_bytes;
+}
+
+static void put_u32(struct journal *journal, uint32_t value) {
+    const unsigned char bytes[] = {(unsigned char)(value >> 24), (unsigned char)(value >> 16),
+                                   (unsigned char)(value >> 8), (unsigned char)value};
+    put(journal, bytes, sizeof bytes);
+}
+
+static const unsigned char magic[] = {0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7};
+
+static void put_header(struct journal *journal, uint32_t pages, uint32_t sector_bytes, uint32_t page_bytes) {
+    put(journal, magic, sizeof magic);
+    put_u32(journal, 0); // records
+    put_u32(journal, 0); // nonce
+    put_u32(journal, pages);
+    put_u32(journal, sector_bytes);
+    put_u32(journal, page_bytes);
+    journal->size_bytes = SECTOR_BYTES;
+}
+
+// The end of a transaction over several files: SQLite deletes the file of that name when it has rolled back.
+static void put_name(struct journal *journal, const char *name) {
+    uint32_t sum = 0;
+    for (const char *at = name; *at; at++) sum += (unsigned char)*at;
+    put_u32(journal, 0x40000000 / PAGE_BYTES + 1);
+    put(journal, name, strlen(name));
+    put_u32(journal, (uint32_t)strlen(name));
+    put_u32(journal, sum);
+    put(journal, magic, sizeof magic);
+}
+
+struct place {
+    char *folder, *path, *journal_path, *victim_path;
+    void *ledger;
+    size_t ledger_bytes;
+};
+
+static struct place make_place(const char *folder) {
+    struct place place = {.folder = vw_path_join(folder, "out")};
+    ASSERT_OK(vw_folder_create(place.folder));
+    place.path = test_ledger_record(place.folder, "ledger.db", &test_four_epochs, 6);
+    place.journal_path = vw_path_join(place.folder, "ledger.db-journal");
+    place.victim_path = vw_path_join(folder, "victim.txt");
+    ASSERT_OK(vw_file_write(place.victim_path, "my thesis", 9));
+    ASSERT_OK(vw_file_read(place.path, 1 << 24, &place.ledger, &place.ledger_bytes));
+    return place;
+}
+
+static void free_place(struct place *place) {
+    free(place->folder);
+    free(place->path);
+    free(place->journal_path);
+    free(place->victim_path);
+    free(place->ledger);
+}
+
+static void assert_same_file(const char *path, const void *bytes, size_t size_bytes) {
+    void *now = NULL;
+    size_t now_bytes = 0;
+    ASSERT_OK(vw_file_read(path, 1 << 24, &now, &now_bytes));
+    assert_int_equal(now_bytes, size_bytes);
+    assert_memory_equal(now, bytes, size_bytes);
+    free(now);
+}
+
+// Neither who reads nor who appends changes anything; who appends is told which file to remove.
+static void assert_harmless(const struct place *place, const char *what) {
+    struct vw_ledger *ledger = NULL;
+    (void)vw_ledger_open(place->path, &ledger);
+    vw_ledger_close(&ledger);
+    enum vw_status status = vw_ledger_open_to_append(place->path, &ledger);
+    vw_ledger_close(&ledger);
+    assert_same_file(place->victim_path, "my thesis", 9);
+    assert_same_file(place->path, place->ledger, place->ledger_bytes);
+    if (status != VW_ERROR_INPUT || !strstr(vw_error_message(), place->path) || !strstr(vw_error_message(), "remove"))
+        fail_msg("%s: %d, %s", what, (int)status, status ? vw_error_message() : "taken");
+}
+
+static void a_journal_that_names_a_file_deletes_nothing(void **state) {
+    struct place place = make_place(*state);
+    struct journal whole = {.size_bytes = 0}, end_only = {.size_bytes = 0};
+    put_header(&whole, (uint32_t)(place.ledger_bytes / PAGE_BYTES), SECTOR_BYTES, PAGE_BYTES);
+    put_name(&whole, place.victim_path);
+    ASSERT_OK(vw_file_write(place.journal_path, whole.bytes, whole.size_bytes));
+    assert_harmless(&place, "journal that names a file");
+    put_name(&end_only, place.victim_path);
+    end_only.bytes[0] = 'x'; // or SQLite takes it for an ended one
+    ASSERT_OK(vw_file_write(place.journal_path, end_only.bytes, end_only.size_bytes));
+    assert_harmless(&place, "name without a header");
+    free_place(&place);
+}
+
+static void journals_of_others_are_refused(void **state) {
+    struct place place = make_place(*state);
+    uint32_t pages = (uint32_t)(place.ledger_bytes / PAGE_BYTES);
+    const struct {
+        uint32_t pages, sector_bytes, page_bytes;
+    } headers[] = {{pages, SECTOR_BYTES, 8192},
+                   {pages, SECTOR_BYTES, 0},
+                   {pages, 513, PAGE_BYTES},
+                   {pages, 1 << 30, PAGE_BYTES},
+                   {pages, 0, PAGE_BYTES},
+                   {pages + 1, SECTOR_BYTES, PAGE_BYTES},
+                   {4000000000, SECTOR_BYTES, PAGE_BYTES},
+                   {0, SECTOR_BYTES, PAGE_BYTES}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(headers); i++) {
+        struct journal journal = {.size_bytes = 0};
+        put_header(&journal, headers[i].pages, headers[i].sector_bytes, headers[i].page_bytes);
+        ASSERT_OK(vw_file_write(place.journal_path, journal.bytes, journal.size_bytes));
+        assert_harmless(&place, "header of another file");
+    }
+    static const char text[] = "this is text, and much longer than the header of a journal can be";
+    ASSERT_OK(vw_file_write(place.journal_path, text, sizeof text));
+    assert_harmless(&place, "text");
+    unlink(place.journal_path);
+    assert_int_equal(symlink(place.victim_path, place.journal_path), 0);
+    assert_harmless(&place, "link");
+    unlink(place.journal_path);
+    assert_int_equal(symlink("nowhere", place.journal_path), 0);
+    assert_harmless(&place, "link to nowhere");
+    unlink(place.journal_path);
+    assert_int_equal(mkfifo(place.journal_path, 0600), 0);
+    assert_harmless(&place, "pipe");
+    unlink(place.journal_path);
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_open_to_append(place.path, &ledger));
+    vw_ledger_close(&ledger);
+    free_place(&place);
+}
+
+static void a_write_ahead_log_beside_is_refused(void **state) {
+    static const char *const names[] = {"ledger.db-wal", "ledger.db-shm"};
+    struct place place = make_place(*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        char *path = vw_path_join(place.folder, names[i]);
+        struct vw_ledger *ledger = NULL;
+        ASSERT_OK(vw_file_write(path, "x", 1));
+        assert_harmless(&place, names[i]);
+        assert_int_equal(vw_ledger_open(place.path, &ledger), VW_ERROR_INPUT);
+        assert_non_null(strstr(vw_error_message(), path));
+        assert_same_file(path, "x", 1);
+        unlink(path);
+        free(path);
+    }
+    free_place(&place);
+}
+
+static void a_linked_ledger_is_refused(void **state) {
+    struct place place = make_place(*state);
+    char *link_path = vw_path_join(*state, "link.db");
+    struct vw_ledger *ledger = NULL;
+    assert_int_equal(symlink(place.path, link_path), 0);
+    assert_int_equal(vw_ledger_open(link_path, &ledger), VW_ERROR_INPUT);
+    assert_int_equal(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "is a link"));
+    free(link_path);
+    free_place(&place);
+}
+
+// To SQLite such a name is a URI, which may name another file and how it is opened.
+static void the_name_of_a_folder_is_no_uri(void **state) {
+    char *before = getcwd(NULL, 0);
+    assert_int_equal(chdir(*state), 0);
+    ASSERT_OK(vw_folder_create("file:x?mode=memory&y="));
+    char *path = test_ledger_record("file:x?mode=memory&y=", "ledger.db", &test_four_epochs, 6);
+    struct vw_ledger *ledger = NULL;
+    assert_true(vw_file_exists("file:x?mode=memory&y=/ledger.db"));
+    ASSERT_OK(vw_ledger_open(path, &ledger));
+    assert_int_equal(vw_ledger_next_step(ledger), 1 + 4 * TEST_TRAIN_COUNT);
+    vw_ledger_close(&ledger);
+    assert_int_equal(chdir(before), 0);
+    free(before);
+    free(path);
+}
+
+// What was put under names that a creation might use is neither followed nor changed.
+static void a_new_ledger_follows_no_link(void **state) {
+    static const char *const endings[] = {"", "-journal", "-wal", "-shm"};
+    struct vw_ledger_run run = test_run("{}");
+    char *folder = vw_path_join(*state, "hostile"), *victim = vw_path_join(*state, "victim.txt");
+    ASSERT_OK(vw_folder_create(folder));
+    for (size_t i = 0; i < VW_ARRAY_COUNT(endings); i++) {
+        struct vw_ledger *ledger = NULL;
+        char *link_path = vw_format_text("%s/ledger.db%s", folder, endings[i]);
+        char *path = vw_path_join(folder, "ledger.db");
+        assert_int_equal(symlink(victim, link_path), 0);
+        assert_int_equal(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE);
+        assert_non_null(strstr(vw_error_message(), link_path));
+        assert_null(ledger);
+        assert_false(vw_file_exists(victim));
+        unlink(link_path);
+        free(link_path);
+        free(path);
+    }
+    free(folder);
+    free(victim);
+}
+
+static void journals_beside_stores_delete_nothing(void **state) {
+    char *victim = vw_path_join(*state, "victim.txt");
+    char *paths[] = {vw_path_join(*state, "retrainings.db"), vw_path_join(*state, "tradeoff.db")};
+    struct vw_retrainings *retrainings = NULL;
+    struct vw_sweeps *sweeps = NULL;
+    ASSERT_OK(vw_file_write(victim, "my thesis", 9));
+    ASSERT_OK(vw_retrainings_open(paths[0], &retrainings));
+    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_sweeps_open(paths[1], &sweeps));
+    vw_sweeps_close(&sweeps);
+    for (size_t i = 0; i < 2; i++) {
+        struct journal journal = {.size_bytes = 0};
+        char *journal_path = vw_format_text("%s-journal", paths[i]);
+        put_header(&journal, 1, SECTOR_BYTES, PAGE_BYTES);
+        put_name(&journal, victim);
+        ASSERT_OK(vw_file_write(journal_path, journal.bytes, journal.size_bytes));
+        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retrainings_open(paths[0], &retrainings),
+                         VW_ERROR_INPUT);
+        assert_same_file(victim, "my thesis", 9);
+        unlink(paths[i]); // now the journal is that of a removed store
+        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retrainings_open(paths[0], &retrainings),
+                         VW_ERROR_USAGE);
+        assert_same_file(victim, "my thesis", 9);
+        free(journal_path);
+        free(paths[i]);
+    }
+    free(victim);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_journal_that_names_a_file_deletes_nothing, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(journals_of_others_are_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_write_ahead_log_beside_is_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_linked_ledger_is_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(the_name_of_a_folder_is_no_uri, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_new_ledger_follows_no_link, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(journals_beside_stores_delete_nothing, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,246 @@
+// How a run goes on in its ledger: batch after batch, after its end, and after failures, which change nothing.
+#include "support/ledger_chain.h"
+
+#include <signal.h>
+#include <sys/wait.h>
+
+#include "ledger/ledger_private.h"
+
+static void steps_must_follow_each_other(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_recording *recording = test_record(&test_four_epochs);
+    const struct vw_step_record *records = recording->records;
+    assert_int_equal(vw_ledger_append(ledger, &records[1], 2, test_validation_views), VW_ERROR_USAGE);
+    ASSERT_OK(vw_ledger_append(ledger, records, 3, test_validation_views));
+    assert_int_equal(vw_ledger_append(ledger, &records[2], 2, test_validation_views), VW_ERROR_USAGE);
+    assert_int_equal(vw_ledger_next_step(ledger), 3);
+    assert_answer(path, "SELECT count(*) FROM step", "3");
+    vw_ledger_close(&ledger);
+    free(recording);
+    free(path);
+}
+
+static void assert_run(struct vw_ledger *ledger, const char *status, const char *config_json) {
+    struct vw_ledger_run run;
+    ASSERT_OK(vw_ledger_get_run(ledger, &run));
+    assert_string_equal(run.status, status);
+    assert_string_equal(run.config_json, config_json);
+}
+
+static void assert_head(struct vw_ledger *ledger, const char *path, const char *sql) {
+    char head[VW_HASH_HEX_BYTES];
+    vw_ledger_chain_head(ledger, head);
+    assert_answer(path, sql, head);
+}
+
+// Steps 0 to 2 are recorded and the run ends as `ended`; then it goes on with more epochs.
+static void go_on_after(const char *folder, const char *ended) {
+    const char *config = "{\"burn_in_epochs\": 1}", *extended = "{\"burn_in_epochs\": 1, \"epochs\": 60}";
+    char *whole = test_ledger_record(folder, "whole.db", &test_four_epochs, 6),
+         *path = vw_path_join(folder, "ledger.db");
+    char *head = sql_ask(whole, "SELECT row_hash FROM step WHERE step = 5");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_recording *recording = test_record(&test_four_epochs);
+    assert_head(ledger, path, "SELECT row_hash FROM run");
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
+    assert_head(ledger, path, "SELECT row_hash FROM step WHERE step = 2");
+    assert_run(ledger, "running", config);
+    if (ended) {
+        ASSERT_OK(vw_ledger_finish(ledger, ended, "2026-11-21T03:30:00Z", test_scores, 1));
+        assert_run(ledger, ended, config);
+        assert_head(ledger, path, SQL_FINAL_HASH);
+    }
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    assert_head(ledger, path, ended ? SQL_FINAL_HASH : "SELECT row_hash FROM step WHERE step = 2");
+    ASSERT_OK(vw_ledger_extend(ledger, extended));
+    assert_run(ledger, ended ? ended : "running", config); // as yet nothing is written
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3, test_validation_views));
+    assert_run(ledger, "running", extended);
+    assert_head(ledger, path, "SELECT row_hash FROM step WHERE step = 5");
+    assert_answer(path, "SELECT count(*) FROM score", "0");
+    assert_answer(path, "SELECT status FROM run WHERE finished_utc IS NULL", "running");
+    assert_answer(path, "SELECT config_json FROM run", extended);
+    assert_answer(path, "SELECT row_hash FROM step WHERE step = 5", head); // as if never interrupted
+    assert_true(chain_holds(path));
+    ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, 2));
+    ASSERT_OK(vw_ledger_extend(ledger, config));
+    ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:01Z", &test_scores[2], 1)); // replaces
+    assert_answer(path, "SELECT group_concat(method) FROM score", "dv_loss");
+    assert_run(ledger, "finished", config);
+    assert_head(ledger, path, SQL_FINAL_HASH);
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    unlink(whole);
+    unlink(path);
+    free(recording);
+    free(head);
+    free(path);
+    free(whole);
+}
+
+static void a_run_can_go_on(void **state) {
+    const char *const ends[] = {"finished", "interrupted", "failed", NULL};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) go_on_after(*state, ends[i]);
+}
+
+// The field of an end is not that of the next one.
+static void a_field_is_of_one_end(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_recording *recording = test_record(&test_four_epochs);
+    struct vw_ledger_run run;
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
+    test_ledger_finish(ledger, "finished");
+    assert_answer(path, "SELECT field_sha256 FROM run", HEX_B);
+    ASSERT_OK(vw_ledger_get_run(ledger, &run));
+    assert_string_equal(run.field_sha256, HEX_B);
+    ASSERT_OK(vw_ledger_append(ledger, &recording->records[3], 3, test_validation_views));
+    assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
+    ASSERT_OK(vw_ledger_finish(ledger, "interrupted", "2026-11-21T04:00:00Z", NULL, 0));
+    assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    free(recording);
+    free(path);
+}
+
+// A finish that fails (two scores of one key) leaves the run as it was.
+static void a_failed_finish_changes_nothing(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    const struct vw_ledger_score twice[] = {test_scores[0], test_scores[0]};
+    char *final_hash = sql_ask(path, SQL_FINAL_HASH);
+    ASSERT_OK(vw_ledger_extend(ledger, "{}"));
+    assert_int_equal(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", twice, 2), VW_ERROR_IO);
+    assert_run(ledger, "running", "{\"burn_in_epochs\": 1}");
+    assert_head(ledger, path, "SELECT row_hash FROM run");
+    assert_answer(path, SQL_FINAL_HASH, final_hash);
+    assert_answer(path, "SELECT count(*) FROM score", "0");
+    test_ledger_finish(ledger, "finished");
+    assert_run(ledger, "finished", "{}");
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    free(final_hash);
+    free(path);
+}
+
+static int count_changes(struct vw_ledger *ledger, const struct vw_step_record *record) {
+    int before = sqlite3_total_changes(ledger->database.handle);
+    ASSERT_OK(vw_ledger_append(ledger, record, 1, test_validation_views));
+    return sqlite3_total_changes(ledger->database.handle) - before;
+}
+
+// The run row and the scores are written when a run goes on or is extended, not with each batch.
+static void a_batch_writes_its_own_rows_only(void **state) {
+    enum {
+        STEP = 1 + TEST_VALIDATION_COUNT,
+        PROBED = STEP + TEST_PROBES_PER_STEP,
+        RUN = 2
+    }; // the run row once for its final hash
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_recording *recording = test_record(&test_four_epochs);
+    const struct vw_step_record *records = recording->records;
+    assert_int_equal(count_changes(ledger, &records[0]), STEP);
+    ASSERT_OK(vw_ledger_extend(ledger, "{\"burn_in_epochs\": 1}")); // the same
+    assert_int_equal(count_changes(ledger, &records[1]), STEP);
+    ASSERT_OK(vw_ledger_extend(ledger, "{}"));
+    assert_int_equal(count_changes(ledger, &records[2]), STEP + RUN);
+    assert_int_equal(count_changes(ledger, &records[3]), PROBED);
+    test_ledger_finish(ledger, "finished");
+    assert_int_equal(count_changes(ledger, &records[4]), STEP + RUN + TEST_SCORE_COUNT + TEST_RETRAINING_COUNT);
+    assert_int_equal(count_changes(ledger, &records[5]), STEP);
+    vw_ledger_close(&ledger);
+    free(recording);
+    free(path);
+}
+
+// A full disk, played by a bound on the pages of the file: the batch that does not fit is refused whole, the run that
+// it would have reopened stays as it ended, and once there is room again the same batch goes in.
+static void a_full_disk_loses_no_recorded_batch(void **state) {
+    char *path = vw_path_join(*state, "ledger.db");
+    struct vw_ledger *ledger = test_ledger_create(path);
+    struct test_trainer longer = test_four_epochs;
+    longer.epochs = TEST_EPOCHS_MOST;
+    struct test_recording *recording = test_record(&longer);
+    const struct vw_step_record *rest = &recording->records[3];
+    uint32_t rest_count = recording->count - 3;
+    ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
+    test_ledger_finish(ledger, "finished");
+    ASSERT_OK(vw_ledger_extend(ledger, "{}"));
+    sqlite3_exec(ledger->database.handle, "PRAGMA max_page_count = 1", NULL, NULL, NULL); // becomes the present size
+    assert_int_equal(vw_ledger_append(ledger, rest, rest_count, test_validation_views), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), "disk is full"));
+    assert_non_null(strstr(vw_error_message(), path));
+    assert_answer(path, "SELECT count(*) FROM step", "3");
+    assert_answer(path, "SELECT count(*) FROM view", "6");
+    assert_answer(path, "SELECT count(*) FROM score", "3");
+    assert_run(ledger, "finished", "{\"burn_in_epochs\": 1}");
+    assert_head(ledger, path, SQL_FINAL_HASH);
+    assert_true(chain_holds(path));
+    sqlite3_exec(ledger->database.handle, "PRAGMA max_page_count = 100000", NULL, NULL, NULL);
+    ASSERT_OK(vw_ledger_append(ledger, rest, rest_count, test_validation_views));
+    assert_run(ledger, "running", "{}");
+    test_ledger_finish(ledger, "finished");
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    free(recording);
+    free(path);
+}
+
+// Records 3 steps, then dies in the middle of a transaction whose pages have already spilled into the file.
+static void die_in_a_transaction(const char *path) {
+    struct vw_ledger_run run = test_run("{}");
+    struct vw_ledger *ledger = NULL;
+    struct test_recording *recording = test_record(&test_four_epochs);
+    if (vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger)) _exit(1);
+    if (vw_ledger_append(ledger, recording->records, 3, test_validation_views)) _exit(2);
+    const char *sql = "PRAGMA cache_spill = 1; PRAGMA cache_size = 1; BEGIN IMMEDIATE;"
+                      "UPDATE step SET val_psnr = 99; UPDATE image SET name = name || printf('%0100000d', 0);";
+    if (sqlite3_exec(ledger->database.handle, sql, NULL, NULL, NULL) != SQLITE_OK) _exit(3);
+    raise(SIGKILL);
+}
+
+static void a_killed_run_keeps_what_it_recorded(void **state) {
+    char *path = vw_path_join(*state, "ledger.db"), *journal = vw_path_join(*state, "ledger.db-journal");
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        die_in_a_transaction(path);
+        _exit(4);
+    }
+    int result = 0;
+    assert_int_equal(waitpid(child, &result, 0), child);
+    assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGKILL);
+    assert_true(vw_file_exists(journal)); // or this test shows nothing
+    struct vw_ledger *ledger = NULL;
+    struct vw_step_record *records = NULL;
+    uint64_t count = 0;
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
+    assert_int_equal(count, 3);
+    assert_true(records[2].val_psnr < 99);
+    free(records);
+    ASSERT_OK(vw_ledger_finish(ledger, "failed", "2026-11-21T04:00:00Z", NULL, 0));
+    vw_ledger_close(&ledger);
+    assert_true(chain_holds(path));
+    assert_false(vw_file_exists(journal));
+    free(journal);
+    free(path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(steps_must_follow_each_other, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_run_can_go_on, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_field_is_of_one_end, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_failed_finish_changes_nothing, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_batch_writes_its_own_rows_only, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_full_disk_loses_no_recorded_batch, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_killed_run_keeps_what_it_recorded, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

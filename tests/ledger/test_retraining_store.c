@@ -1,0 +1,202 @@
+// The file of retrainings: what is appended comes back after it is opened again, and what is no such file is refused.
+#include "support/ledger_fixture.h"
+
+#include "support/ledger_sql.h"
+#include "ledger/retraining_store.h"
+
+static struct vw_retrainings *open_retrainings(const char *folder) {
+    struct vw_retrainings *retrainings = NULL;
+    char *path = vw_path_join(folder, "retrainings.db");
+    ASSERT_OK(vw_retrainings_open(path, &retrainings));
+    free(path);
+    return retrainings;
+}
+
+static void assert_count(const char *folder, const char *count) {
+    char *path = vw_path_join(folder, "retrainings.db");
+    assert_answer(path, "SELECT count(*) FROM retraining", count);
+    free(path);
+}
+
+static const uint32_t views[] = {1, 3, 17};
+static const struct vw_retrain_params retraining = {.views = views, .view_count = 3, .seed = 5, .epochs = 30};
+static const struct vw_retrain_result outcome = {.val_psnr = 20.125,
+                                                 .val_ssim = 0.75,
+                                                 .val_l1 = 0.1,
+                                                 .test_psnr = NAN,
+                                                 .test_ssim = 0.625,
+                                                 .test_l1 = 1.0 / 3,
+                                                 .seconds = 2.5};
+
+static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
+
+static void what_single_photos_reach_comes_back(void **state) {
+    struct vw_retrain_view found[] = {{9, 0}, {4, 0}};
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 2));
+    assert_true(found[0].psnr_db == 20.75 && found[1].psnr_db == 19.5);
+    char *path = vw_path_join(*state, "retrainings.db");
+    sql_change(path, "UPDATE view SET psnr = 30 WHERE image_id = 4");
+    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 1));
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "photo 4 in table view was edited"));
+    bool all = true;
+    found[0].image_id = 5;
+    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, found, 1, &all));
+    assert_false(all);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, &(struct vw_retrain_view){6, 18.5},
+                                 1)); // a photo that was asked for later
+    found[1].image_id = 6;
+    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all));
+    assert_true(all && found[1].psnr_db == 18.5);
+    found[1].image_id = 4;
+    assert_int_equal(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all), VW_ERROR_MISMATCH);
+    assert_int_equal(vw_retrainings_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH);
+    assert_non_null(strstr(vw_error_message(), "photo 5 in table view is missing"));
+    vw_retrainings_close(&retrainings);
+    free(path);
+}
+
+static void retrainings_come_back(void **state) {
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retrain_result found_outcome = {0};
+    bool found = true;
+    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    assert_false(found);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    vw_retrainings_close(&retrainings);
+    assert_null(retrainings);
+    retrainings = open_retrainings(*state);
+    assert_count(*state, "1");
+    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    assert_true(found);
+    assert_true(found_outcome.val_psnr == outcome.val_psnr && found_outcome.val_l1 == outcome.val_l1);
+    assert_true(found_outcome.val_ssim == outcome.val_ssim && found_outcome.test_ssim == outcome.test_ssim);
+    assert_true(isnan(found_outcome.test_psnr) && found_outcome.test_l1 == outcome.test_l1 &&
+                found_outcome.seconds == 2.5);
+    ASSERT_OK(vw_retrainings_find(retrainings, HEX_B, &found, &found_outcome));
+    assert_false(found);
+    vw_retrainings_close(&retrainings);
+}
+
+static void the_first_outcome_of_a_retraining_stays(void **state) {
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retrain_result other = outcome, found_outcome = {0};
+    bool found = false;
+    other.val_psnr = 1;
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &other, reached, 2));
+    assert_count(*state, "1");
+    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    assert_true(found_outcome.val_psnr == outcome.val_psnr);
+    vw_retrainings_close(&retrainings);
+}
+
+static void an_edited_retraining_is_not_recalled(void **state) {
+    static const char *const edits[] = {
+        "UPDATE retraining SET val_psnr = 20.25",  "UPDATE retraining SET test_psnr = 0",
+        "UPDATE retraining SET views = '1 3 18'",  "UPDATE retraining SET val_ssim = 0.5",
+        "UPDATE retraining SET test_ssim = NULL",  "UPDATE retraining SET seed = 6",
+        "UPDATE retraining SET epochs = 31",       "UPDATE retraining SET seconds = NULL",
+        "UPDATE retraining SET row_hash = 'none'",
+    };
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    char *path = vw_path_join(*state, "retrainings.db");
+    for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
+        struct vw_retrain_result found_outcome;
+        bool found = false;
+        ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+        ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+        sql_change(path, edits[i]);
+        if (vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH)
+            fail_msg("%s went unnoticed", edits[i]);
+        assert_non_null(strstr(vw_error_message(), path));
+        assert_non_null(strstr(vw_error_message(), HEX_A));
+        sql_change(path, "DELETE FROM retraining"); // the remedy
+    }
+    vw_retrainings_close(&retrainings);
+    free(path);
+}
+
+static void rows_are_plain_tables(void **state) {
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    const struct vw_metric metrics[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
+                                        {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
+    ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
+    vw_retrainings_close(&retrainings);
+    char *path = vw_path_join(*state, "retrainings.db");
+    assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM retraining",
+                  "1 3 17|3|5|30");
+    assert_answer(path,
+                  "SELECT group_concat(place || metric || value || coalesce(ci_low, '-') || count, ',') FROM"
+                  " (SELECT * FROM metric ORDER BY place)",
+                  "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
+    free(path);
+}
+
+// Each is refused, and left as it was.
+static void refuse(const char *path, const void *bytes, size_t size_bytes) {
+    struct vw_retrainings *retrainings = NULL;
+    void *after = NULL;
+    size_t after_bytes = 0;
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes));
+    assert_int_equal(vw_retrainings_open(path, &retrainings), VW_ERROR_INPUT);
+    assert_null(retrainings);
+    ASSERT_OK(vw_file_read(path, 1 << 20, &after, &after_bytes));
+    assert_int_equal(after_bytes, size_bytes);
+    assert_memory_equal(after, bytes, size_bytes);
+    free(after);
+}
+
+static void what_is_no_file_of_retrainings_is_refused(void **state) {
+    char *path = vw_path_join(*state, "retrainings.db");
+    void *bytes = NULL;
+    size_t size_bytes = 0;
+    struct vw_retrainings *retrainings = open_retrainings(*state);
+    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
+    unsigned char *damaged = bytes;
+    memset(damaged + 100, 0x5a, 200); // the schema's page, behind the header
+    refuse(path, damaged, size_bytes);
+    free(bytes);
+    const char text[] = "these are no retrainings, though the file is there and is longer than the magic bytes";
+    refuse(path, text, sizeof text);
+    free(path);
+}
+
+static void a_ledger_is_no_file_of_retrainings(void **state) {
+    char *path = vw_path_join(*state, "retrainings.db");
+    struct vw_ledger *ledger = NULL;
+    struct vw_retrainings *retrainings = NULL;
+    struct vw_ledger_run run = test_run("{}");
+    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    vw_ledger_close(&ledger);
+    assert_int_equal(vw_retrainings_open(path, &retrainings), VW_ERROR_INPUT);
+    free(path);
+}
+
+// What a process leaves that was killed between creating the file and its first transaction.
+// The file appears with its tables, so that no killed program leaves an empty one.
+static void an_empty_file_is_refused(void **state) {
+    char *path = vw_path_join(*state, "retrainings.db");
+    refuse(path, "", 0);
+    free(path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(what_single_photos_reach_comes_back, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(retrainings_come_back, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(the_first_outcome_of_a_retraining_stays, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_edited_retraining_is_not_recalled, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(rows_are_plain_tables, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(what_is_no_file_of_retrainings_is_refused, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(a_ledger_is_no_file_of_retrainings, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(an_empty_file_is_refused, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

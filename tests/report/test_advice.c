@@ -1,0 +1,163 @@
+// Advice: which photos can be left out, which are irreplaceable, which need a look, and on what that rests.
+#include "support/ledger_fixture.h"
+
+#include "report/advice.h"
+
+enum { PHOTOS = 12, SCORES_MOST = 4 * PHOTOS };
+
+struct fixture {
+    struct vw_ledger_image images[PHOTOS];
+    struct vw_ledger_score scores[SCORES_MOST];
+    uint32_t score_count;
+};
+
+// Photo i has dv_psnr i / 10, which no photo stands out by.
+static struct fixture make(void) {
+    struct fixture fixture = {0};
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        fixture.images[i] = (struct vw_ledger_image){10 + i, "photo", "train", NULL, HEX_A, NULL};
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        fixture.scores[fixture.score_count++] = (struct vw_ledger_score){.image_id = 10 + i,
+                                                                         .method = "dv_psnr",
+                                                                         .value = i / 10.0,
+                                                                         .unit = "dB",
+                                                                         .visits = 3,
+                                                                         .ci_low = NAN,
+                                                                         .ci_high = NAN};
+    return fixture;
+}
+
+static struct vw_ledger_score *add(struct fixture *fixture, uint32_t photo, const char *method, double value,
+                                   double half_width) {
+    struct vw_ledger_score *score = &fixture->scores[fixture->score_count++];
+    *score = (struct vw_ledger_score){.image_id = 10 + photo,
+                                      .method = method,
+                                      .value = value,
+                                      .unit = "dB",
+                                      .visits = 3,
+                                      .ci_low = value - half_width,
+                                      .ci_high = value + half_width};
+    return score;
+}
+
+// The photos with a mark, as bits.
+static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark) {
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < PHOTOS; i++) bits |= advice->marks[i] & mark ? 1u << i : 0;
+    return bits;
+}
+
+static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci_low, double noise_db) {
+    struct vw_worth_summary worth = {.claim_count = 1, .noise_db = noise_db};
+    struct vw_advice advice;
+    worth.claims[0].accuracy.ci_low = accuracy_ci_low;
+    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, &advice));
+    return advice;
+}
+
+static void credit_alone_says_where_to_look(void **state) {
+    (void)state;
+    struct fixture fixture = make();
+    fixture.scores[2].value = -20;
+    add(&fixture, 5, "quality", 0.1, 0.1);
+    add(&fixture, 6, "quality", 0.2, 0.1); // up to 0.3: it may be ordinary
+    struct vw_advice advice = advise(&fixture, 0.5, 1);
+    assert_null(advice.basis);
+    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2 | 1u << 5);
+    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
+    vw_advice_free(&advice);
+}
+
+static void lasting_credit_advises_by_order(void **state) {
+    (void)state;
+    struct fixture fixture = make();
+    fixture.scores[1].value = -20; // an outlier is not called removable
+    for (uint32_t i = 0; i < PHOTOS; i++) {
+        struct vw_ledger_score *score =
+            add(&fixture, i, "lasting_psnr", i - 100.0, 1); // all below 0, which means nothing
+        uint32_t rank = PHOTOS - i;
+        if (i == 0 || i == 11) continue; // known without an interval
+        score->rank_ci_low = rank > 2 ? rank - 2 : 1;
+        score->rank_ci_high = rank + 1;
+    }
+    struct vw_advice advice = advise(&fixture, NAN, NAN);
+    assert_string_equal(advice.basis, "lasting_psnr");
+    assert_true(advice.by_order);
+    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 2 | 1u << 3); // ranks 12, 10, 9: from 7 on
+    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 11 | 1u << 10);     // up to rank 3 of 12
+    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 1);
+    vw_advice_free(&advice);
+}
+
+// Worths -0.5, -0.4, ... 0.6, whose median is 0.05, known to 0.25; the last one hardly.
+static struct fixture make_worths(void) {
+    struct fixture fixture = make();
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "lasting_psnr", -(double)i, 1);
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", (i - 5.0) / 10, i == 11 ? 2 : 0.25);
+    return fixture;
+}
+
+static void worth_advises_by_its_intervals(void **state) {
+    (void)state;
+    struct fixture fixture = make_worths();
+    struct vw_advice advice = advise(&fixture, 0.1, 0.01);
+    assert_string_equal(advice.basis, "worth_psnr");
+    assert_false(advice.by_order);
+    assert_true(advice.tested);
+    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 7);            // up to -0.3, which ends at -0.05
+    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 10); // of the best two
+    vw_advice_free(&advice);
+}
+
+static uint32_t removable(const struct fixture *fixture, double noise_db) {
+    struct vw_advice advice = advise(fixture, 0.1, noise_db);
+    uint32_t bits = marked(&advice, VW_ADVICE_REMOVABLE);
+    vw_advice_free(&advice);
+    return bits;
+}
+
+static void noise_and_the_median_bound_what_is_removable(void **state) {
+    (void)state;
+    struct fixture fixture = make();
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", (i + 1) / 10.0, 0.05); // median 0.65
+    assert_int_equal(removable(&fixture, 0.2), 1);   // ends at 0.15, the next at 0.25
+    assert_int_equal(removable(&fixture, 10), 0x1f); // ends below the median: 0.15 to 0.55
+    assert_int_equal(removable(&fixture, NAN), 0);   // one training on all photos or none: its noise is unknown
+    for (uint32_t i = PHOTOS; i < fixture.score_count; i++) fixture.scores[i].ci_high = 3;
+    assert_int_equal(removable(&fixture, 10), 0); // wide intervals
+    for (uint32_t i = PHOTOS; i < fixture.score_count; i++) fixture.scores[i].value = fixture.scores[i].ci_high = -1;
+    assert_int_equal(removable(&fixture, NAN), 0xfff); // all harm
+}
+
+static void worth_that_is_not_shown_to_predict_marks_nothing(void **state) {
+    (void)state;
+    struct fixture fixture = make_worths();
+    const double unshown[] = {0, -0.1, NAN};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(unshown); i++) {
+        struct vw_advice advice = advise(&fixture, unshown[i], 0.01);
+        assert_string_equal(advice.basis, "worth_psnr");
+        assert_false(advice.tested);
+        assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
+        vw_advice_free(&advice);
+    }
+}
+
+static void no_scores_no_advice(void **state) {
+    (void)state;
+    struct vw_advice advice;
+    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, &advice));
+    assert_null(advice.basis);
+    vw_advice_free(&advice);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(credit_alone_says_where_to_look),
+        cmocka_unit_test(lasting_credit_advises_by_order),
+        cmocka_unit_test(worth_advises_by_its_intervals),
+        cmocka_unit_test(noise_and_the_median_bound_what_is_removable),
+        cmocka_unit_test(worth_that_is_not_shown_to_predict_marks_nothing),
+        cmocka_unit_test(no_scores_no_advice),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,89 @@
+// scores.csv: header, order, ranks, quoting, and reals that read back to the same double.
+#include "support/ledger_fixture.h"
+
+#include "base/file.h"
+#include "report/page.h"
+
+static const struct vw_ledger_image images[] = {
+    {0, "b,comma.png", "train", "alice", HEX_A, NULL},
+    {3, "a\"quote\".png", "train", NULL, HEX_A, NULL},
+    {4, "c.png", "train", "line\nbreak", HEX_A, NULL},
+    {9, "d.png", "train", "bob", HEX_A, NULL},
+};
+
+static char *written(const char *folder, const struct vw_ledger_score *scores, uint32_t count) {
+    char *path = vw_path_join(folder, "scores.csv");
+    void *text = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_report_write_csv(path, scores, count, images, VW_ARRAY_COUNT(images)));
+    ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
+    free(path);
+    return text;
+}
+
+static void rows_are_ranked_within_their_method(void **state) {
+    const struct vw_ledger_score scores[] = {
+        {0, "z_first", 0.5, "dB", 0.125, 3, 0.1, 0.25, 0.75, 2, 3},
+        {3, "z_first", 0.5, "dB", NAN, 1, 0.25, NAN, NAN, 0, 0},
+        {4, "z_first", -2, "dB", 1, 3, NAN, -4, NAN, 3, 4},
+        {9, "z_first", 7, "dB", 0, 3, 0, 7, 7, 1, 1},
+        {0, "a_second", -1, "m", 0.5, 2, 1e-300, -2, 1e-300, 1, 2},
+        {3, "a_second", 1e-300, "m", 0.5, 2, NAN, -1, 1, 1, 2},
+    };
+    char *text = written(*state, scores, VW_ARRAY_COUNT(scores));
+    assert_string_equal(
+        text,
+        "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,resampling_stderr\n"
+        "d.png,bob,z_first,7,dB,0,3,1,7,7,1,1,0\n"
+        "\"a\"\"quote\"\".png\",,z_first,0.5,dB,,1,2,,,,,0.25\n" // a tie: by name
+        "\"b,comma.png\",alice,z_first,0.5,dB,0.125,3,3,0.25,0.75,2,3,0.1\n"
+        "c.png,\"line\nbreak\",z_first,-2,dB,1,3,4,-4,,3,4,\n"
+        "\"a\"\"quote\"\".png\",,a_second,1e-300,m,0.5,2,1,-1,1,1,2,\n"
+        "\"b,comma.png\",alice,a_second,-1,m,0.5,2,2,-2,1e-300,1,2,1e-300\n");
+    free(text);
+    text = written(*state, NULL, 0);
+    assert_string_equal(text, "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,"
+                              "rank_ci_low,rank_ci_high,resampling_stderr\n");
+    free(text);
+}
+
+static void reals_read_back_and_are_short(void **state) {
+    const struct {
+        double value;
+        const char *shortest; // NULL: only reads back
+    } reals[] = {{0.1, "0.1"},
+                 {1.0 / 3, "0.3333333333333333"},
+                 {0.1 + 0.2, "0.30000000000000004"},
+                 {5e-324, NULL},
+                 {-1.7976931348623157e308, "-1.7976931348623157e+308"},
+                 {123456789.125, "123456789.125"},
+                 {M_PI, NULL}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++) {
+        const struct vw_ledger_score score = {9, "m", reals[i].value, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
+        char *text = written(*state, &score, 1), *field = strstr(text, ",m,") + 3;
+        *strchr(field, ',') = 0;
+        assert_true(strtod(field, NULL) == reals[i].value);
+        if (reals[i].shortest) assert_string_equal(field, reals[i].shortest);
+        free(text);
+    }
+}
+
+static void failures_name_the_file(void **state) {
+    const struct vw_ledger_score score = {5, "m", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
+    char *path = vw_path_join(*state, "missing/scores.csv");
+    assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)),
+                     VW_ERROR_INPUT); // no image 5
+    assert_non_null(strstr(vw_error_message(), "image 5"));
+    assert_int_equal(vw_report_write_csv(path, &score, 0, images, VW_ARRAY_COUNT(images)), VW_ERROR_IO);
+    assert_non_null(strstr(vw_error_message(), path));
+    free(path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(rows_are_ranked_within_their_method, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(reals_read_back_and_are_short, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(failures_name_the_file, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

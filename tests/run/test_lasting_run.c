@@ -1,0 +1,360 @@
+// The sweep of a run from outside: its scores, stopping and resuming, what it refuses, and what it leaves alone.
+#include "support/ledger_chain.h"
+
+#include "base/inside.h"
+#include "run/lasting/lasting_folder.h"
+#include "run/verify/verify.h"
+#include "support/small_run.h"
+#include "support/temporary_folder.h"
+#include "viewworth/selection.h"
+#include "viewworth/viewworth.h"
+
+enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one batch of a sweep
+
+struct observer {
+    uint64_t stop_at; // of a sweep; 0: never
+    bool stops_training;
+    uint32_t sweeps; // reports of a sweep
+};
+
+static bool observe(void *context, const struct vw_run_state *state) {
+    struct observer *observer = context;
+    observer->sweeps += state->sweeping;
+    if (!state->sweeping) return !observer->stops_training || state->step == 0;
+    return !observer->stop_at || state->step < observer->stop_at;
+}
+
+static enum vw_status make_run(const char *out, const struct vw_config *config, struct vw_run_params params,
+                               struct observer *observer) {
+    struct vw_run *run = NULL;
+    params.scene = (struct vw_scene_params){.path = SMALL_SCENE};
+    params.config = config;
+    params.out = out;
+    params.progress = observe;
+    params.context = observer;
+    params.no_thumbnails = true;
+    enum vw_status status = vw_run_open(&params, &run);
+    if (!status) status = vw_run_advance(run, UINT64_MAX);
+    if (!status) status = vw_run_finish(run);
+    vw_run_close(&run);
+    return status;
+}
+
+// Sweeps OUT as `lasting OUT` does.
+static enum vw_status sweep(const char *out, uint32_t rays, bool gate, struct observer *observer) {
+    return vw_lasting_of_folder(&(struct vw_lasting_folder_params){.out = out,
+                                                                   .wanted = {true, rays, !gate, false},
+                                                                   .no_thumbnails = true,
+                                                                   .progress = observe,
+                                                                   .context = observer});
+}
+
+static struct vw_lasting_sweep read_sweep(const char *out) {
+    struct vw_lasting_sweep read = {0};
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
+    ASSERT_OK(vw_ledger_get_lasting(ledger, &read));
+    vw_ledger_close(&ledger);
+    return read;
+}
+
+static void assert_same_sweep(const char *out, const char *other) {
+    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(other);
+    assert_int_equal(a.step_count, STEPS);
+    assert_int_equal(b.step_count, STEPS);
+    assert_memory_equal(a.steps, b.steps, STEPS * sizeof *a.steps);
+    assert_true(a.photo_count > 0 && a.photos[0].coverage > 0);
+    assert_int_equal(a.photo_count, b.photo_count);
+    assert_memory_equal(a.photos, b.photos, a.photo_count * sizeof *a.photos);
+    vw_lasting_sweep_free(&a);
+    vw_lasting_sweep_free(&b);
+}
+
+static void assert_same_gate(const char *out, const char *other) {
+    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(other);
+    assert_int_equal(a.check_count, b.check_count);
+    for (uint32_t i = 0; i < a.check_count; i++) {
+        assert_int_equal(a.checks[i].image_id, b.checks[i].image_id);
+        assert_true(a.checks[i].predicted_psnr == b.checks[i].predicted_psnr);
+        assert_true(a.checks[i].measured_psnr == b.checks[i].measured_psnr);
+    }
+    vw_lasting_sweep_free(&a);
+    vw_lasting_sweep_free(&b);
+}
+
+static void assert_verifies(const char *out) {
+    struct vw_verification verification = {0};
+    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification));
+    vw_verification_free(&verification);
+}
+
+static bool is_there(const char *out, const char *name) { return vw_file_exists_inside(out, name); }
+
+static void assert_refused(enum vw_status status, enum vw_status expected, const char *word) {
+    if (status != expected || !strstr(vw_error_message(), word))
+        fail_msg("gave %d, not %d with \"%s\": %s", (int)status, (int)expected, word, vw_error_message());
+}
+
+// ---- Cases ---------------------------------------------------------------------------------------------------------
+
+// "whole": valued and swept by one command; "plain": valued only.
+static int set_up(void **state) {
+    struct vw_config config = small_config(0, EPOCHS);
+    struct observer observer = {0};
+    char *folder = test_folder_create();
+    ASSERT_OK(make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting = true}, &observer));
+    assert_true(observer.sweeps > 1);
+    ASSERT_OK(make_run(temporary_path(folder, "plain"), &config, (struct vw_run_params){0}, &observer));
+    *state = folder;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    test_folder_destroy(*state);
+    return 0;
+}
+
+static void copy_plain(const char *folder, const char *out) {
+    char *command = vw_format_text("rm -rf '%s' && cp -r '%s/plain' '%s'", out, folder, out);
+    assert_int_equal(system(command), 0);
+    free(command);
+}
+
+static void a_score_is_the_sum_over_the_steps(void **state) {
+    char ledger[300];
+    snprintf(ledger, sizeof ledger, "%s/whole/ledger.db", (const char *)*state);
+    assert_answer(ledger,
+                  "SELECT count(*) FROM score JOIN (SELECT image_id, sum(lasting_step.psnr) AS psnr, "
+                  "sum(lasting_step.loss) AS loss FROM lasting_step JOIN step USING (run_id, step) GROUP BY image_id) "
+                  "USING (image_id) WHERE method LIKE 'lasting%' AND abs(value - CASE method WHEN 'lasting_psnr' THEN "
+                  "psnr ELSE loss END) < 1e-12 AND stderr IS NULL AND visits = 24",
+                  "12");
+    assert_answer(ledger, "SELECT count(*) FROM lasting_check WHERE from_step = 108 AND measured_psnr IS NOT NULL",
+                  "6");
+    assert_answer(ledger,
+                  "SELECT count(*) FROM score JOIN lasting_photo USING (run_id, image_id) WHERE method = 'coverage' "
+                  "AND value = coverage AND coverage > 0",
+                  "6");
+    assert_answer(ledger, "SELECT epochs || ' ' || states || ' ' || rays FROM lasting", "4 24 0");
+    assert_true(chain_holds(ledger));
+    assert_verifies(temporary_path(*state, "whole"));
+    assert_false(is_there(temporary_path(*state, "whole"), "lasting.vws"));
+}
+
+static void a_stopped_sweep_goes_on(void **state) {
+    char out[300], whole[300];
+    struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
+    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
+    snprintf(out, sizeof out, "%s/stopped", (const char *)*state);
+    copy_plain(*state, out);
+    assert_refused(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
+    assert_verifies(out); // it is the finished run that it was
+    struct vw_lasting_sweep none = read_sweep(out);
+    assert_int_equal(none.step_count, 0);
+    ASSERT_OK(sweep(out, 0, true, &going_on));
+    assert_same_sweep(out, whole);
+    assert_same_gate(out, whole);
+    assert_verifies(out);
+    assert_false(is_there(out, "lasting.vws") || is_there(out, "lasting_credits.vwc"));
+    uint32_t reports = going_on.sweeps;
+    ASSERT_OK(sweep(out, 0, false, &going_on)); // there is nothing left to do
+    assert_int_equal(going_on.sweeps, reports);
+}
+
+static enum vw_status sweep_matrix(const char *out, struct observer *observer) {
+    return vw_lasting_of_folder(&(struct vw_lasting_folder_params){
+        .out = out, .wanted = {true, 0, true, true}, .no_thumbnails = true, .progress = observe, .context = observer});
+}
+
+static void a_sweep_by_validation_photo_goes_on(void **state) {
+    char out[300], stopped[300], whole[300];
+    struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
+    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
+    snprintf(out, sizeof out, "%s/views", (const char *)*state);
+    snprintf(stopped, sizeof stopped, "%s/stopped_views", (const char *)*state);
+    copy_plain(*state, out);
+    ASSERT_OK(sweep(out, 0, false, &going_on));
+    uint32_t reports = going_on.sweeps;
+    ASSERT_OK(sweep_matrix(out, &going_on)); // a sweep without is not enough
+    assert_true(going_on.sweeps > reports);
+    reports = going_on.sweeps;
+    ASSERT_OK(sweep_matrix(out, &going_on));
+    ASSERT_OK(sweep(out, 0, false, &going_on)); // and one with is
+    assert_int_equal(going_on.sweeps, reports);
+    assert_same_sweep(out, whole);
+    copy_plain(*state, stopped);
+    assert_refused(sweep_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(sweep_matrix(stopped, &going_on));
+    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(stopped);
+    assert_int_equal(a.view_count, 2);
+    assert_int_equal(b.view_count, 2);
+    assert_memory_equal(a.view_psnr, b.view_psnr, STEPS * 2 * sizeof *a.view_psnr);
+    vw_lasting_sweep_free(&a);
+    vw_lasting_sweep_free(&b);
+    // Rows are means over the views (see test_lasting.c; with so few rays up to 0.7 % off), which differ from each
+    // other.
+    assert_answer(
+        temporary_path(out, "ledger.db"),
+        "SELECT count(*) || '|' || (max(abs(mean - psnr) / size) < 0.02) || '|' || (max(range / size) > 0.1) FROM "
+        "lasting_step JOIN (SELECT step, avg(psnr) AS mean, avg(abs(psnr)) AS size, max(psnr) - min(psnr) AS "
+        "range FROM lasting_view GROUP BY step) USING (step)",
+        "144|1|1");
+    assert_verifies(out);
+}
+
+static void damaged_files_of_a_sweep_start_it_anew(void **state) {
+    static const char *const names[] = {"lasting.vws", "lasting_credits.vwc"};
+    char out[300], whole[300];
+    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
+    snprintf(out, sizeof out, "%s/damaged", (const char *)*state);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
+        void *bytes = NULL;
+        size_t size_bytes = 0;
+        copy_plain(*state, out);
+        assert_refused(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+        ASSERT_OK(vw_file_read(temporary_path(out, names[i]), 1 << 24, &bytes, &size_bytes));
+        ((char *)bytes)[size_bytes / 2] ^= 1;
+        ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
+        free(bytes);
+        ASSERT_OK(sweep(out, 0, false, &going_on));
+        assert_same_sweep(out, whole);
+    }
+}
+
+// The gate of a sweep that was made without one comes later.
+static void lost_credits_start_a_sweep_anew(void **state) {
+    char out[300], whole[300];
+    struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
+    void *credits = NULL;
+    size_t size_bytes = 0;
+    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
+    snprintf(out, sizeof out, "%s/lost", (const char *)*state);
+    copy_plain(*state, out);
+    assert_refused(sweep(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
+    assert_refused(sweep(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
+    free(credits);
+    ASSERT_OK(sweep(out, 0, false, &going_on));
+    assert_same_sweep(out, whole);
+    assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");
+    ASSERT_OK(sweep(out, 0, true, &going_on));
+    assert_same_sweep(out, whole);
+    assert_same_gate(out, whole);
+}
+
+// Forged as well as can be: with a chain that fits. The replay finds it.
+static void a_step_that_does_not_repeat_is_refused(void **state) {
+    char out[300];
+    struct observer observer = {0};
+    snprintf(out, sizeof out, "%s/forged", (const char *)*state);
+    copy_plain(*state, out);
+    sql_change(temporary_path(out, "ledger.db"), "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 7");
+    chain_rewrite(temporary_path(out, "ledger.db"));
+    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
+    struct vw_lasting_sweep none = read_sweep(out);
+    assert_int_equal(none.step_count, 0);
+}
+
+static void an_edited_sweep_is_found(void **state) {
+    char out[300];
+    struct vw_verification verification = {0};
+    struct observer observer = {0};
+    snprintf(out, sizeof out, "%s/edited", (const char *)*state);
+    copy_plain(*state, out);
+    ASSERT_OK(sweep(out, 16, false, &observer)); // with fewer rays
+    assert_answer(temporary_path(out, "ledger.db"), "SELECT rays FROM lasting", "16");
+    sql_change(temporary_path(out, "ledger.db"), "UPDATE lasting_step SET psnr = psnr + 1 WHERE step = 9");
+    assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH, "lasting");
+    chain_rewrite(temporary_path(out, "ledger.db"));
+    assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH,
+                   "score lasting_psnr");
+}
+
+static void what_cannot_be_swept_is_refused(void **state) {
+    struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
+    struct observer observer = {0}, stopping = {.stops_training = true};
+    char out[300];
+    halves.table_precision = VW_TABLE_FLOAT16;
+    snprintf(out, sizeof out, "%s/refused", (const char *)*state);
+    assert_refused(make_run(out, &halves, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
+                   "--table-precision float32");
+    strcpy(posed.effects, "pose");
+    assert_refused(make_run(out, &posed, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
+                   "--effects -pose");
+    assert_false(is_there(out, "ledger.db")); // before the first step
+    assert_refused(make_run(out, &config, (struct vw_run_params){.lasting = true, .train_only = true}, &observer),
+                   VW_ERROR_USAGE, "lasting, which need validation");
+    config.epochs = 2;
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.train_only = true}, &observer));
+    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
+    snprintf(out, sizeof out, "%s/interrupted", (const char *)*state);
+    config.epochs = 4000;
+    assert_refused(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
+    assert_int_equal(observer.sweeps, 0);
+}
+
+// With momentum, and as part of what a run extends.
+static void an_extended_run_is_swept_again(void **state) {
+    struct vw_config config = small_config(0, EPOCHS);
+    struct observer observer = {0};
+    char out[300];
+    snprintf(out, sizeof out, "%s/extended", (const char *)*state);
+    config.epochs = 3;
+    config.beta1 = 0.9;
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.lasting = true}, &observer));
+    assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0"); // momentum: no gate
+    ASSERT_OK(vw_file_write(temporary_path(out, "lasting.vws"), "stopped", 7)); // as a kill may leave it
+    config.epochs = 4;
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true}, &observer));
+    assert_false(is_there(out, "lasting.vws"));
+    assert_answer(temporary_path(out, "ledger.db"),
+                  "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM score WHERE method LIKE "
+                  "'lasting%')",
+                  "0");
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true, .lasting = true}, &observer));
+    assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_step", "24");
+    assert_verifies(out);
+}
+
+static void only_differences_select(void **state) {
+    static const enum vw_selection_rule absolute[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_score *scores = NULL;
+    const struct vw_ledger_image *images = NULL;
+    struct vw_selection selection = {0};
+    uint32_t count = 0, image_count = 0;
+    ASSERT_OK(vw_ledger_open(temporary_path(temporary_path(*state, "whole"), "ledger.db"), &ledger));
+    ASSERT_OK(vw_ledger_get_scores(ledger, &scores, &count));
+    ASSERT_OK(vw_ledger_get_images(ledger, &images, &image_count));
+    struct vw_selection_params params = {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 2};
+    ASSERT_OK(vw_selection_make(scores, count, images, image_count, &params, &selection));
+    assert_int_equal(selection.count, 2);
+    vw_selection_free(&selection);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(absolute); i++) {
+        params.rule = absolute[i];
+        assert_refused(vw_selection_make(scores, count, images, image_count, &params, &selection), VW_ERROR_USAGE,
+                       "only differences");
+    }
+    free(scores);
+    vw_ledger_close(&ledger);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_score_is_the_sum_over_the_steps),
+        cmocka_unit_test(a_stopped_sweep_goes_on),
+        cmocka_unit_test(a_sweep_by_validation_photo_goes_on),
+        cmocka_unit_test(damaged_files_of_a_sweep_start_it_anew),
+        cmocka_unit_test(lost_credits_start_a_sweep_anew),
+        cmocka_unit_test(a_step_that_does_not_repeat_is_refused),
+        cmocka_unit_test(an_edited_sweep_is_found),
+        cmocka_unit_test(what_cannot_be_swept_is_refused),
+        cmocka_unit_test(an_extended_run_is_swept_again),
+        cmocka_unit_test(only_differences_select),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}

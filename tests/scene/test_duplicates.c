@@ -1,0 +1,247 @@
+// Near-duplicates: copies that were brightened, made smaller or written anew are found, neighbours are not; what groups
+// are worth; and how far validation views are from what is trained on.
+#include "support/ledger_fixture.h"
+
+#include "support/synthetic_scene.h"
+#include "value/duplicate_scores.h"
+#include "report/tables.h"
+#include "scene/duplicates.h"
+#include "scene/view_distance.h"
+
+enum { TRAIN = 32, VAL = 4, SIDE_PX = 64 };
+
+// 36 views on an orbit, 10 degrees apart; the last four validate.
+static struct vw_scene *make_scene(void) {
+    return synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = TRAIN, .val_views = VAL, .width_px = SIDE_PX, .height_px = SIDE_PX});
+}
+
+// Makes view `to` the photo of view `from`: same pose, same pixels, other bytes.
+static struct vw_view *copy_photo(struct vw_scene *scene, uint32_t from, uint32_t to) {
+    struct vw_view *original = &scene->views[from], *copy = &scene->views[to];
+    memcpy(copy->camera_to_world, original->camera_to_world, sizeof copy->camera_to_world);
+    memcpy(copy->image.pixels, original->image.pixels, (size_t)4 * SIDE_PX * SIDE_PX);
+    return copy;
+}
+
+static void change_pixels(struct vw_view *view, double gain, double bias, double noise) {
+    uint8_t *values = view->image.pixels;
+    for (uint32_t i = 0; i < 4 * view->image.width_px * view->image.height_px; i++) {
+        uint32_t words[4];
+        vw_random_words(5, VW_RANDOM_JITTER, i, 0, 0, words);
+        double value = gain * values[i] + bias + noise * (2 * vw_random_unit(words[0]) - 1);
+        if (i % 4 != 3) values[i] = (uint8_t)lrint(fmin(fmax(value, 0), 255));
+    }
+}
+
+static void halve(struct vw_view *view) {
+    uint8_t *values = view->image.pixels;
+    uint32_t small_px = SIDE_PX / 2;
+    for (uint32_t y = 0; y < small_px; y++)
+        for (uint32_t x = 0; x < small_px; x++)
+            for (uint32_t c = 0; c < 4; c++) {
+                uint32_t sum = 2;
+                for (uint32_t i = 0; i < 4; i++) sum += values[4 * ((2 * y + i / 2) * SIDE_PX + 2 * x + i % 2) + c];
+                values[4 * (y * small_px + x) + c] = (uint8_t)(sum / 4);
+            }
+    view->image.width_px = view->image.height_px = small_px;
+}
+
+// Turns the camera about its own up axis.
+static void turn(struct vw_view *view, double degrees) {
+    double c = cos(degrees * M_PI / 180), s = sin(degrees * M_PI / 180);
+    for (int i = 0; i < 3; i++) {
+        double right = view->camera_to_world[i][0], back = view->camera_to_world[i][2];
+        view->camera_to_world[i][0] = c * right - s * back;
+        view->camera_to_world[i][2] = s * right + c * back;
+    }
+}
+
+static struct vw_duplicate *find(const struct vw_scene *scene, uint32_t *count) {
+    struct vw_duplicate *duplicates = NULL;
+    ASSERT_OK(vw_scene_find_duplicates(scene, &duplicates, count));
+    return duplicates;
+}
+
+static void neighbours_are_no_duplicates(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene();
+    uint32_t count = 1;
+    free(find(scene, &count));
+    assert_int_equal(count, 0);
+    vw_scene_close(&scene);
+}
+
+static void copies_are_found(void **state) {
+    (void)state;
+    static const struct {
+        const char *what;
+        double gain, bias, noise;
+        bool halved, other_split;
+        double angle_deg, shift_world;
+        uint32_t expected;
+    } cases[] = {
+        {.what = "the same pixels", .gain = 1, .expected = 2},
+        {.what = "brighter, and clipped", .gain = 1.3, .expected = 2},
+        {.what = "darker", .gain = 0.6, .bias = 5, .expected = 2},
+        {.what = "written anew with losses", .gain = 1, .noise = 12, .expected = 2},
+        {.what = "half the size", .gain = 1, .halved = true, .expected = 2},
+        {.what = "half the size, darker and noisy", .gain = 0.8, .noise = 8, .halved = true, .expected = 2},
+        {.what = "a little beside it", .gain = 1, .angle_deg = 1, .shift_world = 0.05, .expected = 2},
+        {.what = "as a negative", .gain = -1, .bias = 255, .expected = 0},
+        {.what = "with nothing on it", .gain = 0, .bias = 128, .expected = 0},
+        {.what = "turned by 4 degrees", .gain = 1, .angle_deg = 4, .expected = 0},
+        {.what = "from 0.2 aside, of 3 away", .gain = 1, .shift_world = 0.2, .expected = 0},
+        {.what = "excluded", .gain = 1, .other_split = true, .expected = 0},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_scene *scene = make_scene();
+        struct vw_view *copy = copy_photo(scene, 3, 17);
+        change_pixels(copy, cases[i].gain, cases[i].bias, cases[i].noise);
+        if (cases[i].halved) halve(copy);
+        if (cases[i].other_split) copy->split = VW_SPLIT_EXCLUDED;
+        turn(copy, cases[i].angle_deg);
+        copy->camera_to_world[2][3] += cases[i].shift_world;
+        uint32_t count = 0;
+        struct vw_duplicate *duplicates = find(scene, &count);
+        if (count != cases[i].expected)
+            fail_msg("%s: %u photos in groups, not %u", cases[i].what, count, cases[i].expected);
+        if (count == 2) {
+            assert_true(duplicates[0].group == 0 && duplicates[1].group == 0);
+            assert_true(duplicates[0].view == 3 && duplicates[1].view == 17);
+            assert_true(duplicates[0].similarity == 1);
+            assert_in_range((uint32_t)(1e6 * duplicates[1].similarity), 980000, 1000000);
+            print_message("%s: similarity %.4f\n", cases[i].what, duplicates[1].similarity);
+        }
+        free(duplicates);
+        vw_scene_close(&scene);
+    }
+}
+
+// Equal bytes are a copy wherever the camera is said to have stood, also where there is nothing to see.
+static void equal_files_are_copies(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene();
+    memcpy(scene->views[20].sha256, scene->views[4].sha256, VW_HASH_BYTES);
+    memcpy(scene->views[34].sha256, scene->views[4].sha256, VW_HASH_BYTES);
+    memcpy(scene->views[9].sha256, scene->views[8].sha256, VW_HASH_BYTES);
+    uint32_t count = 0;
+    struct vw_duplicate *duplicates = find(scene, &count);
+    static const struct vw_duplicate expected[] = {{0, 4, 1}, {0, 20, 1}, {0, 34, 1}, {1, 8, 1}, {1, 9, 1}};
+    assert_int_equal(count, 5);
+    for (uint32_t i = 0; i < count; i++)
+        assert_true(duplicates[i].group == expected[i].group && duplicates[i].view == expected[i].view &&
+                    duplicates[i].similarity == 1);
+
+    // What they are worth: view 34 validates and has no score.
+    const struct vw_ledger_score scores[] = {
+        {.image_id = 4, .method = "dv_loss", .value = 9, .unit = "m"},
+        {.image_id = 4, .method = "dv_psnr", .value = 1.5, .unit = "dB"},
+        {.image_id = 20, .method = "dv_psnr", .value = -4, .unit = "dB", .standard_error = 0.5},
+    };
+    struct vw_ledger_image images[TRAIN + VAL];
+    for (uint32_t i = 0; i < TRAIN + VAL; i++)
+        images[i] = (struct vw_ledger_image){
+            i, scene->views[i].name, i < TRAIN ? "train" : "val", i % 8 ? "" : "bob", HEX_A, NULL};
+    images[4].provider = "alice";
+    images[20].provider = "eve, inc.";
+    struct vw_duplicate_score *rows = NULL;
+    uint32_t row_count = 0;
+    ASSERT_OK(vw_duplicates_score(duplicates, count, "dv_psnr", scores, VW_ARRAY_COUNT(scores), images, TRAIN + VAL,
+                                  &rows, &row_count));
+    assert_int_equal(row_count, 3); // nothing is known of views 8 and 9
+    for (uint32_t i = 0; i < row_count; i++) {
+        assert_true(rows[i].group_value == -2.5);
+        assert_int_equal(rows[i].provider_count, 2);
+        assert_int_equal(rows[i].validation_count, 1);
+    }
+    assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
+    char *folder = test_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
+    void *text = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
+    ASSERT_OK(vw_file_read(path, 10000, &text, &size_bytes));
+    assert_string_equal(text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
+                              "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
+                              "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"
+                              "0,view_034,val,,1,,,,,-2.5\n");
+    free(text);
+    free(path);
+    test_folder_destroy(folder);
+    free(rows);
+    free(duplicates);
+    vw_scene_close(&scene);
+}
+
+// A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
+// into a single one.
+static void groups_do_not_grow_along_a_film(void **state) {
+    (void)state;
+    struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
+        .train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
+    uint32_t count = 0, longest = 0;
+    struct vw_duplicate *duplicates = find(scene, &count);
+    assert_true(count > 0);
+    for (uint32_t i = 0, length = 0; i < count; i++) {
+        length = i > 0 && duplicates[i].group == duplicates[i - 1].group ? length + 1 : 1;
+        if (length > longest) longest = length;
+    }
+    assert_in_range(longest, 2, 3);
+    free(duplicates);
+    vw_scene_close(&scene);
+}
+
+// ---- Validation views -----------------------------------------------------------------------------------------------
+
+static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *count) {
+    struct vw_view_distance *distances = NULL;
+    ASSERT_OK(vw_scene_view_distances(scene, VW_SPLIT_VAL, &distances, count));
+    return distances;
+}
+
+static void far_validation_views_are_told(void **state) {
+    (void)state;
+    struct vw_scene *scene = make_scene();
+    uint32_t count = 0;
+    struct vw_view_distance *distances = measure(scene, &count);
+    assert_int_equal(count, VAL);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(distances[i].view, TRAIN + i);
+        assert_int_equal(distances[i].nearest,
+                         i < 2 ? TRAIN - 1 : 0); // the four last of the orbit: the training views end on either side
+        assert_true(distances[i].angle_deg > 5 && distances[i].angle_deg < 25);
+        assert_false(distances[i].far); // one and two steps of the orbit
+    }
+    free(distances);
+    scene->views[TRAIN].camera_to_world[2][3] += 3; // 45 degrees up, as seen from the middle
+    turn(&scene->views[TRAIN + 1], 180);            // the same place, but looking outward
+    scene->views[TRAIN + 2].camera_to_world[2][3] += 0.2;
+    distances = measure(scene, &count);
+    assert_true(distances[0].far && distances[1].far && !distances[2].far && !distances[3].far);
+    assert_true(distances[0].between_world > 2.5 &&
+                distances[0].angle_deg > 40); // of the training view that is nearest in both
+    free(distances);
+
+    for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther
+    distances = measure(scene, &count);
+    assert_false(distances[2].far || distances[3].far);
+    free(distances);
+    for (uint32_t i = 0; i < TRAIN; i++) copy_photo(scene, 0, i); // all in one place: the scales have a floor
+    distances = measure(scene, &count);
+    for (uint32_t i = 0; i < count; i++) assert_true(isfinite(distances[i].ratio));
+    free(distances);
+    scene->split_count[VW_SPLIT_TRAIN] = 1;
+    distances = measure(scene, &count);
+    assert_int_equal(count, 0);
+    free(distances);
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(neighbours_are_no_duplicates),  cmocka_unit_test(copies_are_found),
+        cmocka_unit_test(equal_files_are_copies),        cmocka_unit_test(groups_do_not_grow_along_a_film),
+        cmocka_unit_test(far_validation_views_are_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

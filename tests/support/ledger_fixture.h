@@ -1,0 +1,251 @@
+// What the tests around the ledger share: a folder of their own, a small scene, and a fake trainer.
+#ifndef VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
+#define VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
+
+#include "support/cmocka_test.h"
+
+#include <stdint.h>
+
+#include <ftw.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/file.h"
+#include "viewworth/ledger.h"
+#include "base/memory.h"
+#include "base/random.h"
+
+#define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
+#define HEX_B "bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb"
+
+static inline char *test_folder_create(void) {
+    const char *parent = getenv("TMPDIR");
+    char *folder = vw_format_text("%s/viewworth-test-XXXXXX", parent ? parent : "/tmp");
+    assert_non_null(folder);
+    assert_non_null(mkdtemp(folder));
+    return folder;
+}
+
+static inline int test_remove_entry(const char *path, const struct stat *info, int type, struct FTW *place) {
+    (void)info, (void)type, (void)place;
+    return remove(path);
+}
+
+static inline void test_folder_destroy(char *folder) {
+    nftw(folder, test_remove_entry, 8, FTW_DEPTH | FTW_PHYS);
+    free(folder);
+}
+
+// cmocka set-up and tear-down: the state is a fresh folder.
+static inline int test_set_up(void **state) {
+    *state = test_folder_create();
+    return 0;
+}
+static inline int test_tear_down(void **state) {
+    test_folder_destroy(*state);
+    return 0;
+}
+
+static inline struct vw_ledger_run test_run(const char *config_json) {
+    return (struct vw_ledger_run){
+        .run_id = HEX_A,
+        .scene_hash = HEX_B,
+        .scene_path = "scenes/small.json",
+        .seed = 9223372036854775807,
+        .config_json = config_json,
+        .subset_hash = HEX_A,
+        .device = "fake device",
+        .driver = "fake driver 1.0",
+        .shader_hash = HEX_B,
+        .version = "0.1.0",
+        .started_utc = "2026-11-21T03:04:05Z",
+        .scene_options_json = "{\"downscale\":2}",
+        .effects_json = "[{\"name\":\"distortion\",\"on\":false}]",
+        .plan_json = "{\"accuracy\":\"draft\"}",
+    };
+}
+
+// Views 0 and 4 validate, 7 is for testing, the others train; 2 and 5 are corrupted.
+enum { TEST_IMAGE_COUNT = 8, TEST_TRAIN_COUNT = 5, TEST_VALIDATION_COUNT = 2 };
+static const uint32_t test_train_views[TEST_TRAIN_COUNT] = {1, 2, 3, 5, 6};
+static const uint32_t test_validation_views[TEST_VALIDATION_COUNT] = {0, 4};
+static const struct vw_ledger_image test_images[TEST_IMAGE_COUNT] = {
+    {0, "images/0.png", "val", NULL, HEX_A, "clean"},      {1, "images/1.png", "train", "alice", HEX_A, "clean"},
+    {2, "images/2.png", "train", "bob", HEX_A, "blur"},    {3, "images/3.png", "train", NULL, HEX_A, "clean"},
+    {4, "images/4.png", "val", NULL, HEX_A, "clean"},      {5, "images/5.png", "train", "bob", HEX_A, "occluder"},
+    {6, "images/6.png", "train", "alice", HEX_A, "clean"}, {7, "images/7.png", "test", NULL, HEX_A, NULL},
+};
+
+// A trainer whose photos are worth what `worth_db` says: each visit of train photo i moves val_psnr by worth_db[i] plus
+// noise of +-noise_db, L1 by a hundredth of it the other way, and the pooled PSNR by twice it. Gives 1 + epochs *
+// TEST_TRAIN_COUNT records.
+struct test_trainer {
+    double worth_db[TEST_TRAIN_COUNT];
+    double noise_db;
+    double first_epoch_factor; // deltas of epoch 0 are this much larger
+    uint32_t epochs;
+    uint64_t seed;
+};
+
+static const struct test_trainer test_four_epochs = {
+    .worth_db = {0.5, -0.2, 0.1, -0.3, 0.2}, .noise_db = 0.05, .first_epoch_factor = 3, .epochs = 4};
+
+static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_step_record *records,
+                                  struct vw_view_error *errors) {
+    uint32_t count = 1 + trainer->epochs * TEST_TRAIN_COUNT;
+    double psnr = 12.0, pooled = 11.0, l1 = 0.3;
+    for (uint32_t step = 0; step < count; step++) {
+        uint32_t epoch = step ? (step - 1) / TEST_TRAIN_COUNT : 0, order[TEST_TRAIN_COUNT], words[4];
+        vw_random_order(trainer->seed, epoch, TEST_TRAIN_COUNT, order);
+        vw_random_words(trainer->seed, VW_RANDOM_JITTER, step, 0, 0, words);
+        uint32_t train = step ? order[(step - 1) % TEST_TRAIN_COUNT] : 0;
+        double delta = step ? trainer->worth_db[train] + trainer->noise_db * (2.0 * vw_random_unit(words[0]) - 1.0) : 0;
+        if (epoch == 0) delta *= trainer->first_epoch_factor;
+        psnr += delta;
+        pooled += 2 * delta;
+        l1 -= delta / 100;
+        errors[2 * step] = (struct vw_view_error){.mse = 0.01 + step, .l1 = l1};
+        errors[2 * step + 1] = (struct vw_view_error){.mse = -0.0, .l1 = 0.125}; // SQLite keeps no negative zero
+        records[step] = (struct vw_step_record){
+            .step = step,
+            .epoch = epoch,
+            .view = step ? test_train_views[train] : (uint32_t)VW_RECORD_UNTRAINED,
+            .train_loss = step ? 0.2 : NAN,
+            .validated = true,
+            .clamped_count = step,
+            .floored_views = (uint32_t)(step % 3),
+            .val_psnr = psnr,
+            .val_psnr_pooled = pooled,
+            .val_l1 = l1,
+            .views = &errors[2 * step],
+            .view_count = TEST_VALIDATION_COUNT,
+        };
+    }
+    return count;
+}
+
+// Probes every third step: repeat and still give the measures before it, the others those after it, moved a little; one
+// is of another photo than the step's. Two values of the redraws are not finite.
+enum { TEST_PROBES_PER_STEP = 5 };
+static inline void test_probe(struct vw_step_record *records, uint32_t count, struct vw_probe *probes) {
+    for (uint32_t step = 3; step < count; step += 3) {
+        struct vw_probe *own = &probes[TEST_PROBES_PER_STEP * step];
+        const enum vw_probe_kind kinds[TEST_PROBES_PER_STEP] = {VW_PROBE_REPEATED, VW_PROBE_ZERO_LEARNING_RATE,
+                                                                VW_PROBE_RESAMPLED, VW_PROBE_RESAMPLED,
+                                                                VW_PROBE_SAME_STATE};
+        for (uint32_t i = 0; i < TEST_PROBES_PER_STEP; i++) {
+            bool moves = kinds[i] >= VW_PROBE_RESAMPLED;
+            const struct vw_step_record *like = &records[moves ? step : step - 1];
+            double moved = moves ? 0.01 * i : 0;
+            own[i] =
+                (struct vw_probe){.step = step,
+                                  .index = i,
+                                  .kind = kinds[i],
+                                  .val_psnr = like->val_psnr + moved,
+                                  .val_psnr_pooled = like->val_psnr_pooled + moved,
+                                  .val_l1 = like->val_l1 - moved,
+                                  .view = kinds[i] == VW_PROBE_SAME_STATE ? test_train_views[step % TEST_TRAIN_COUNT]
+                                                                          : (uint32_t)VW_RECORD_UNTRAINED};
+        }
+        own[2].val_psnr_pooled = NAN;
+        own[3].val_l1 = INFINITY;
+        records[step].probes = own;
+        records[step].probe_count = TEST_PROBES_PER_STEP;
+    }
+}
+
+enum { TEST_EPOCHS_MOST = 40, TEST_RECORDS_MOST = 1 + TEST_EPOCHS_MOST * TEST_TRAIN_COUNT };
+
+// What a fake trainer hands out, probes included.
+struct test_recording {
+    struct vw_step_record records[TEST_RECORDS_MOST];
+    struct vw_view_error errors[2 * TEST_RECORDS_MOST];
+    struct vw_probe probes[TEST_PROBES_PER_STEP * TEST_RECORDS_MOST];
+    uint32_t count;
+};
+
+// To be freed.
+static inline struct test_recording *test_record(const struct test_trainer *trainer) {
+    struct test_recording *recording = vw_allocate(1, sizeof *recording);
+    assert_non_null(recording);
+    recording->count = test_train(trainer, recording->records, recording->errors);
+    test_probe(recording->records, recording->count, recording->probes);
+    return recording;
+}
+
+// Steps that carry no value: 7 and 8 are not finite, 12 was not validated.
+static inline void test_corruption(struct test_recording *recording) {
+    recording->records[7].nonfinite = true;
+    recording->errors[2 * 8].mse = INFINITY;
+    struct vw_step_record *unvalidated = &recording->records[12];
+    unvalidated->validated = false;
+    unvalidated->val_psnr = unvalidated->val_psnr_pooled = unvalidated->val_l1 = NAN;
+    unvalidated->views = NULL;
+}
+
+enum { TEST_SCORE_COUNT = 3 };
+static const struct vw_ledger_score test_scores[TEST_SCORE_COUNT] = {
+    {1, "dv_psnr", 1.5, "dB", 0.25, 3, 0.125, 1, 2, 1, 2},
+    {2, "dv_psnr", -0.0, "dB", NAN, 1, NAN, NAN, NAN, 0, 0},
+    {1, "dv_loss", 0.015, "mean absolute error", 0.0025, 3, 0.001, 0.01, 0.02, 1, 1},
+};
+
+// All train photos, and a provider's.
+static const uint32_t test_bobs[] = {2, 5};
+enum { TEST_RETRAINING_COUNT = 3 };
+static const struct vw_ledger_retraining test_retraining_store[TEST_RETRAINING_COUNT] = {
+    {false, 7, 2, test_train_views, TEST_TRAIN_COUNT, 17.5},
+    {true, 8, 2, test_bobs, 2, 15.25},
+    {false, 9, 2, test_train_views, 3, NAN},
+};
+
+static inline struct vw_ledger *test_ledger_create(const char *path) {
+    struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1}");
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    return ledger;
+}
+
+static inline void test_ledger_finish(struct vw_ledger *ledger, const char *status) {
+    uint32_t score_count = strcmp(status, "finished") == 0 ? TEST_SCORE_COUNT : 0;
+    if (score_count) ASSERT_OK(vw_ledger_set_field(ledger, HEX_B));
+    ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
+    if (score_count)
+        ASSERT_OK(vw_ledger_add_retrainings(ledger, test_retraining_store, TEST_RETRAINING_COUNT, test_scores, score_count));
+}
+
+// Appends a corrupted run in batches of `batch` steps.
+static inline void test_ledger_append(struct vw_ledger *ledger, const struct test_trainer *trainer, uint32_t batch) {
+    struct test_recording *recording = test_record(trainer);
+    test_corruption(recording);
+    for (uint32_t first = 0; first < recording->count; first += batch) {
+        uint32_t some = recording->count - first < batch ? recording->count - first : batch;
+        ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some, test_validation_views));
+    }
+    free(recording);
+}
+
+// Records a finished run as folder/name; its path is to be freed.
+static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer,
+                                       uint32_t batch) {
+    char *path = vw_path_join(folder, name);
+    struct vw_ledger *ledger = test_ledger_create(path);
+    test_ledger_append(ledger, trainer, batch);
+    test_ledger_finish(ledger, "finished");
+    vw_ledger_close(&ledger);
+    assert_null(ledger);
+    return path;
+}
+
+static inline const struct vw_ledger_score *test_find_score(const struct vw_ledger_score *scores, uint32_t count,
+                                                            const char *method, uint32_t image_id) {
+    for (uint32_t i = 0; i < count; i++)
+        if (scores[i].image_id == image_id && strcmp(scores[i].method, method) == 0) return &scores[i];
+    fail_msg("no score %s of image %u", method, image_id);
+    return NULL;
+}
+
+#endif

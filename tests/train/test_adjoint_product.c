@@ -1,0 +1,362 @@
+// The passes of the backward sweep against double precision, at a state of a real training: the Gauss-Newton product
+// against J^T L'' J, with J direction by differences of the reference's colours and the reference's way back; the
+// direction and the credit of a step; and the gradient of U, validation's score, by differences of its rays' colours.
+#include "support/cmocka_test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "reference/reference.h"
+#include "reference/step_bench.h"
+#include "support/trainer_fixture.h"
+#include "train/adjoint/lasting.h"
+#include "train/adjoint/lasting_private.h"
+
+// Bfloats between passes, kinks of ReLUs within the difference of colours (1e-3 of the params; the random adjoint is
+// rougher than any real one), quanta of the grid. Seen: 0.008 to 0.05.
+static const double TOLERANCE = 0.1;
+static const double SCORE_TOLERANCE = 0.05; // the same without the kinks within a difference
+static const uint64_t STEP = 47;
+
+static void add_params(struct reference_params *to, const struct reference_params *direction, double factor,
+                       const struct model *model) {
+    double *weights = (double *)&to->weights;
+    const double *towards = (const double *)&direction->weights;
+    for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) to->grid[i] += factor * direction->grid[i];
+    for (size_t i = 0; i < sizeof to->weights / sizeof *weights; i++) weights[i] += factor * towards[i];
+    for (int i = 0; i < 3 * VW_SKY_COLUMNS; i++) to->sky[i / 3][i % 3] += factor * direction->sky[i / 3][i % 3];
+    for (size_t i = 0; i < VW_ARRAY_COUNT(to->code_weights); i++)
+        to->code_weights[i] += factor * direction->code_weights[i];
+    for (uint32_t i = 0; i < reference_photo_count(model); i++) {
+        double *photo = (double *)&to->photos[i];
+        const double *moved = (const double *)&direction->photos[i];
+        for (size_t k = 0; k < sizeof *to->photos / sizeof *photo; k++) photo[k] += factor * moved[k];
+    }
+}
+
+// What is seen of a ray, given its error.
+static double seen(const struct reference_step *step, uint32_t ray, int channel) {
+    return step->errors[ray][channel] + step->rays[ray].target[channel];
+}
+
+static void *read_all(struct vw_buffer *buffer) {
+    uint64_t bytes = vw_buffer_size_bytes(buffer);
+    void *data = vw_allocate(bytes, 1);
+    ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
+    return data;
+}
+
+// Where samples were placed by importance, of a single chunk of rays; NULL: nowhere.
+static double *samples_placed(struct vw_buffer *buffer) {
+    if (!buffer) return NULL;
+    uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
+    float *listed = read_all(buffer);
+    double *exact = vw_allocate(count, sizeof *exact);
+    for (uint64_t i = 0; i < count; i++) exact[i] = listed[i];
+    free(listed);
+    return exact;
+}
+
+// J^T L'' J direction, at `params`, with samples held fixed. Takes `sample_places` over.
+static struct reference_step *reference_product(const struct model *model, const float *before, const float *direction,
+                                                const struct vw_ray *rays, const double (*places)[2],
+                                                double *sample_places, uint32_t ray_count, uint32_t view) {
+    struct reference_params *params = reference_params_create(model, before),
+                            *towards = reference_params_create(model, direction);
+    struct reference_step *step = reference_step_create(model, rays, ray_count);
+    double(*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
+    double size = 0, by = 0, h;
+    for (uint64_t i = 0; i < model->param_bytes / 4; i++) {
+        size += before[i] * before[i];
+        by += direction[i] * direction[i];
+    }
+    h = 1e-6 * sqrt(size / by);
+    step->view = view;
+    step->sample_places = sample_places;
+    memcpy(step->places, places, ray_count * sizeof *places);
+    add_params(params, towards, h, model);
+    reference_step_forward(step, params, true, STEP);
+    for (uint32_t ray = 0; ray < ray_count; ray++)
+        for (int c = 0; c < 3; c++) slopes[ray][c] = seen(step, ray, c);
+    add_params(params, towards, -2 * h, model);
+    reference_step_forward(step, params, true, STEP);
+    for (uint32_t ray = 0; ray < ray_count; ray++)
+        for (int c = 0; c < 3; c++) slopes[ray][c] = (slopes[ray][c] - seen(step, ray, c)) / (2 * h);
+    add_params(params, towards, h, model);
+    reference_step_forward(step, params, true, STEP);
+    for (uint32_t ray = 0; ray < ray_count; ray++)
+        for (int c = 0; c < 3; c++) // the slope of a squared error is twice the error
+            step->errors[ray][c] =
+                slopes[ray][c] * reference_curvature(&model->specialization, step->errors[ray][c]) / 2;
+    struct model squared = *model;
+    squared.specialization.loss = LOSS_L2;
+    step->model = &squared;
+    reference_step_backward(step, params);
+    step->model = model;
+    free(slopes);
+    reference_params_destroy(params);
+    reference_params_destroy(towards);
+    return step;
+}
+
+// The reference's gradients as a block.
+static double *as_block(const struct model *model, struct reference_step *step) {
+    const struct vw_specialization *s = &model->specialization;
+    double *block = vw_allocate(model->param_bytes / 4, sizeof *block);
+    double *weights = block + model->weights.offset_bytes / 4, *photos = block + model->appearance.offset_bytes / 4,
+           *code_weights = block + model->code_weights.offset_bytes / 4, *codes = block + model->codes.offset_bytes / 4;
+    struct reference_matrix matrices[REFERENCE_MATRICES];
+    memcpy(block, step->d_grid, 2 * (size_t)model->pair_count * sizeof *block);
+    reference_matrices(s, &step->d_weights, matrices);
+    for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
+        for (uint32_t i = 0; i < matrices[m].out * matrices[m].in; i++)
+            weights[reference_block_index(s, m, i / matrices[m].in, i % matrices[m].in)] = matrices[m].values[i];
+    for (int i = 0; model->sky.size_bytes && i < 3 * VW_SKY_COLUMNS; i++)
+        weights[4 * model->weight_columns + i / 3 * 4 + i % 3] = step->d_sky[i / 3][i % 3];
+    for (int c = 0; model->appearance.size_bytes && c < 3; c++) {
+        photos[8 * step->view + c] = step->d_photo.gain[c];
+        photos[8 * step->view + 4 + c] = step->d_photo.bias[c];
+    }
+    for (uint64_t i = 0; i < model->code_weights.size_bytes / 4; i++) code_weights[i] = step->d_code_weights[i];
+    for (uint32_t i = 0; model->codes.size_bytes && i < REFERENCE_CODE; i++)
+        codes[REFERENCE_CODE * step->view + i] = step->d_photo.code[i];
+    for (uint64_t i = 0; i < model->param_bytes / 4; i++) block[i] *= s->inverse_rays;
+    return block;
+}
+
+// Where in their photo pixels lie, -1 to 1 across it.
+static double (*places_of(const struct probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
+    double(*places)[2] = vw_allocate(count, sizeof *places);
+    const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
+    const struct vw_image *image = &context->scene->views[view].image;
+    for (uint32_t i = 0; i < count; i++) {
+        places[i][0] = 2.0 * pixels[i].x_px / image->width_px - 1.0;
+        places[i][1] = 2.0 * pixels[i].y_px / image->height_px - 1.0;
+    }
+    return places;
+}
+
+// One step back from a random adjoint: what it added against the reference.
+static void check_step(struct vw_lasting *lasting, const char *where) {
+    const struct model *model = lasting->replay.context->field->model;
+    const struct step_passes *step = lasting->replay.context->step;
+    const struct adjoint_blocks *adjoint =
+        &lasting->sweep.kept[lasting->sweep.measure_count - 1]; // whose direction is left
+    uint64_t count = model->param_bytes / 4;
+    float *lambda = vw_allocate(count, sizeof *lambda);
+    struct test_random random = {.seed = 3};
+    for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
+    ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
+    uint32_t pixel = step_replay_draw(&lasting->replay, STEP, 0),
+             view = schedule_view_of_step(lasting->replay.context->schedule, STEP);
+    vw_batch_begin(lasting->replay.batch);
+    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    sweep_record_step(&lasting->sweep, lasting->replay.batch, STEP, pixel, 0);
+    ASSERT_OK(step_replay_run(&lasting->replay));
+    float *before = read_all(lasting->sweep.blocks.before), *after = read_all(lasting->sweep.blocks.after),
+          *gradient = read_all(lasting->sweep.blocks.gradient), *direction = read_all(lasting->sweep.direction),
+          *moved = read_all(adjoint->lambda);
+    const vw_float4 row = ((const vw_float4 *)vw_buffer_map(lasting->sweep.rows))[lasting->sweep.measure_count - 1];
+    double credit = 0, credit_size = 0;
+    for (uint64_t i = 0; i < count; i++) {
+        double rate = gradient[i] != 0.0f ? ((double)before[i] - after[i]) / gradient[i] : 0.0;
+        check_value(where, "direction", i, direction[i], -rate * lambda[i], 1e-5 * fabs(rate) + 1e-12);
+        if (gradient[i] == 0.0f) continue; // what is visible is held fixed
+        credit += (double)lambda[i] * ((double)after[i] - before[i]);
+        credit_size += fabs((double)lambda[i] * ((double)after[i] - before[i]));
+    }
+    check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
+    const struct vw_push_rays push = {
+        .first_pixel = pixel, .ray_count = lasting->sweep.rays, .key = model_key_of_step(model, STEP)};
+    vw_batch_begin(lasting->replay.batch);
+    vw_batch_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
+    ASSERT_OK(step_replay_run(&lasting->replay));
+    struct vw_ray *rays = read_all(step->ray_buffer);
+    double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->sweep.rays);
+    struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
+                                                         samples_placed(step->places), lasting->sweep.rays, view);
+    double *expected = as_block(model, reference), difference = 0, size = 0;
+    double factor = (double)step->rays / lasting->sweep.rays;
+    for (uint64_t i = 0; i < count; i++) {
+        double added = (double)moved[i] - lambda[i], wanted = factor * expected[i];
+        difference += (added - wanted) * (added - wanted);
+        size += wanted * wanted;
+    }
+    if (!(size > 0 && sqrt(difference / size) < TOLERANCE))
+        fail_msg("%s: the product is off by %g of its size", where, sqrt(difference / size));
+    free(lambda);
+    free(before);
+    free(after);
+    free(gradient);
+    free(direction);
+    free(moved);
+    free(rays);
+    free(places);
+    free(expected);
+    reference_step_destroy(reference);
+}
+
+// ---- The gradient of U ----------------------------------------------------------------------------------------------
+
+struct score_case {
+    const struct validation *validation;
+    const struct vw_ray *rays;
+    const struct vw_ray_range *scored, *fitted; // fitted: NULL where nothing is fitted
+    bool loss;                                  // minus L1 instead of PSNR
+};
+
+// Validation's score from the colours of its rays, one view's share.
+static double score_of_view(const struct score_case *score, const double (*colours)[3], uint32_t view) {
+    double squared = 0, absolute = 0, values = 0;
+    for (int c = 0; c < 3; c++) {
+        double gain = 0, bias = 0, rendered[VIEW_FIT_RAYS_MAX], target[VIEW_FIT_RAYS_MAX];
+        uint32_t count = 0;
+        for (uint32_t i = 0; score->fitted && i < score->fitted[view].count; i++) {
+            uint32_t ray = score->fitted[view].first + i;
+            if (score->rays[ray].target_weight.w == 0.0f) continue;
+            rendered[count] = colours[ray][c];
+            target[count++] = (&score->rays[ray].target_weight.x)[c];
+        }
+        if (score->fitted) reference_fit_channel(rendered, target, count, &gain, &bias);
+        for (uint32_t i = 0; i < score->scored[view].count; i++) {
+            uint32_t ray = score->scored[view].first + i;
+            double error = (1 + gain) * colours[ray][c] + bias - (&score->rays[ray].target_weight.x)[c];
+            if (score->rays[ray].target_weight.w == 0.0f) continue;
+            squared += error * error;
+            absolute += fabs(error);
+            values++;
+        }
+    }
+    double total = 0;
+    for (uint32_t i = 0; i < score->validation->view_count; i++) total += 3.0 * score->validation->pixel_counts[i];
+    return score->loss ? -absolute / total : -10 * log10(squared / values) / score->validation->view_count;
+}
+
+static void slope_range(const struct score_case *score, double (*colours)[3], uint32_t view,
+                        const struct vw_ray_range *range, double (*slopes)[3]) {
+    const double h = 1e-6;
+    for (uint32_t ray = range->first; ray < range->first + range->count; ray++)
+        for (int c = 0; c < 3; c++) {
+            double colour = colours[ray][c], ahead;
+            colours[ray][c] = colour + h;
+            ahead = score_of_view(score, (const double(*)[3])colours, view);
+            colours[ray][c] = colour - h;
+            slopes[ray][c] = (ahead - score_of_view(score, (const double(*)[3])colours, view)) / (2 * h);
+            colours[ray][c] = colour;
+        }
+}
+
+// Of the last state's share of 1 / `states`, from an adjoint of 0.
+static void check_score_gradient(struct vw_lasting *lasting, const char *where, uint32_t measure) {
+    const struct validation *validation = lasting->replay.context->validation;
+    const struct model *model = lasting->replay.context->field->model;
+    const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
+    uint64_t count = model->param_bytes / 4;
+    float *zero = vw_allocate(count, sizeof *zero);
+    for (uint32_t i = 0; i < lasting->sweep.measure_count; i++)
+        ASSERT_OK(vw_buffer_write(lasting->sweep.kept[i].lambda, 0, zero, model->param_bytes));
+    vw_batch_begin(lasting->replay.batch);
+    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    sweep_record_state(&lasting->sweep, lasting->replay.batch, 0, states);
+    ASSERT_OK(step_replay_run(&lasting->replay));
+    float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.kept[measure].lambda);
+    struct vw_ray *rays = read_all(validation->evaluator.rays);
+    struct vw_ray_range *scored = read_all(validation->ranges),
+                        *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
+    const struct score_case score = {validation, rays, scored, fitted, measure == SWEEP_LOSS};
+
+    struct model plain = *model; // validation takes nobody's code, gain or bias, and skips nothing
+    plain.specialization.loss = LOSS_L2;
+    plain.specialization.effect_appearance = plain.specialization.effect_appearance_code = 0;
+    struct reference_params *params = reference_params_create(model, after);
+    struct reference_step *step = reference_step_create(&plain, rays, ray_count);
+    step->sample_places = samples_placed(validation->evaluator.places);
+    free(params->photos);
+    free(params->visibility_codes);
+    params->photos = NULL;
+    params->visibility_codes = NULL;
+    reference_step_forward(step, params, false, 0);
+    double(*colours)[3] = vw_allocate(ray_count, sizeof *colours),
+    (*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
+    memcpy(colours, step->colours, ray_count * sizeof *colours);
+    for (uint32_t view = 0; view < validation->view_count; view++) {
+        if (measure >= SWEEP_OF_VIEWS && view != measure - SWEEP_OF_VIEWS) continue;
+        slope_range(&score, colours, view, &scored[view], slopes);
+        if (fitted) slope_range(&score, colours, view, &fitted[view], slopes);
+    }
+    for (uint32_t ray = 0; ray < ray_count; ray++)
+        for (int c = 0; c < 3; c++) step->errors[ray][c] = 3 * slopes[ray][c] / 2; // a third of a slope of 2 x error
+    reference_step_backward(step, params);
+    step->model = model;
+    double *expected = as_block(model, step), difference = 0, size = 0;
+    for (uint64_t i = 0; i < count; i++) {
+        double wanted = expected[i] / model->specialization.inverse_rays / states;
+        if (measure >= SWEEP_OF_VIEWS) wanted *= validation->view_count; // not of a mean over views
+        if (i >= model->appearance.offset_bytes / 4 && model->appearance.size_bytes) wanted = 0;
+        difference += (lambda[i] - wanted) * (lambda[i] - wanted);
+        size += wanted * wanted;
+    }
+    if (!(size > 0 && sqrt(difference / size) < SCORE_TOLERANCE))
+        fail_msg("%s, measure %u: the gradient of U is off by %g of its size", where, measure, sqrt(difference / size));
+    reference_params_destroy(params);
+    reference_step_destroy(step);
+    free(zero);
+    free(after);
+    free(lambda);
+    free(rays);
+    free(scored);
+    free(fitted);
+    free(colours);
+    free(slopes);
+    free(expected);
+}
+
+static void meets_the_reference(void **state) {
+    (void)state;
+    static const struct {
+        const char *effects;
+        enum vw_loss loss;
+        uint32_t rays; // of the product
+        uint32_t importance_samples;
+    } cases[] = {{"none", VW_LOSS_L2, 0, 0},
+                 {"none", VW_LOSS_L1, 64, 0},
+                 {"sky,unbounded", VW_LOSS_HUBER, 0, 0},
+                 {"none", VW_LOSS_L2, 0, 24},
+                 {"appearance,appearance_code", VW_LOSS_L2, 0, 0},
+                 {"visibility,sky", VW_LOSS_HUBER, 0, 0}};
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config config = test_config();
+        config.epochs = 10;
+        config.rays = 120;
+        config.loss = cases[i].loss;
+        config.importance_samples = cases[i].importance_samples;
+        strcpy(config.effects, cases[i].effects);
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+        struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
+        training.effects = vw_trainer_effects(trainer, &training.effect_count);
+        const struct vw_lasting_params params = {.training = &training, .rays = cases[i].rays, .by_view = i % 2 == 0};
+        struct vw_lasting *lasting = NULL;
+        ASSERT_OK(vw_lasting_create(&params, &lasting));
+        vw_trainer_destroy(&trainer);
+        const struct vw_lasting_credit *credits;
+        uint32_t count;
+        for (bool done = false; !done;) ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
+        check_step(lasting, cases[i].effects);
+        for (uint32_t measure = 0; measure < lasting->sweep.measure_count; measure++)
+            check_score_gradient(lasting, cases[i].effects, measure);
+        vw_lasting_destroy(&lasting);
+    }
+    vw_scene_close(&scene);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(meets_the_reference),
+    };
+    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
+}

@@ -1,0 +1,266 @@
+// How far scores of several runs agree: numbers worked out by hand, and the edges where a measure says nothing.
+#include "support/ledger_fixture.h"
+
+#include "value/evaluation/agreement.h"
+
+static void assert_real(double value, double expected, const char *what) { // a few roundings of numbers near 1
+    if (!(fabs(value - expected) <= 4e-16)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+}
+
+static struct vw_agreement compare(const double *a, const double *b, const bool *clean, uint32_t count) {
+    struct vw_agreement agreement;
+    ASSERT_OK(vw_agreement_of_pair(a, b, clean, count, &agreement));
+    return agreement;
+}
+
+static void numbers_worked_out_by_hand(void **state) {
+    (void)state;
+    // Deviations -2 -1 0 1 2 and -1 -2 1 0 2: products 2 2 0 0 4, squares 10 and 10.
+    const double a[] = {-2, -1, 0, 1, 2}, b[] = {-1.5, -2.5, 0.5, -0.5, 1.5};
+    struct vw_agreement agreement = compare(a, b, NULL, 5);
+    assert_int_equal(agreement.photos, 5);
+    assert_int_equal(agreement.clean, 0);
+    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
+    assert_real(agreement.values[VW_AGREEMENT_SPEARMAN], 0.8, "rho");
+    assert_true(isnan(agreement.values[VW_AGREEMENT_CLEAN_PEARSON]) &&
+                isnan(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN]));
+    // Positive: {3, 4} and {2, 4}. Alike: 0, 1 and 4. By chance: (2 * 2 + 3 * 3) / 25 = 13 / 25; (15 - 13) / (25 - 13).
+    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1.0 / 3, "Jaccard's index");
+    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
+    assert_real(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 1.0 / 6, "kappa");
+}
+
+static void ties_share_their_rank(void **state) {
+    (void)state;
+    // Ranks 1.5 1.5 3 4 and 1 2.5 2.5 4: deviations -1 -1 0.5 1.5 and -1.5 0 0 1.5, products 1.5 0 0 2.25, squares 4.5
+    // and 4.5.
+    const double a[] = {1, 1, 2, 9}, b[] = {-7, 0, 0, 100};
+    assert_real(compare(a, b, NULL, 4).values[VW_AGREEMENT_SPEARMAN], 3.75 / 4.5, "rho of ties");
+}
+
+static void the_clean_are_compared_alone(void **state) {
+    (void)state;
+    const double a[] = {1, 2, 3, -50, -60}, b[] = {3, 1, 2, -60, -50};
+    const bool clean[] = {true, true, true, false, false};
+    struct vw_agreement agreement = compare(a, b, clean, 5);
+    assert_int_equal(agreement.clean, 3);
+    assert_true(agreement.values[VW_AGREEMENT_PEARSON] > 0.95); // which the two corrupted photos make
+    assert_real(agreement.values[VW_AGREEMENT_CLEAN_PEARSON], -0.5, "r within the clean");
+    assert_real(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, "rho within the clean");
+}
+
+static void two_extremes_do_not_decide(void **state) {
+    (void)state;
+    // Without 50 and -40 (the second run's; 0 in the first): -2 -1 0 1 2 and -1 -2 1 0 2, as above.
+    const double a[] = {-2, 50, -1, 0, 1, 0, 2}, b[] = {-1, 60, -2, 1, 0, -40, 2};
+    struct vw_agreement agreement = compare(a, b, NULL, 7);
+    assert_real(agreement.values[VW_AGREEMENT_TRIMMED_PEARSON], 0.8, "r without two extremes");
+    assert_true(isnan(compare(a, b, NULL, 4).values[VW_AGREEMENT_TRIMMED_PEARSON]));
+    const double equal[] = {1, 1, 1, 1, 3}, other[] = {1, 2, 3, 4, 5}; // no spread: the last is farthest in the first
+    assert_true(isnan(compare(equal, other, NULL, 5).values[VW_AGREEMENT_TRIMMED_PEARSON]));
+}
+
+static void coverage_counts_intervals_that_hold_the_mean(void **state) {
+    (void)state;
+    // Of two runs, the mean is seen from a score at 1 / sqrt(2) of the way to the other one: 0.707 of 1.
+    double values[] = {0, 5, 1, NAN}, low[] = {-1, 0, 0.2, 0}, high[] = {0.71, 9, 2, 1};
+    struct vw_score_table table = {.values = values, .ci_low = low, .ci_high = high};
+    const struct vw_score_tables tables = {.run_count = 2, .photo_count = 2};
+    struct vw_coverage coverage = vw_agreement_coverage(&tables, &table);
+    assert_int_equal(coverage.intervals, 2); // the other photo has a score in one run only
+    assert_real(coverage.share, 1, "the share");
+    high[0] = 0.70;
+    assert_real(vw_agreement_coverage(&tables, &table).share, 0.5, "the share of one missed");
+    low[0] = low[2] = NAN;
+    assert_true(isnan(vw_agreement_coverage(&tables, &table).share));
+}
+
+static void missing_scores_are_left_out(void **state) {
+    (void)state;
+    const double a[] = {NAN, -2, -1, 0, 5, 1, 2, INFINITY}, b[] = {3, -1.5, -2.5, 0.5, NAN, -0.5, 1.5, 1};
+    struct vw_agreement agreement = compare(a, b, NULL, 8);
+    assert_int_equal(agreement.photos, 5);
+    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
+    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
+}
+
+static void where_nothing_can_be_said(void **state) {
+    (void)state;
+    const double equal[] = {-1, -1, -1}, other[] = {-3, -2, -1}, positive[] = {1, 2, 3}, lost[] = {NAN, NAN, NAN};
+    struct vw_agreement agreement = compare(equal, other, NULL, 3);
+    assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
+    assert_true(isnan(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD])); // no set to agree on
+    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 1, "the share of equal sign");
+    assert_true(isnan(agreement.values[VW_AGREEMENT_SIGN_KAPPA])); // nothing beyond chance can be told
+    agreement = compare(other, positive, NULL, 3);
+    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 1, "r");
+    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 0, "Jaccard's index of all and none");
+    assert_real(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 0, "kappa of all and none");
+    agreement = compare(positive, positive, NULL, 1);
+    assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
+    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1, "Jaccard's index of one photo");
+    agreement = compare(lost, positive, NULL, 3);
+    assert_int_equal(agreement.photos, 0);
+    for (int i = 0; i < VW_AGREEMENT_COUNT; i++) assert_true(isnan(agreement.values[i]));
+}
+
+static void pairs_are_summarised(void **state) {
+    (void)state;
+    double values[] = {1,      2, 3, /**/ 3,   2,   1,
+                       /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
+    struct vw_score_table table = {.method = "some", .unit = "dB", .values = values};
+    struct vw_score_tables tables = {.run_count = 4, .photo_count = 3, .tables = &table, .count = 1};
+    struct vw_agreement *pairs = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_agreement_of_pairs(&tables, &table, &pairs, &count));
+    assert_int_equal(count, 6);
+    struct vw_agreement_summary summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON);
+    assert_int_equal(summary.pairs, 3);
+    assert_real(summary.mean, -1.0 / 3, "the mean");
+    assert_real(summary.lowest, -1, "the lowest");
+    assert_real(summary.highest, 0.5, "the highest");
+    assert_real(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, "the pair of the first and third run");
+    summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
+    assert_true(summary.pairs == 0 && isnan(summary.mean) && isnan(summary.lowest) && isnan(summary.highest));
+    free(pairs);
+}
+
+// ---- From ledgers ---------------------------------------------------------------------------------------------------
+
+static struct vw_value_input input_of(const struct test_recording *training, const struct vw_ledger_image *images) {
+    return (struct vw_value_input){.records = training->records,
+                                   .record_count = training->count,
+                                   .burn_in_epochs = 1,
+                                   .images = images,
+                                   .image_count = TEST_IMAGE_COUNT};
+}
+
+static struct test_recording *train(uint32_t epochs, uint64_t seed) {
+    struct test_trainer trainer = test_four_epochs;
+    trainer.epochs = epochs;
+    trainer.seed = seed;
+    return test_record(&trainer);
+}
+
+// The first epochs of a longer run are the run of so many epochs.
+static void first_epochs_are_scored_as_a_run_of_their_own(void **state) {
+    (void)state;
+    struct test_recording *longer = train(9, 1), *shorter = train(4, 1), *other = train(4, 2);
+    struct vw_value_input runs[] = {input_of(longer, test_images), input_of(other, test_images)};
+    struct vw_value_input wanted[] = {input_of(shorter, test_images), input_of(other, test_images)};
+    struct vw_score_tables first, whole;
+    ASSERT_OK(vw_score_tables_make(runs, 2, 4, &first));
+    ASSERT_OK(vw_score_tables_make(wanted, 2, UINT32_MAX, &whole));
+    assert_int_equal(first.photo_count, TEST_TRAIN_COUNT);
+    assert_true(first.count >= 2 && first.count == whole.count);
+    for (uint32_t i = 0; i < first.count; i++) {
+        assert_string_equal(first.tables[i].method, whole.tables[i].method);
+        assert_memory_equal(first.tables[i].values, whole.tables[i].values, 2 * TEST_TRAIN_COUNT * sizeof(double));
+    }
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) {
+        assert_int_equal(first.photos[i], test_train_views[i]);
+        assert_int_equal(first.clean[i], i != 1 && i != 3);
+    }
+    const struct vw_score_table *table = vw_score_tables_find(&first, "dv_psnr");
+    assert_non_null(table);
+    assert_true(table->values[0] > 0 && table->values[TEST_TRAIN_COUNT + 3] < 0); // of the two runs
+    assert_null(vw_score_tables_find(&first, "none"));
+    vw_score_tables_free(&first);
+    vw_score_tables_free(&whole);
+    ASSERT_OK(vw_score_tables_make(runs, 2, 1, &first)); // burn-in alone
+    assert_int_equal(first.count, 0);
+    vw_score_tables_free(&first);
+    free(longer);
+    free(shorter);
+    free(other);
+}
+
+static void probes_of_later_epochs_are_left_out(void **state) {
+    (void)state;
+    struct test_recording *training = train(4, 1);
+    const struct vw_probe probes[] = {{.step = 1}, {.step = 10}, {.step = 10}, {.step = 11}, {.step = 20}};
+    struct vw_value_input input = input_of(training, test_images);
+    input.probes = probes;
+    input.probe_count = VW_ARRAY_COUNT(probes);
+    struct vw_value_input first = vw_value_input_truncate(&input, 2);
+    assert_int_equal(first.record_count, 1 + 2 * TEST_TRAIN_COUNT);
+    assert_int_equal(first.probe_count, 3);
+    first = vw_value_input_truncate(&input, 4);
+    assert_int_equal(first.record_count, training->count);
+    assert_int_equal(first.probe_count, 5);
+    free(training);
+}
+
+// A run that has no step after burn-in has no score of any method: its places are NaN, and the others' pairs stay.
+static void a_run_without_scores_takes_no_part(void **state) {
+    (void)state;
+    struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);
+    struct vw_value_input runs[] = {input_of(burned, test_images), input_of(full, test_images),
+                                    input_of(other, test_images)};
+    struct vw_score_tables tables;
+    ASSERT_OK(vw_score_tables_make(runs, 3, 4, &tables));
+    const struct vw_score_table *table = vw_score_tables_find(&tables, "dv_loss");
+    assert_non_null(table);
+    struct vw_agreement *pairs = NULL;
+    uint32_t count = 0;
+    ASSERT_OK(vw_agreement_of_pairs(&tables, table, &pairs, &count));
+    assert_true(isnan(table->values[0]) && isfinite(table->values[TEST_TRAIN_COUNT]));
+    assert_int_equal(pairs[0].photos, 0);
+    assert_int_equal(pairs[2].photos, TEST_TRAIN_COUNT);
+    assert_int_equal(pairs[2].clean, 3);
+    assert_int_equal(vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).pairs, 1);
+    free(pairs);
+    vw_score_tables_free(&tables);
+    free(full);
+    free(other);
+    free(burned);
+}
+
+static void truth_is_not_made_up(void **state) {
+    (void)state;
+    struct test_recording *training = train(4, 1);
+    struct vw_ledger_image images[TEST_IMAGE_COUNT];
+    for (int i = 0; i < TEST_IMAGE_COUNT; i++) {
+        images[i] = test_images[i];
+        images[i].ground_truth = NULL;
+    }
+    struct vw_value_input run = input_of(training, images);
+    struct vw_score_tables tables;
+    ASSERT_OK(vw_score_tables_make(&run, 1, 4, &tables));
+    assert_null(tables.clean);
+    vw_score_tables_free(&tables);
+    free(training);
+}
+
+static void runs_on_other_photos_are_refused(void **state) {
+    (void)state;
+    struct test_recording *training = train(4, 1);
+    struct vw_ledger_image images[TEST_IMAGE_COUNT];
+    memcpy(images, test_images, sizeof images);
+    images[3].name = "images/other.png";
+    struct vw_value_input runs[] = {input_of(training, test_images), input_of(training, images)};
+    struct vw_score_tables tables;
+    assert_int_equal(vw_score_tables_make(runs, 2, 4, &tables), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "run 2"));
+    vw_score_tables_free(&tables);
+    free(training);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(numbers_worked_out_by_hand),
+        cmocka_unit_test(ties_share_their_rank),
+        cmocka_unit_test(the_clean_are_compared_alone),
+        cmocka_unit_test(two_extremes_do_not_decide),
+        cmocka_unit_test(coverage_counts_intervals_that_hold_the_mean),
+        cmocka_unit_test(missing_scores_are_left_out),
+        cmocka_unit_test(where_nothing_can_be_said),
+        cmocka_unit_test(pairs_are_summarised),
+        cmocka_unit_test(first_epochs_are_scored_as_a_run_of_their_own),
+        cmocka_unit_test(probes_of_later_epochs_are_left_out),
+        cmocka_unit_test(a_run_without_scores_takes_no_part),
+        cmocka_unit_test(truth_is_not_made_up),
+        cmocka_unit_test(runs_on_other_photos_are_refused),
+    };
+    return cmocka_run_group_tests_name("agreement", tests, NULL, NULL);
+}

@@ -1,0 +1,358 @@
+// Every method on games whose values are known, and against a plain recomputation.
+#include "support/value_game.h"
+
+static const uint64_t seed = 5;
+static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
+enum { EPOCHS = 13, BURN_IN = 1, VALUED = EPOCHS - BURN_IN, ALL = (1 << TEST_TRAIN_COUNT) - 1 };
+
+static struct vw_ledger_score *score(const struct test_game *game, double beta1, uint32_t *count) {
+    struct vw_value_input input = test_input_of(game, BURN_IN, beta1);
+    struct vw_ledger_score *scores = NULL;
+    input.paper_methods = true;
+    ASSERT_OK(vw_value_score(&input, &scores, count));
+    return scores;
+}
+
+static double value_of(const struct vw_ledger_score *scores, uint32_t count, const char *method, uint32_t photo) {
+    return test_find_score(scores, count, method, test_train_views[photo])->value;
+}
+
+// Sums of some dozen numbers near 20 are right to 1e-13.
+static void check_near(double value, double expected, const char *what) {
+    if (!(fabs(value - expected) <= 1e-11))
+        fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
+}
+
+// ---- Games whose values are known -----------------------------------------------------------------------------------
+
+static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
+    struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
+    double value = game->records[game->count - 1].val_psnr - 12;
+    free(game);
+    return value;
+}
+
+static double leave_one_out(test_rule *rule, uint32_t photo, uint64_t with_seed) {
+    return played_value(rule, ALL, with_seed) - played_value(rule, ALL & ~(1u << photo), with_seed);
+}
+
+// The mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s! (n - 1 -
+// s)! / n!.
+static double shapley(test_rule *rule, uint32_t photo, uint64_t with_seed) {
+    static const double factorial[] = {1, 1, 2, 6, 24, 120};
+    double value = 0;
+    for (uint32_t subset = 0; subset <= ALL; subset++) {
+        if (subset >> photo & 1) continue;
+        int others = __builtin_popcount(subset);
+        value += factorial[others] * factorial[TEST_TRAIN_COUNT - 1 - others] / factorial[TEST_TRAIN_COUNT] *
+                 (played_value(rule, subset | 1u << photo, with_seed) - played_value(rule, subset, with_seed));
+    }
+    return value;
+}
+
+static double additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    (void)with_seed;
+    return worth_db[order[step]];
+}
+
+// Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree:
+// visits * worth.
+static void additive_worths_come_back(void **state) {
+    (void)state;
+    struct test_game *game = test_play(additive, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        double worth = worth_db[photo], whole = VALUED * worth;
+        check_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
+        check_near(shapley(additive, photo, seed), whole, "Shapley's value");
+        const struct {
+            const char *method;
+            double expected;
+        } cases[] = {
+            {"dv_psnr", whole},          {"dv_loss", whole / 100},   {"linear_psnr", whole},
+            {"exponential_psnr", whole}, {"last_epoch_psnr", worth},
+        };
+        for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)
+            check_near(value_of(scores, count, cases[i].method, photo), cases[i].expected, cases[i].method);
+    }
+    free(scores);
+    free(game);
+}
+
+// Two photos show the same: whichever comes first in an epoch brings all that either has, the other nothing.
+static double duplicates(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)with_seed;
+    if (order[step] > 1) return 0.1;
+    for (uint32_t earlier = first; earlier < step; earlier++)
+        if (order[earlier] == 1 - order[step]) return 0;
+    return 0.5;
+}
+
+static void duplicates_share_their_worth(void **state) {
+    (void)state;
+    double pair[2] = {0};
+    enum { SEEDS = 40 };
+    for (uint64_t with_seed = 0; with_seed < SEEDS; with_seed++) {
+        struct test_game *game = test_play(duplicates, EPOCHS, with_seed);
+        uint32_t count = 0;
+        struct vw_ledger_score *scores = score(game, 0, &count);
+        double first = value_of(scores, count, "dv_psnr", 0), second = value_of(scores, count, "dv_psnr", 1);
+        check_near(first + second, 0.5 * VALUED, "what a pair shares");
+        pair[0] += first / SEEDS;
+        pair[1] += second / SEEDS;
+        free(scores);
+        free(game);
+    }
+    // Half each but for the luck of the draw: 480 coins of 0.5 dB, summed per run, spread the mean by 0.137 dB; within
+    // four of that.
+    assert_true(fabs(pair[0] - 0.25 * VALUED) < 0.55);
+    for (uint32_t photo = 0; photo < 2;
+         photo++) { // so that the sums tell Shapley's value, not what is lost without the photo
+        check_near(shapley(duplicates, photo, seed), 0.25 * VALUED, "Shapley's value");
+        check_near(leave_one_out(duplicates, photo, seed), 0, "leave-one-out");
+    }
+}
+
+// Photo 3 takes 2 dB, which the step after it brings back, whoever takes it; else worths are additive, and its own is
+// nothing.
+static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    (void)with_seed;
+    bool repairs = step > 1 && order[step - 1] == 3, harms = order[step] == 3;
+    return (harms ? 0 : worth_db[order[step]]) + (repairs ? 2 : 0) - (harms ? 2 : 0);
+}
+
+// What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo
+// and for those that happen to follow.
+static void repaired_damage_is_overstated_by_sums(void **state) {
+    (void)state;
+    struct test_game *game = test_play(repaired, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    assert_true(fabs(leave_one_out(repaired, 3, seed)) <= 2 + 1e-9); // a last visit may go unrepaired
+    assert_true(value_of(scores, count, "dv_psnr", 3) <= -2 * (VALUED - 1));
+    free(scores);
+    free(game);
+}
+
+// ---- Against a plain recomputation ----------------------------------------------------------------------------------
+
+static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
+    (void)first;
+    double noise = test_noise(with_seed, step);
+    return (worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) /
+           (1 + 0.01 * step); // some outsized, all fading
+}
+
+// The deltas of a measure by valued epoch and photo, from the records; NaN where there is none.
+struct grid {
+    double d[VALUED][TEST_TRAIN_COUNT];
+};
+static const double beta1 = 0.9;
+
+static double read_measure(const struct vw_step_record *record, bool loss) {
+    return loss ? -record->val_l1 : record->val_psnr;
+}
+
+// The credit with which Adam's kernel makes `delta` of it and the credits before.
+static double solve_for_credit(double delta, const double *credits, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) delta -= (1 - beta1) * pow(beta1, count - i) * credits[i];
+    return delta / (1 - beta1);
+}
+
+static struct grid grid_of(const struct test_game *game, bool loss, const char *method) {
+    struct grid grid;
+    double own[TEST_TRAIN_COUNT], shared = read_measure(&game->records[0], loss), credits[TEST_RECORDS_MOST];
+    uint32_t taken = 0;
+    bool revisit = strcmp(method, "revisit") == 0, momentum = strcmp(method, "momentum") == 0;
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) own[i] = NAN;
+    for (uint32_t step = 1; step < game->count; step++) {
+        const struct vw_step_record *record = &game->records[step];
+        uint32_t photo = game->order[step];
+        double measure = read_measure(record, loss), delta = measure - (revisit ? own[photo] : shared);
+        if (momentum && !isnan(delta)) {
+            credits[taken] = solve_for_credit(delta, credits, taken);
+            delta = credits[taken++];
+        }
+        if (record->epoch >= BURN_IN) grid.d[record->epoch - BURN_IN][photo] = delta;
+        if (!isnan(measure)) own[photo] = shared = measure;
+    }
+    return grid;
+}
+
+// What an epoch adds to the score of a method, without _psnr and _loss.
+static double contribution(const char *method, const double *epoch, uint32_t photo, double e) {
+    const double d = epoch[photo], count = VALUED;
+    if (strcmp(method, "dv") == 0) return d;
+    if (strcmp(method, "revisit") == 0 || strcmp(method, "momentum") == 0) return d; // the grid is of their form
+    if (strcmp(method, "last_epoch") == 0) return e == count ? d : NAN;
+    if (strcmp(method, "linear") == 0) return 2 * e / (count + 1) * d;
+    if (strcmp(method, "exponential") == 0) { // a geometric series
+        double ratio = exp(3 / count), mean = ratio * (pow(ratio, count) - 1) / (ratio - 1) / count;
+        return pow(ratio, e) / mean * d;
+    }
+    fail_msg("no formula here for %s", method);
+    return NAN;
+}
+
+// Holds one score against its formula.
+static void check_score(const struct test_game *game, const struct vw_ledger_score *score) {
+    const char *end = strrchr(score->method, '_');
+    char *method = vw_format_text("%.*s", (int)(end - score->method), score->method);
+    uint32_t photo = 0, visits = 0;
+    while (test_train_views[photo] != score->image_id) photo++;
+    const struct grid grid = grid_of(game, strcmp(end, "_loss") == 0, method);
+    double sum = 0;
+    for (uint32_t e = 0; e < VALUED; e++) {
+        double part = contribution(method, grid.d[e], photo, e + 1);
+        if (isnan(part)) continue;
+        sum += part;
+        visits++;
+    }
+    check_near(score->value, sum, score->method);
+    assert_int_equal(score->visits, visits);
+    free(method);
+}
+
+static void methods_follow_their_formulas(void **state) {
+    (void)state;
+    for (uint64_t with_seed = 0; with_seed < 6; with_seed++) {
+        struct test_game *game = test_play(noisy, EPOCHS, with_seed);
+        for (uint32_t step = 17; step < 23 + with_seed; step++) test_flag(game, step); // one epoch keeps a photo or two
+        uint32_t count = 0;
+        bool momentum = with_seed % 2;
+        struct vw_ledger_score *scores = score(game, momentum ? beta1 : 0, &count);
+        for (uint32_t i = 0; i < count; i++)
+            if (strcmp(scores[i].method, "quality") != 0) check_score(game, &scores[i]); // see test_quality
+        assert_int_equal(count, (momentum ? 9 : 8) * TEST_TRAIN_COUNT);
+        free(scores);
+        free(game);
+    }
+}
+
+// ---- The table and the edges ----------------------------------------------------------------------------------------
+
+static void the_list_is_in_the_order_of_scores(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    uint32_t count = 0, listed;
+    const struct vw_value_method *methods = vw_value_methods(&listed);
+    struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
+    struct vw_lasting_step *sweep = vw_allocate(input.record_count, sizeof *sweep);
+    struct vw_ledger_score *scores = NULL;
+    struct vw_photo_coverage photos[TEST_TRAIN_COUNT];
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) photos[i] = (struct vw_photo_coverage){test_train_views[i], i};
+    input.lasting = (struct vw_lasting_sweep){
+        .steps = sweep, .step_count = input.record_count - 1, .photos = photos, .photo_count = TEST_TRAIN_COUNT};
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    bool has_default = false;
+    assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings
+    assert_string_equal(methods[--listed].name, "same_state_psnr"); // nor probes
+    for (uint32_t i = 0; i < listed; i++) {
+        assert_string_equal(scores[i * TEST_TRAIN_COUNT].method, methods[i].name);
+        assert_string_equal(scores[i * TEST_TRAIN_COUNT].unit, methods[i].unit);
+        assert_true(strlen(methods[i].formula) > 0);
+        has_default = has_default || strcmp(methods[i].name, vw_value_default_method) == 0;
+        for (uint32_t j = 0; j < i; j++) assert_string_not_equal(methods[i].name, methods[j].name);
+    }
+    assert_true(has_default);
+    free(scores);
+    free(sweep);
+    free(game);
+}
+
+static void a_single_epoch_has_scores_without_errors(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, 1, seed);
+    struct vw_value_input input = test_input_of(game, 0, 0);
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    input.paper_methods = true;
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    for (uint32_t i = 0; i < count; i++) {
+        assert_true(isfinite(scores[i].value) && isnan(scores[i].standard_error));
+        assert_int_equal(scores[i].visits, 1);
+        assert_true(strncmp(scores[i].method, "revisit", 7) != 0); // nothing to start from
+    }
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        double whole = value_of(scores, count, "dv_psnr", photo);
+        assert_true(value_of(scores, count, "last_epoch_psnr", photo) == whole);
+        check_near(value_of(scores, count, "exponential_psnr", photo), whole, "exponential_psnr");
+        check_near(value_of(scores, count, "linear_psnr", photo), whole, "linear_psnr");
+    }
+    free(scores);
+    ASSERT_OK(vw_value_score(&(struct vw_value_input){.records = game->records, .record_count = 1}, &scores, &count));
+    assert_int_equal(count, 0); // the untrained field alone
+    free(scores);
+    input.burn_in_epochs = 1;
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    assert_int_equal(count, 0); // no visit after burn-in
+    free(scores);
+    free(game);
+}
+
+static void intervals_contain_their_scores(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(game, 0, &count);
+    for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
+        const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
+        assert_true(sum->ci_low < sum->value && sum->value < sum->ci_high && sum->standard_error > 0);
+        assert_in_range(sum->rank_ci_low, 1, sum->rank_ci_high);
+        assert_in_range(sum->rank_ci_high, 1, TEST_TRAIN_COUNT);
+    }
+    free(scores);
+    free(game);
+}
+
+// Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their
+// weights have it.
+static void resampling_stderr_heed_weights(void **state) {
+    (void)state;
+    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
+    const struct vw_probe probe = {
+        .step = 23, .kind = VW_PROBE_RESAMPLED, .val_psnr = game->records[23].val_psnr + 0.2};
+    input.probes = &probe;
+    input.probe_count = 1;
+    input.paper_methods = true;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    double linear = 0;
+    for (int e = 1; e <= VALUED; e++) linear += pow(2 * e / (VALUED + 1.0), 2);
+    ASSERT_OK(vw_value_score(&input, &scores, &count));
+    const struct {
+        const char *method;
+        double expected; // NaN for what is no weighted sum of step deltas, or not of this one
+    } cases[] = {
+        {"dv_psnr", sqrt(VALUED * 0.02)}, {"linear_psnr", sqrt(linear * 0.02)},
+        {"last_epoch_psnr", NAN},         {"revisit_psnr", NAN},
+        {"momentum_psnr", NAN},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        double error = test_find_score(scores, count, cases[i].method, game->records[23].view)->resampling_stderr;
+        assert_int_equal(isnan(error), isnan(cases[i].expected));
+        if (!isnan(error)) check_near(error, cases[i].expected, cases[i].method);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed
+    free(scores);
+    free(game);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(additive_worths_come_back),
+        cmocka_unit_test(duplicates_share_their_worth),
+        cmocka_unit_test(repaired_damage_is_overstated_by_sums),
+        cmocka_unit_test(methods_follow_their_formulas),
+        cmocka_unit_test(the_list_is_in_the_order_of_scores),
+        cmocka_unit_test(a_single_epoch_has_scores_without_errors),
+        cmocka_unit_test(intervals_contain_their_scores),
+        cmocka_unit_test(resampling_stderr_heed_weights),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

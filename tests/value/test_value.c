@@ -1,0 +1,477 @@
+// Scores against a fake trainer whose photos' worths are known, and the SQL and shell programs that recompute them.
+#include "support/ledger_fixture.h"
+
+#include <sqlite3.h>
+
+#include "base/file.h"
+#include "viewworth/value.h"
+
+static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
+
+static struct test_recording *train(double noise_db, uint32_t epochs, uint64_t seed) {
+    struct test_trainer trainer = {.noise_db = noise_db, .first_epoch_factor = 10, .epochs = epochs, .seed = seed};
+    memcpy(trainer.worth_db, worth_db, sizeof worth_db);
+    return test_record(&trainer);
+}
+
+static void flag(struct test_recording *training, uint32_t step) {
+    struct vw_step_record *record = &training->records[step];
+    record->nonfinite = true;
+    record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
+}
+
+static struct vw_value_input input_of(const struct test_recording *training, uint32_t burn_in_epochs) {
+    return (struct vw_value_input){
+        .records = training->records,
+        .record_count = training->count,
+        .burn_in_epochs = burn_in_epochs,
+        .images = test_images,
+        .image_count = TEST_IMAGE_COUNT,
+    };
+}
+
+static struct vw_ledger_score *score(const struct test_recording *training, uint32_t burn_in_epochs, uint32_t *count) {
+    struct vw_value_input input = input_of(training, burn_in_epochs);
+    struct vw_ledger_score *scores = NULL;
+    ASSERT_OK(vw_value_score(&input, &scores, count));
+    return scores;
+}
+
+static void check_near(double value, double expected, const char *what) {
+    if (!(fabs(value - expected) <= 1e-12)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
+}
+
+static void known_worths_come_back(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 6, 3);
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(training, 1, &count);
+    assert_int_equal(count, 3 * TEST_TRAIN_COUNT); // and quality
+    const char *methods[] = {"dv_psnr", "dv_loss"}, *units[] = {"dB", "mean absolute error"};
+    const double factors[] = {1, 0.01}; // positive = helps, also where the measure falls
+    for (uint32_t i = 0; i < 2 * TEST_TRAIN_COUNT; i++) {
+        uint32_t method = i / TEST_TRAIN_COUNT, image = i % TEST_TRAIN_COUNT;
+        assert_string_equal(scores[i].method, methods[method]);
+        assert_string_equal(scores[i].unit, units[method]);
+        assert_int_equal(scores[i].image_id, test_train_views[image]);
+        assert_int_equal(scores[i].visits, 5);
+        check_near(scores[i].value, 5 * factors[method] * worth_db[image], scores[i].method);
+        check_near(scores[i].standard_error, 0, "the standard error of equal deltas");
+    }
+    free(scores);
+    free(training);
+}
+
+static void burn_in_leaves_epochs_out(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 4, 3);
+    const double expected[] = {13, 3, 2, 1}; // visits' worth of photo 1: the first epoch counts tenfold
+    uint32_t count = 0;
+    for (uint32_t burn_in = 0; burn_in < 4; burn_in++) {
+        struct vw_ledger_score *scores = score(training, burn_in, &count);
+        const struct vw_ledger_score *first = test_find_score(scores, count, "dv_psnr", 1);
+        check_near(first->value, expected[burn_in] * worth_db[0], "dv_psnr of image 1");
+        assert_int_equal(first->visits, 4 - burn_in);
+        assert_int_equal(isnan(first->standard_error), burn_in == 3); // one visit has none
+        free(scores);
+    }
+    free(score(training, 4, &count));
+    assert_int_equal(count, 0);
+    free(training);
+}
+
+// Three visits with deltas 1, 2 and 6. How large the standard error is, is the matter of value/uncertainty.h.
+static void what_was_visited_has_a_standard_error(void **state) {
+    (void)state;
+    struct test_recording training = {.count = 4};
+    const double psnr[] = {10, 11, 13, 19};
+    for (uint32_t i = 0; i < training.count; i++)
+        training.records[i] = (struct vw_step_record){.step = i,
+                                                      .epoch = i ? i - 1 : 0,
+                                                      .view = i ? 3 : (uint32_t)VW_RECORD_UNTRAINED,
+                                                      .validated = true,
+                                                      .val_psnr = psnr[i],
+                                                      .val_psnr_pooled = 0,
+                                                      .val_l1 = 0};
+    uint32_t count = 0;
+    struct vw_ledger_score *scores = score(&training, 0, &count);
+    const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
+    check_near(third->value, 9, "dv_psnr");
+    assert_true(third->standard_error > 0 && third->ci_low < 9 && third->ci_high > 9);
+    assert_int_equal(third->visits, 3);
+    const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
+    assert_true(unvisited->value == 0 && unvisited->visits == 0 && isnan(unvisited->standard_error));
+    free(scores);
+}
+
+// A flagged step has no delta of its own; the step after it is measured from the last value before it.
+static void flagged_steps_are_bridged(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 3, 3);
+    const uint32_t flagged = 8; // in the second epoch
+    uint32_t photo = training->records[flagged].view, next = training->records[flagged + 1].view, count = 0;
+    struct vw_ledger_score *whole = score(training, 1, &count);
+    double photo_worth = test_find_score(whole, count, "dv_psnr", photo)->value / 2;
+    double next_value = test_find_score(whole, count, "dv_psnr", next)->value;
+    flag(training, flagged);
+    struct vw_ledger_score *scores = score(training, 1, &count);
+    assert_int_equal(test_find_score(scores, count, "dv_psnr", photo)->visits, 1);
+    check_near(test_find_score(scores, count, "dv_psnr", photo)->value, photo_worth, "dv_psnr of the flagged photo");
+    assert_int_equal(test_find_score(scores, count, "dv_psnr", next)->visits, 2);
+    check_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth,
+               "dv_psnr of the next photo");
+    free(scores);
+    free(whole);
+    free(training);
+}
+
+// The delta of the first step after burn-in is taken from the last value within it, and step 0 may lack a value.
+static void a_flagged_start_is_no_delta(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 1, 3);
+    flag(training, 0);
+    uint32_t count = 0, visits = 0;
+    struct vw_ledger_score *scores = score(training, 0, &count);
+    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) visits += scores[i].visits;
+    assert_int_equal(visits, TEST_TRAIN_COUNT - 1);
+    free(scores);
+    for (uint32_t step = 0; step < training->count; step++) flag(training, step); // as a run without validation
+    free(score(training, 0, &count));
+    assert_int_equal(count, 0);
+    free(score(&(struct test_recording){.count = 0}, 0, &count));
+    assert_int_equal(count, 0);
+    free(training);
+}
+
+static void an_unknown_image_is_refused(void **state) {
+    (void)state;
+    struct test_recording *training = train(0, 3, 3);
+    training->records[9].view = 99;
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    struct vw_value_input input = input_of(training, 1);
+    assert_int_equal(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT);
+    assert_null(scores);
+    assert_non_null(strstr(vw_error_message(), "step 9"));
+    free(training);
+}
+
+// A table of photos and epochs would take 3 GB for a ledger of 7 MB.
+static void epochs_that_no_training_has_are_refused(void **state) {
+    (void)state;
+    enum { STEPS = 20000 };
+    enum { IMAGES = 2000 };
+    struct test_recording *training = train(0, 3, 3);
+    struct vw_step_record *records = vw_allocate(STEPS, sizeof *records);
+    struct vw_ledger_image *images = vw_allocate(IMAGES, sizeof *images);
+    for (uint32_t i = 0; i < IMAGES; i++) images[i] = (struct vw_ledger_image){.image_id = i, .split = "train"};
+    struct vw_ledger_score *scores = NULL;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < STEPS; i++) {
+        records[i] = training->records[1 + i % 3];
+        records[i].step = i;
+        records[i].epoch = i * 100;
+    }
+    struct vw_value_input input = input_of(training, 1);
+    input.records = records;
+    input.record_count = STEPS;
+    input.images = images;
+    input.image_count = IMAGES;
+    assert_int_equal(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT);
+    assert_non_null(strstr(vw_error_message(), "too many for 20000 steps"));
+    assert_null(scores);
+    free(images);
+    free(records);
+    free(training);
+}
+
+// ---- Noise ----
+
+// PSNR in dB; the pooled one is twice as much and L1 a hundredth, so that what is worked out for one holds for all.
+struct noisy_step {
+    uint64_t step;
+    uint32_t epoch, view;
+    double psnr;
+};
+// Step 4 is flagged; there is no step 7.
+static const struct noisy_step noisy_steps[] = {
+    {0, 0, VW_RECORD_UNTRAINED, 10},
+    {1, 0, 3, 11},
+    {2, 1, 3, 13},
+    {3, 1, 5, 12},
+    {4, 2, 3, NAN},
+    {5, 2, 5, 15},
+    {6, 2, 6, 15},
+    {8, 3, 3, 16},
+};
+static const struct {
+    uint64_t step;
+    enum vw_probe_kind kind;
+    double psnr;
+} noisy_probes[] = {
+    {1, VW_PROBE_RESAMPLED, 12},   {1, VW_PROBE_RESAMPLED, 13}, // with 11: variance 1, in burn-in
+    {2, VW_PROBE_REPEATED, 11},    {2, VW_PROBE_ZERO_LEARNING_RATE, 11},
+    {2, VW_PROBE_RESAMPLED, 13},                                // with 13 and 16: mean 14, variance 6 / 2
+    {2, VW_PROBE_RESAMPLED, 16},   {2, VW_PROBE_REPEATED, NAN}, //
+    {4, VW_PROBE_REPEATED, 12.5},  {4, VW_PROBE_RESAMPLED, 20},
+    {4, VW_PROBE_RESAMPLED, 22},                                           // variance 2; the last value before is 12
+    {5, VW_PROBE_REPEATED, 12.25},                                         // the last value before is still 12
+    {6, VW_PROBE_RESAMPLED, NAN},                                          // with 15: a single value
+    {7, VW_PROBE_RESAMPLED, 1000},                                         // of no step
+    {8, VW_PROBE_REPEATED, 14.75}, {8, VW_PROBE_ZERO_LEARNING_RATE, 15.5}, // the last value before is 15
+};
+enum { NOISY_STEP_COUNT = VW_ARRAY_COUNT(noisy_steps), NOISY_PROBE_COUNT = VW_ARRAY_COUNT(noisy_probes) };
+
+struct noisy_run {
+    struct vw_step_record records[NOISY_STEP_COUNT];
+    struct vw_probe probes[NOISY_PROBE_COUNT];
+};
+
+static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_run *run) {
+    for (uint32_t i = 0; i < NOISY_STEP_COUNT; i++) {
+        const struct noisy_step *step = &noisy_steps[i];
+        run->records[i] = (struct vw_step_record){.step = step->step,
+                                                  .epoch = step->epoch,
+                                                  .view = step->view,
+                                                  .validated = true,
+                                                  .val_psnr = step->psnr,
+                                                  .val_psnr_pooled = 2 * step->psnr,
+                                                  .val_l1 = step->psnr / 100};
+    }
+    for (uint32_t i = 0; i < NOISY_PROBE_COUNT; i++) {
+        double psnr = noisy_probes[i].psnr;
+        run->probes[i] = (struct vw_probe){noisy_probes[i].step, i, noisy_probes[i].kind, psnr, 2 * psnr, psnr / 100,
+                                           VW_RECORD_UNTRAINED};
+    }
+    run->probes[1].val_l1 = NAN; // leaves 0.11 and 0.12: variance 0.5e-4
+    return (struct vw_value_input){.records = run->records,
+                                   .record_count = NOISY_STEP_COUNT,
+                                   .probes = run->probes,
+                                   .probe_count = NOISY_PROBE_COUNT,
+                                   .burn_in_epochs = burn_in_epochs,
+                                   .images = test_images,
+                                   .image_count = TEST_IMAGE_COUNT};
+}
+
+// Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each
+// more.
+static void resampling_stderr_is_the_redraws_spread(void **state) {
+    (void)state;
+    const struct {
+        const char *method;
+        uint32_t burn_in_epochs;
+        double expected;
+    } cases[] = {
+        {"dv_psnr", 1, sqrt(2 * 2.5)}, {"dv_loss", 1, 0.01 * sqrt(2 * 2.5)},     {"dv_psnr", 0, sqrt(3 * 6.0 / 3)},
+        {"dv_psnr", 2, sqrt(1 * 2.0)}, {"dv_loss", 0, 0.01 * sqrt(3 * 5.5 / 3)},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct noisy_run run;
+        struct vw_value_input input = make_noisy(cases[i].burn_in_epochs, &run);
+        struct vw_ledger_score *scores = NULL;
+        uint32_t count = 0;
+        ASSERT_OK(vw_value_score(&input, &scores, &count));
+        check_near(test_find_score(scores, count, cases[i].method, 3)->resampling_stderr, cases[i].expected,
+                   cases[i].method);
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 5)->resampling_stderr)); // not probed
+        assert_true(isnan(test_find_score(scores, count, cases[i].method, 6)->resampling_stderr)); // a single value
+        free(scores);
+        input.probe_count = 0;
+        ASSERT_OK(vw_value_score(&input, &scores, &count));
+        for (uint32_t s = 0; s < count; s++) assert_true(isnan(scores[s].resampling_stderr));
+        free(scores);
+    }
+}
+
+static void noise_floor_is_of_all_probes(void **state) {
+    (void)state;
+    struct noisy_run run;
+    struct vw_value_input input = make_noisy(3, &run); // burn-in does not matter
+    struct vw_noise_floor floor;
+    vw_value_noise_floor(&input, &floor);
+    assert_int_equal(floor.repeated_count,
+                     3); // one more begins behind a flagged step, so that there is nothing to compare it with
+    assert_int_equal(floor.zero_learning_rate_count, 2);
+    assert_int_equal(floor.resampled_count, 6);
+    check_near(floor.repeated_db, 0.5,
+               "the largest delta of a repeat"); // at step 4, upwards; downwards at step 8 it is 0.25
+    check_near(floor.zero_learning_rate_db, 0.5, "the largest delta of a step with learning rate 0");
+    check_near(floor.resampled_db, sqrt((1 + 3 + 2) / 3.0), "the spread of redraws in dB");
+    check_near(floor.resampled_l1, 0.01 * sqrt((0.5 + 3 + 2) / 3.0), "the spread of redraws in L1");
+
+    run.probes[7].val_psnr = 12.25; // now the largest is the one downwards
+    run.probes[13].val_psnr = 14.5;
+    vw_value_noise_floor(&input, &floor);
+    check_near(floor.repeated_db, 0.5, "the largest delta of a repeat");
+
+    for (uint32_t i = 0; i < 4; i++)
+        run.probes[i] = (struct vw_probe){2, i, VW_PROBE_REPEATED, 11, 22, 0.11, VW_RECORD_UNTRAINED};
+    input.probe_count = 4;
+    vw_value_noise_floor(&input, &floor);
+    assert_true(floor.repeated_count == 4 && floor.zero_learning_rate_count == 0 && floor.resampled_count == 0);
+    assert_true(floor.repeated_db == 0); // exactly
+    assert_true(isnan(floor.zero_learning_rate_db) && isnan(floor.resampled_db) && isnan(floor.resampled_l1));
+}
+
+// ---- The programs that recompute scores ----
+
+// Records a noisy run with two flagged steps under `folder`/`name`/ledger.db; the scores are given back.
+static struct vw_ledger_score *record_run(const char *folder, const char *name, const char *config_json,
+                                          uint32_t burn_in_epochs, uint64_t seed, uint32_t *count) {
+    struct test_recording *training = train(0.4, TEST_EPOCHS_MOST, seed);
+    flag(training, 33);
+    flag(training, 34);
+    char *out = vw_path_join(folder, name), *path = vw_path_join(out, "ledger.db");
+    struct vw_ledger_run run = test_run(config_json);
+    struct vw_ledger *ledger = NULL;
+    struct vw_step_record *records = NULL;
+    struct vw_ledger_score *scores = NULL;
+    uint64_t record_count = 0;
+    ASSERT_OK(vw_folder_create(out));
+    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    ASSERT_OK(vw_ledger_append(ledger, training->records, training->count, test_validation_views));
+    ASSERT_OK(vw_ledger_get_steps(ledger, &records, &record_count));
+    struct vw_value_input input = input_of(training, burn_in_epochs);
+    input.records = records;
+    input.record_count = record_count;
+    ASSERT_OK(vw_value_score(&input, &scores, count));
+    ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", scores, *count));
+    vw_ledger_close(&ledger);
+    free(records);
+    free(path);
+    free(out);
+    free(training);
+    return scores;
+}
+
+static void compare_with_query(const char *path, const char *sql, const struct vw_ledger_score *scores,
+                               uint32_t count) {
+    sqlite3 *raw = NULL;
+    sqlite3_stmt *statement = NULL;
+    uint32_t rows = 0;
+    assert_int_equal(sqlite3_open_v2(path, &raw, SQLITE_OPEN_READONLY, NULL), SQLITE_OK);
+    if (sqlite3_prepare_v2(raw, sql, -1, &statement, NULL) != SQLITE_OK)
+        fail_msg("scripts/dv_psnr.sql: %s", sqlite3_errmsg(raw));
+    assert_string_equal(sqlite3_column_name(statement, 3), "dv_psnr");
+    for (; sqlite3_step(statement) == SQLITE_ROW; rows++) {
+        const struct vw_ledger_score *expected =
+            test_find_score(scores, count, "dv_psnr", (uint32_t)sqlite3_column_int(statement, 1));
+        double value = sqlite3_column_double(statement, 3);
+        if (!(fabs(value - expected->value) <= 1e-9))
+            fail_msg("scripts/dv_psnr.sql gives image %u %.12g, not %.12g", expected->image_id, value, expected->value);
+        assert_int_equal(sqlite3_column_int(statement, 4), expected->visits);
+    }
+    assert_int_equal(rows, TEST_TRAIN_COUNT);
+    sqlite3_finalize(statement);
+    sqlite3_close(raw);
+}
+
+static void the_query_reproduces_dv_psnr(void **state) {
+    void *sql = NULL;
+    size_t size_bytes;
+    ASSERT_OK(vw_file_read(VW_SOURCE_FOLDER "/scripts/dv_psnr.sql", 100000, &sql, &size_bytes));
+    const struct {
+        const char *name, *config_json;
+        uint32_t burn_in_epochs;
+    } runs[] = {{"three", "{\"burn_in_epochs\": 3}", 3}, {"none", "{\"burn_in_epochs\": 0}", 0}, {"default", "{}", 1}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(runs); i++) {
+        uint32_t count = 0;
+        struct vw_ledger_score *scores =
+            record_run(*state, runs[i].name, runs[i].config_json, runs[i].burn_in_epochs, 7, &count);
+        char *path = vw_format_text("%s/%s/ledger.db", (const char *)*state, runs[i].name);
+        compare_with_query(path, sql, scores, count);
+        free(path);
+        free(scores);
+    }
+    free(sql);
+}
+
+// The number after `method` in a line of `output`, at `column` (0 = auc, 1 = r).
+static double figure(const char *output, const char *method, int column) {
+    char *line_start = vw_format_text("\n%s ", method);
+    const char *line = strstr(output, line_start);
+    if (!line) fail_msg("no line of %s in:%s", method, output);
+    double figures[2] = {NAN, NAN};
+    sscanf(line + strlen(line_start), "%lf %lf", &figures[0], &figures[1]);
+    free(line_start);
+    return figures[column];
+}
+
+static char *output_of(const char *command) {
+    FILE *stream = popen(command, "r");
+    assert_non_null(stream);
+    char *output = vw_allocate(4096, 1);
+    output[0] = '\n';
+    size_t used = fread(output + 1, 1, 4000, stream);
+    int result = pclose(stream);
+    if (result) fail_msg("%s exited with %d after:%.*s", command, result, (int)used, output);
+    return output;
+}
+
+static double correlation(const struct vw_ledger_score *a, const struct vw_ledger_score *b, uint32_t count) {
+    double mean_a = 0, mean_b = 0, ab = 0, aa = 0, bb = 0;
+    for (uint32_t i = 0; i < count; i++) mean_a += a[i].value / count, mean_b += b[i].value / count;
+    for (uint32_t i = 0; i < count; i++) {
+        ab += (a[i].value - mean_a) * (b[i].value - mean_b);
+        aa += (a[i].value - mean_a) * (a[i].value - mean_a);
+        bb += (b[i].value - mean_b) * (b[i].value - mean_b);
+    }
+    return ab / sqrt(aa * bb);
+}
+
+static void score_quality_tells_auc_and_r(void **state) {
+    if (system("command -v sqlite3 >/dev/null")) {
+        print_message("SKIPPED: the program sqlite3 is missing; apt-get install sqlite3\n");
+        skip();
+    }
+    uint32_t count = 0;
+    struct vw_ledger_score *a = record_run(*state, "it's one", "{}", 1, 7, &count),
+                           *b = record_run(*state, "two", "{}", 1, 8, &count);
+    char *script = vw_format_text("%s/scripts/score_quality", VW_SOURCE_FOLDER);
+    char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
+    char *output = output_of(command);
+    check_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
+    double r = correlation(a, b, TEST_TRAIN_COUNT);         // the first scores are dv_psnr
+    if (!(fabs(figure(output, "dv_psnr", 1) - r) <= 6e-5)) fail_msg("r is %.6f, not as in:%s", r, output);
+    free(output);
+    free(command);
+
+    char *ledger = vw_format_text("%s/two/ledger.db", (const char *)*state);
+    sqlite3 *raw = NULL;
+    assert_int_equal(sqlite3_open(ledger, &raw), SQLITE_OK);
+    // Clean photos 1, 3, 6 score 1, 5, 3 and corrupted ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
+    const char *sql = "UPDATE score SET value = CASE image_id WHEN 1 THEN 1 WHEN 3 THEN 5 WHEN 5 THEN 4 ELSE 3 END"
+                      " WHERE method = 'dv_loss';"
+                      "DELETE FROM score WHERE method NOT IN ('dv_psnr', 'dv_loss');";
+    assert_int_equal(sqlite3_exec(raw, sql, NULL, NULL, NULL), SQLITE_OK);
+    sqlite3_close(raw);
+    command = vw_format_text("'%s' '%s/two'", script, (const char *)*state);
+    output = output_of(command);
+    if (strcmp(output, "\ndv_loss 0.4167\ndv_psnr 1.0000\n") != 0) fail_msg("score_quality printed:%s", output);
+    free(output);
+    free(command);
+    command = vw_format_text("'%s' '%s/none' 2>/dev/null", script, (const char *)*state);
+    assert_int_equal(WEXITSTATUS(system(command)), 2);
+    free(command);
+    free(ledger);
+    free(script);
+    free(a);
+    free(b);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(known_worths_come_back),
+        cmocka_unit_test(burn_in_leaves_epochs_out),
+        cmocka_unit_test(what_was_visited_has_a_standard_error),
+        cmocka_unit_test(flagged_steps_are_bridged),
+        cmocka_unit_test(a_flagged_start_is_no_delta),
+        cmocka_unit_test(an_unknown_image_is_refused),
+        cmocka_unit_test(epochs_that_no_training_has_are_refused),
+        cmocka_unit_test(resampling_stderr_is_the_redraws_spread),
+        cmocka_unit_test(noise_floor_is_of_all_probes),
+        cmocka_unit_test_setup_teardown(the_query_reproduces_dv_psnr, test_set_up, test_tear_down),
+        cmocka_unit_test_setup_teardown(score_quality_tells_auc_and_r, test_set_up, test_tear_down),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
