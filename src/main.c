@@ -6,10 +6,10 @@
 #include "base/memory.h"
 #include "cli/commands/commands.h"
 #include "cli/help.h"
-#include "cli/parse_options.h"
 #include "cli/manual.h"
-#include "cli/params.h"
 #include "cli/output/progress.h"
+#include "cli/params.h"
+#include "cli/parse_options.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 

@@ -7,9 +7,9 @@
 #include "base/memory.h"
 #include "batch/jobs.h"
 #include "experiment/comparison_data.h"
+#include "experiment/sweep/configurations.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"
-#include "experiment/sweep/configurations.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }

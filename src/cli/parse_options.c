@@ -144,7 +144,7 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
 static enum vw_status apply_preset(struct vw_options *options) {
     const struct vw_option_of_preset *given = vw_option_preset_options(options->preset);
     enum vw_status status = VW_OK;
-    for (; given->name && status == VW_OK; given++) {
+    for (; given->name && !status; given++) {
         int row = 0;
         if (vw_options_have(options, given->name)) continue;
         while (strcmp(vw_option_table[row].name, given->name) != 0) row++;

@@ -19,9 +19,9 @@ static const struct detector {
     double threshold;
     double (*find)(const struct vw_scene *scene);
 } facts[] = {
-    {"distortion", 0.01, fact_distortion},
-    {"background", 0.01, fact_background},
-    {"masks", 1e-9, fact_masks},
+    {"distortion", 0.01, vw_fact_distortion},
+    {"background", 0.01, vw_fact_background},
+    {"masks", 1e-9, vw_fact_masks},
 };
 
 static const struct detector *find_fact(const char *effect) {
@@ -44,7 +44,7 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
         snprintf(decided[i].measured_on, sizeof decided[i].measured_on, "the scene's files");
     }
     enum vw_status status = vw_effects_choose(choice, decided, decided_count);
-    if (status != VW_OK) return status;
+    if (status) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;
@@ -53,9 +53,9 @@ enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *c
 // ---- The search -----------------------------------------------------------------------------------------------------
 
 struct search {
-    struct pilots pilots;
+    struct vw_pilots pilots;
     struct vw_effect_verdict *verdicts;
-    const struct effect *effects;
+    const struct vw_effect *effects;
     uint32_t count;
     uint32_t set;        // a bit for each effect that was chosen so far, by its place in the registry
     uint32_t candidates; // that may be added
@@ -68,20 +68,20 @@ static uint32_t bit_of(const struct search *search, const char *name) {
 }
 
 static bool is_possible(const struct search *search, uint32_t effect) {
-    const struct effect *it = &search->effects[effect];
+    const struct vw_effect *it = &search->effects[effect];
     if (!(search->candidates >> effect & 1) || search->set >> effect & 1) return false;
     if (it->requires && !(search->set & bit_of(search, it->requires))) return false;
     if (search->set & bit_of(search, it->conflicts)) return false;
     for (uint32_t i = 0; i < search->count; i++) { // the other way round
-        const struct effect *on = &search->effects[i];
+        const struct vw_effect *on = &search->effects[i];
         if (!(search->set >> i & 1)) continue;
         if ((bit_of(search, on->conflicts) | bit_of(search, on->hides)) & 1u << effect) return false;
     }
     return true;
 }
 
-static void tell(struct vw_effect_verdict *verdict, const struct search *search, const struct pilot_gain *gain) {
-    const struct pilots *pilots = &search->pilots;
+static void tell(struct vw_effect_verdict *verdict, const struct search *search, const struct vw_pilot_gain *gain) {
+    const struct vw_pilots *pilots = &search->pilots;
     size_t room = sizeof verdict->measured_on;
     int used = snprintf(verdict->measured_on, room,
                         "%d x %u steps of %u rays on %u train photos, scored on %u of them held out; beside",
@@ -98,17 +98,17 @@ static void tell(struct vw_effect_verdict *verdict, const struct search *search,
 }
 
 // Beside an evidence that is no gain.
-static void tell_gain(struct vw_effect_verdict *verdict, const struct pilot_gain *gain) {
+static void tell_gain(struct vw_effect_verdict *verdict, const struct vw_pilot_gain *gain) {
     size_t used = strlen(verdict->measured_on);
     snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; with it %+.2f +- %.2f dB",
              gain->mean_db, gain->stderr_db);
 }
 
 // What an effect gains beside those chosen so far.
-static struct pilot_gain judge(struct search *search, uint32_t effect) {
-    const struct pilot *without = pilots_find(&search->pilots, search->set),
-                       *with = pilots_find(&search->pilots, search->set | 1u << effect);
-    struct pilot_gain gain = pilot_gain(&search->pilots, with, without);
+static struct vw_pilot_gain judge(struct search *search, uint32_t effect) {
+    const struct vw_pilot *without = vw_pilots_find(&search->pilots, search->set),
+                          *with = vw_pilots_find(&search->pilots, search->set | 1u << effect);
+    struct vw_pilot_gain gain = vw_pilot_gain(&search->pilots, with, without);
     struct vw_effect_verdict *verdict = &search->verdicts[effect];
     verdict->evidence = gain.mean_db;
     verdict->evidence_stderr = gain.stderr_db;
@@ -125,7 +125,7 @@ static enum vw_status make_pilots(struct search *search, const uint32_t *tried, 
     uint32_t sets[VW_EFFECT_COUNT_MAX + 1];
     sets[0] = search->set;
     for (uint32_t i = 0; i < count; i++) sets[1 + i] = search->set | 1u << tried[i];
-    return pilots_make(&search->pilots, sets, 1 + count);
+    return vw_pilots_make(&search->pilots, sets, 1 + count);
 }
 
 // Adds the effect that gains most, if any is worth its price; *added tells.
@@ -136,16 +136,16 @@ static enum vw_status take_round(struct search *search, uint32_t last, bool *add
     for (uint32_t i = 0; i < search->count; i++)
         if (!(last >> i & 1) && is_possible(search, i)) tried[count++] = i;
     enum vw_status status = count ? make_pilots(search, tried, count) : VW_OK;
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) {
-        struct pilot_gain gain = judge(search, tried[i]);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        struct vw_pilot_gain gain = judge(search, tried[i]);
         if (2.0 * gain.mean_db - gain.low_db < 0.0) search->candidates &= ~(1u << tried[i]); // harms: not tried again
         if (!(gain.low_db > best_db)) continue;
         best_db = gain.low_db;
         best = tried[i];
     }
-    *added = status == VW_OK && best_db >= PRICE_DB;
+    *added = !status && best_db >= PRICE_DB;
     if (*added) search->set |= 1u << best;
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) // until a later round has measured it beside the chosen one
+    for (uint32_t i = 0; i < count && !status; i++) // until a later round has measured it beside the chosen one
         if (tried[i] != best || !*added) search->verdicts[tried[i]].called_for = false;
     return status;
 }
@@ -156,11 +156,11 @@ static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy)
     struct vw_effect_verdict *verdict = &search->verdicts[occupancy];
     if (!is_possible(search, occupancy)) return VW_OK;
     enum vw_status status = make_pilots(search, &occupancy, 0);
-    if (status != VW_OK) return status;
-    double empty = pilots_find(&search->pilots, search->set)->empty_share;
-    struct pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
+    if (status) return status;
+    double empty = vw_pilots_find(&search->pilots, search->set)->empty_share;
+    struct vw_pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
     if (empty >= EMPTY_SHARE) status = make_pilots(search, &occupancy, 1);
-    if (status != VW_OK) return status;
+    if (status) return status;
     if (empty >= EMPTY_SHARE) gain = judge(search, occupancy);
     else tell(verdict, search, &gain);
     if (empty >= EMPTY_SHARE) tell_gain(verdict, &gain);
@@ -176,8 +176,8 @@ static enum vw_status run_search(struct search *search) {
     uint32_t occupancy = bit_of(search, "occupancy");
     bool added = true;
     enum vw_status status = VW_OK;
-    while (added && status == VW_OK) status = take_round(search, occupancy, &added);
-    for (uint32_t i = 0; i < search->count && status == VW_OK; i++)
+    while (added && !status) status = take_round(search, occupancy, &added);
+    for (uint32_t i = 0; i < search->count && !status; i++)
         if (occupancy >> i & 1) status = judge_occupancy(search, i);
     return status;
 }
@@ -187,13 +187,13 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
     struct vw_box wide;
     uint32_t candidates = 0;
     enum vw_status status = wide_box(scene, &wide);
-    if (status != VW_OK) return status;
+    if (status) return status;
     for (uint32_t i = 0; i < search->count; i++)
         if (!search->effects[i].on_request && !find_fact(search->effects[i].name) &&
-            !effects_names(choice, search->effects[i].name))
+            !vw_effects_names(choice, search->effects[i].name))
             candidates |= 1u << i;
     // Where all photos have transparent pixels, these tell what lies behind the scene.
-    if (fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
+    if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
     if (!(wide.half_extent_world > scene->box.half_extent_world)) candidates &= ~bit_of(search, "wide_box");
     search->candidates = candidates;
     return VW_OK;
@@ -202,25 +202,25 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
 static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                               struct vw_effect_verdict *verdicts, uint32_t count) {
     struct search search = {.verdicts = verdicts};
-    search.effects = effects_get(&search.count);
+    search.effects = vw_effects_get(&search.count);
     for (uint32_t i = 0; i < count; i++) search.set |= (uint32_t)verdicts[i].on << i;
     enum vw_status status = list_candidates(scene, planned->effects, &search);
-    if (status != VW_OK) return status;
+    if (status) return status;
     uint32_t fitted = bit_of(&search, "appearance") | bit_of(&search, "appearance_code");
-    const struct pilots_params params = {.gpu = gpu,
-                                         .scene = scene,
-                                         .planned = planned,
-                                         .steps = vw_pilot_steps(scene, planned),
-                                         .masks = effects_obey_masks(scene, verdicts, count),
-                                         .fits = (search.candidates | search.set) & fitted};
-    status = search.candidates ? pilots_open(&params, &search.pilots) : VW_OK;
-    if (status == VW_OK && search.candidates) status = run_search(&search);
+    const struct vw_pilots_params params = {.gpu = gpu,
+                                            .scene = scene,
+                                            .planned = planned,
+                                            .steps = vw_pilot_steps(scene, planned),
+                                            .masks = vw_effects_obey_masks(scene, verdicts, count),
+                                            .fits = (search.candidates | search.set) & fitted};
+    status = search.candidates ? vw_pilots_open(&params, &search.pilots) : VW_OK;
+    if (!status && search.candidates) status = run_search(&search);
     return status;
 }
 
 bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned) {
     bool enough = scene->split_count[VW_SPLIT_TRAIN] >= PILOT_FOLDS * PILOT_HELD_OUT_MIN;
-    return gpu && planned->pilot_steps && enough && effects_leave_to_evidence(planned->effects);
+    return gpu && planned->pilot_steps && enough && vw_effects_leave_to_evidence(planned->effects);
 }
 
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
@@ -228,10 +228,10 @@ enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scen
     struct vw_effect_verdict decided[VW_EFFECT_COUNT_MAX];
     uint32_t decided_count;
     enum vw_status status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
-    if (status == VW_OK && vw_effects_need_pilots(gpu, scene, planned))
+    if (!status && vw_effects_need_pilots(gpu, scene, planned))
         status = measure(gpu, scene, planned, decided, decided_count);
-    if (status == VW_OK) status = vw_effects_choose(planned->effects, decided, decided_count);
-    if (status != VW_OK) return status;
+    if (!status) status = vw_effects_choose(planned->effects, decided, decided_count);
+    if (status) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);
     *count = decided_count;
     return VW_OK;

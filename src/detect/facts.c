@@ -12,7 +12,7 @@ static double corner_shift_px(const struct vw_camera *camera, double x_px, doubl
     return hypot(moved_x_px - x_px, moved_y_px - y_px);
 }
 
-double fact_distortion(const struct vw_scene *scene) {
+double vw_fact_distortion(const struct vw_scene *scene) {
     double largest_px = 0.0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
         const struct vw_camera *camera = &scene->views[v].camera;
@@ -37,6 +37,6 @@ static double share(const struct vw_scene *scene, bool (*holds)(const struct vw_
     return used ? (double)count / used : 0.0;
 }
 
-double fact_background(const struct vw_scene *scene) { return share(scene, has_alpha); }
+double vw_fact_background(const struct vw_scene *scene) { return share(scene, has_alpha); }
 
-double fact_masks(const struct vw_scene *scene) { return share(scene, has_mask); }
+double vw_fact_masks(const struct vw_scene *scene) { return share(scene, has_mask); }

@@ -7,10 +7,10 @@
 
 // The largest shift of a photo's corner by its lens, in pixels, over all photos. No photo resolves a hundredth of a
 // pixel.
-double fact_distortion(const struct vw_scene *scene);
+double vw_fact_distortion(const struct vw_scene *scene);
 // The share of photos that have transparent pixels.
-double fact_background(const struct vw_scene *scene);
+double vw_fact_background(const struct vw_scene *scene);
 // The share of photos that have a mask file. Any share calls for the effect.
-double fact_masks(const struct vw_scene *scene);
+double vw_fact_masks(const struct vw_scene *scene);
 
 #endif

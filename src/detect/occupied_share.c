@@ -18,31 +18,30 @@ static void fill_rays(uint32_t cells, uint32_t first, uint32_t count, struct vw_
     }
 }
 
-static enum vw_status count_part(struct evaluator *evaluator, uint32_t cells, uint32_t rays, uint32_t *occupied) {
+static enum vw_status count_part(struct vw_evaluator *evaluator, uint32_t cells, uint32_t rays, uint32_t *occupied) {
     vw_float4 *samples = vw_allocate((size_t)rays * cells, sizeof *samples);
     if (!samples) return VW_ERROR_MEMORY;
-    enum vw_status status = evaluator_run(evaluator);
-    if (status == VW_OK)
-        status = vw_buffer_read(evaluator->samples, 0, samples, (uint64_t)rays * cells * sizeof *samples);
-    for (uint32_t i = 0; status == VW_OK && i < rays * cells; i++) *occupied += samples[i].w >= OPACITY_MIN * cells;
+    enum vw_status status = vw_evaluator_run(evaluator);
+    if (!status) status = vw_buffer_read(evaluator->samples, 0, samples, (uint64_t)rays * cells * sizeof *samples);
+    for (uint32_t i = 0; !status && i < rays * cells; i++) *occupied += samples[i].w >= OPACITY_MIN * cells;
     free(samples);
     return status;
 }
 
-enum vw_status occupied_share(struct field *field, uint32_t samples, double *share) {
+enum vw_status vw_occupied_share(struct vw_radiance_field *field, uint32_t samples, double *share) {
     uint32_t cells = samples, occupied = 0;
-    struct evaluator evaluator = {0};
+    struct vw_evaluator evaluator = {0};
     struct vw_ray *rays = NULL;
-    enum vw_status status = evaluator_create(field, cells, &evaluator); // a layer of cells at a time
-    if (status == VW_OK) rays = vw_allocate(evaluator.ray_count, sizeof *rays);
-    if (status == VW_OK && !rays) status = VW_ERROR_MEMORY;
-    for (uint32_t layer = 0; layer < cells && status == VW_OK; layer++) {
+    enum vw_status status = vw_evaluator_create(field, cells, &evaluator); // a layer of cells at a time
+    if (!status) rays = vw_allocate(evaluator.ray_count, sizeof *rays);
+    if (!status && !rays) status = VW_ERROR_MEMORY;
+    for (uint32_t layer = 0; layer < cells && !status; layer++) {
         fill_rays(cells, layer * cells, evaluator.ray_count, rays);
         status = vw_buffer_write(evaluator.rays, 0, rays, evaluator.ray_count * sizeof *rays);
-        if (status == VW_OK) status = count_part(&evaluator, cells, cells, &occupied);
+        if (!status) status = count_part(&evaluator, cells, cells, &occupied);
     }
-    if (status == VW_OK) *share = (double)occupied / ((double)cells * cells * cells);
-    evaluator_destroy(&evaluator);
+    if (!status) *share = (double)occupied / ((double)cells * cells * cells);
+    vw_evaluator_destroy(&evaluator);
     free(rays);
     return status;
 }

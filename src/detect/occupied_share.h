@@ -6,11 +6,11 @@
 
 #include "viewworth/status.h"
 
-struct field;
+struct vw_radiance_field;
 
 // The share of the cells of a lattice of `samples`^3 over the box whose middle has a density worth sampling: one that
 // makes a sample of a ray across the box at least 1 % opaque. `samples` is that of the field's config. When nothing is
 // in flight.
-enum vw_status occupied_share(struct field *field, uint32_t samples, double *share);
+enum vw_status vw_occupied_share(struct vw_radiance_field *field, uint32_t samples, double *share);
 
 #endif

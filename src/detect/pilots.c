@@ -27,7 +27,7 @@ static const double LEARNING_RATE = 1e-2; // so few steps have to go farther
 
 // ---- What all pilots share ------------------------------------------------------------------------------------------
 
-struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) {
+struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps) {
     struct vw_config config = vw_config_without_probes(planned);
     config.seed = config.base_seed = 0; // runs of all seeds have the same verdicts
     config.vary = VW_VARY_ALL;
@@ -49,12 +49,12 @@ struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps) 
 }
 
 // Of evenly spaced photos, every fold holds out one in four, evenly spaced as well; no two folds the same one.
-static void share_out(const uint32_t *views, uint32_t count, struct pilots *pilots) {
+static void share_out(const uint32_t *views, uint32_t count, struct vw_pilots *pilots) {
     uint32_t photos = count < PILOT_PHOTOS_MAX ? count : PILOT_PHOTOS_MAX, held_out = photos / HELD_OUT_EACH;
     if (held_out < PILOT_HELD_OUT_MIN) held_out = PILOT_HELD_OUT_MIN;
     if (photos < PILOT_FOLDS * held_out) return;
     for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
-        struct pilot_fold *fold = &pilots->folds[f];
+        struct vw_pilot_fold *fold = &pilots->folds[f];
         for (uint32_t i = 0; i < photos; i++) {
             uint32_t view = views[(uint64_t)i * count / photos], place = PILOT_FOLDS * fold->held_out_count + f;
             bool held = fold->held_out_count < held_out && i == (2 * place + 1) * photos / (2 * held_out * PILOT_FOLDS);
@@ -65,21 +65,21 @@ static void share_out(const uint32_t *views, uint32_t count, struct pilots *pilo
     pilots->photo_count = photos;
 }
 
-enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pilots) {
+enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots) {
     uint32_t *views = NULL, count = 0;
-    *pilots = (struct pilots){.gpu = params->gpu,
-                              .scene = params->scene,
-                              .config = pilots_config(params->planned, params->steps),
-                              .steps = params->steps,
-                              .masks = params->masks,
-                              .fits = params->fits};
+    *pilots = (struct vw_pilots){.gpu = params->gpu,
+                                 .scene = params->scene,
+                                 .config = vw_pilots_config(params->planned, params->steps),
+                                 .steps = params->steps,
+                                 .masks = params->masks,
+                                 .fits = params->fits};
     enum vw_status status = vw_scene_list_views(params->scene, VW_SPLIT_TRAIN, &views, &count);
-    if (status == VW_OK) share_out(views, count, pilots);
+    if (!status) share_out(views, count, pilots);
     free(views);
     return status;
 }
 
-const struct pilot *pilots_find(const struct pilots *pilots, uint32_t set) {
+const struct vw_pilot *vw_pilots_find(const struct vw_pilots *pilots, uint32_t set) {
     for (uint32_t i = 0; i < pilots->made_count; i++)
         if (pilots->made[i].effects == set) return &pilots->made[i];
     return NULL;
@@ -88,12 +88,12 @@ const struct pilot *pilots_find(const struct pilots *pilots, uint32_t set) {
 // ---- One training ---------------------------------------------------------------------------------------------------
 
 struct training {
-    struct pilot *pilot;
+    struct vw_pilot *pilot;
     uint32_t fold; // also its seed
     struct vw_trainer *trainer;
 };
 
-static enum vw_status create_trainer(const struct pilots *pilots, struct vw_submissions *submissions,
+static enum vw_status create_trainer(const struct vw_pilots *pilots, struct vw_submissions *submissions,
                                      struct training *training) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct vw_config config = pilots->config;
@@ -116,40 +116,40 @@ static enum vw_status take_steps(struct vw_trainer *trainer) {
     const struct vw_step_record *records;
     uint32_t count = 1;
     enum vw_status status = VW_OK;
-    while (status == VW_OK && count > 0) status = vw_trainer_advance(trainer, &records, &count);
+    while (!status && count > 0) status = vw_trainer_advance(trainer, &records, &count);
     return status;
 }
 
 // Adds the PSNR of one of the states that are scored.
-static enum vw_status score(const struct pilots *pilots, const struct training *training) {
+static enum vw_status score(const struct vw_pilots *pilots, const struct training *training) {
     struct vw_view_error errors[PILOT_HELD_OUT_MAX];
-    const struct measured_field measured = {.field = vw_trainer_field(training->trainer),
-                                            .scene = pilots->scene,
-                                            .masks = pilots->masks,
-                                            .fits = pilots->fits,
-                                            .allows_blank = true};
-    const struct pilot_fold *fold = &pilots->folds[training->fold];
-    enum vw_status status = measure_views(&measured, fold->held_out, fold->held_out_count, PIXELS_PER_PHOTO, errors);
-    for (uint32_t i = 0; i < fold->held_out_count && status == VW_OK; i++)
+    const struct vw_measured_field measured = {.field = vw_trainer_field(training->trainer),
+                                               .scene = pilots->scene,
+                                               .masks = pilots->masks,
+                                               .fits = pilots->fits,
+                                               .allows_blank = true};
+    const struct vw_pilot_fold *fold = &pilots->folds[training->fold];
+    enum vw_status status = vw_measure_views(&measured, fold->held_out, fold->held_out_count, PIXELS_PER_PHOTO, errors);
+    for (uint32_t i = 0; i < fold->held_out_count && !status; i++)
         training->pilot->psnr_db[training->fold][i] +=
             isfinite(errors[i].mse) ? vw_psnr_db(errors[i].mse) / SCORED_STATES : NAN;
     return status;
 }
 
-static enum vw_status measure_space(const struct pilots *pilots, const struct training *training) {
+static enum vw_status measure_space(const struct vw_pilots *pilots, const struct training *training) {
     uint32_t cells = pilots->config.samples < CELLS_MAX ? pilots->config.samples : CELLS_MAX;
     double occupied = NAN;
     enum vw_status status = VW_OK;
     uint32_t count;
     const struct vw_effect_verdict *effects = vw_trainer_effects(training->trainer, &count);
     if (!vw_effects_is_on(effects, count, "unbounded") && !pilots->config.importance_samples)
-        status = occupied_share(vw_trainer_field(training->trainer), cells, &occupied);
+        status = vw_occupied_share(vw_trainer_field(training->trainer), cells, &occupied);
     training->pilot->empty_share += (1.0 - occupied) / PILOT_FOLDS;
     return status;
 }
 
 // A few more steps, alone. On a CPU the time of all its cores is counted, which other load on the machine moves less.
-static enum vw_status time_steps(const struct pilots *pilots, const struct training *training) {
+static enum vw_status time_steps(const struct vw_pilots *pilots, const struct training *training) {
     bool cpu = vw_gpu_get_info(pilots->gpu)->kind == VW_GPU_CPU;
     double began_s = cpu ? vw_cpu_s() : vw_now_s();
     vw_trainer_stop_after(training->trainer, pilots->steps + TIMED_STEPS);
@@ -162,16 +162,16 @@ static enum vw_status time_steps(const struct pilots *pilots, const struct train
 // ---- Several trainings ----------------------------------------------------------------------------------------------
 
 // The last states are scored, not the last one alone, which depends on the photos of its last few steps.
-static enum vw_status run_group(const struct pilots *pilots, struct training *group, uint32_t count) {
+static enum vw_status run_group(const struct vw_pilots *pilots, struct training *group, uint32_t count) {
     enum vw_status status = VW_OK;
-    for (uint32_t left = SCORED_STATES; left > 0 && status == VW_OK; left--) {
+    for (uint32_t left = SCORED_STATES; left > 0 && !status; left--) {
         uint64_t stop = pilots->steps - (uint64_t)(left - 1) * (pilots->steps / SCORED_EACH);
         for (uint32_t i = 0; i < count; i++) vw_trainer_stop_after(group[i].trainer, stop);
-        for (uint32_t i = 0; i < count && status == VW_OK; i++) status = take_steps(group[i].trainer);
-        for (uint32_t i = 0; i < count && status == VW_OK; i++) status = score(pilots, &group[i]);
+        for (uint32_t i = 0; i < count && !status; i++) status = take_steps(group[i].trainer);
+        for (uint32_t i = 0; i < count && !status; i++) status = score(pilots, &group[i]);
     }
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) status = measure_space(pilots, &group[i]);
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) status = time_steps(pilots, &group[i]);
+    for (uint32_t i = 0; i < count && !status; i++) status = measure_space(pilots, &group[i]);
+    for (uint32_t i = 0; i < count && !status; i++) status = time_steps(pilots, &group[i]);
     return status;
 }
 
@@ -185,40 +185,40 @@ static void close_group(struct vw_gpu *gpu, struct training *group, uint32_t cou
 }
 
 // Takes as many trainings as the first one says that the device takes at a time.
-static enum vw_status make_group(const struct pilots *pilots, struct training *trainings, uint32_t count,
+static enum vw_status make_group(const struct vw_pilots *pilots, struct training *trainings, uint32_t count,
                                  uint32_t *taken) {
     struct vw_submissions *submissions = NULL;
     uint32_t created = 0, together = 1;
     enum vw_status status = vw_submissions_create(pilots->gpu, &submissions);
-    while (created < count && created < together && status == VW_OK) {
+    while (created < count && created < together && !status) {
         uint64_t before = vw_gpu_buffer_bytes(pilots->gpu);
         status = create_trainer(pilots, submissions, &trainings[created]);
-        created += status == VW_OK;
+        created += !status;
         if (created == 1)
             together = vw_trainers_together(vw_gpu_get_info(pilots->gpu), vw_gpu_buffer_bytes(pilots->gpu) - before);
     }
-    if (status == VW_OK) status = run_group(pilots, trainings, created);
+    if (!status) status = run_group(pilots, trainings, created);
     close_group(pilots->gpu, trainings, created);
     vw_submissions_destroy(&submissions);
     *taken = created;
     return status;
 }
 
-enum vw_status pilots_make(struct pilots *pilots, const uint32_t *sets, uint32_t count) {
+enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, uint32_t count) {
     struct training trainings[PILOTS_MAX * PILOT_FOLDS];
     uint32_t wanted = 0, made = pilots->made_count;
     for (uint32_t i = 0; i < count; i++) {
-        if (pilots_find(pilots, sets[i])) continue;
+        if (vw_pilots_find(pilots, sets[i])) continue;
         if (made == PILOTS_MAX) return vw_fail(VW_ERROR_USAGE, "more than %d pilots", PILOTS_MAX);
-        pilots->made[made] = (struct pilot){.effects = sets[i]};
+        pilots->made[made] = (struct vw_pilot){.effects = sets[i]};
         for (uint32_t fold = 0; fold < PILOT_FOLDS; fold++)
             trainings[wanted++] = (struct training){.pilot = &pilots->made[made], .fold = fold};
         made++;
     }
     enum vw_status status = VW_OK;
-    for (uint32_t done = 0, taken = 0; done < wanted && status == VW_OK; done += taken)
+    for (uint32_t done = 0, taken = 0; done < wanted && !status; done += taken)
         status = make_group(pilots, trainings + done, wanted - done, &taken);
-    if (status == VW_OK) pilots->made_count = made;
+    if (!status) pilots->made_count = made;
     return status;
 }
 
@@ -233,8 +233,9 @@ static double stderr_of(const double *gains, uint32_t count, const double *of_fo
     return sqrt(fmax(photos / (count - 1.0) / count, folds / (PILOT_FOLDS - 1.0) / PILOT_FOLDS));
 }
 
-struct pilot_gain pilot_gain(const struct pilots *pilots, const struct pilot *with, const struct pilot *without) {
-    struct pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
+struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
+                                   const struct vw_pilot *without) {
+    struct vw_pilot_gain gain = {.mean_db = NAN, .stderr_db = NAN, .low_db = NAN};
     double gains[PILOT_FOLDS * PILOT_HELD_OUT_MAX], of_folds[PILOT_FOLDS], all = 0.0;
     for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
         double sum = 0.0;

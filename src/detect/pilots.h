@@ -23,12 +23,12 @@ enum {
 };
 
 // Which photos a training learns from, and which judge it: scene indices, ascending.
-struct pilot_fold {
+struct vw_pilot_fold {
     uint32_t train_views[PILOT_PHOTOS_MAX], train_count;
     uint32_t held_out[PILOT_HELD_OUT_MAX], held_out_count;
 };
 
-struct pilot {
+struct vw_pilot {
     uint32_t effects; // a bit for each effect that it simulates, by its place in the registry
     double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // of the photos held out; NaN where one has no usable pixel
     double empty_share;                              // of the box's cells; NaN with unbounded
@@ -36,20 +36,20 @@ struct pilot {
     uint64_t device_bytes;
 };
 
-struct pilots {
+struct vw_pilots {
     struct vw_gpu *gpu;           // borrowed
     const struct vw_scene *scene; // borrowed
     struct vw_config config;      // of every pilot
     uint32_t steps;               // of every training
     bool masks;                   // mask files are obeyed
     bool fits;                    // a gain and a bias are fitted to a photo's left half, and its right half is scored
-    struct pilot_fold folds[PILOT_FOLDS];
+    struct vw_pilot_fold folds[PILOT_FOLDS];
     uint32_t photo_count; // of all folds; 0: too few for a verdict
-    struct pilot made[PILOTS_MAX];
+    struct vw_pilot made[PILOTS_MAX];
     uint32_t made_count;
 };
 
-struct pilots_params {
+struct vw_pilots_params {
     struct vw_gpu *gpu;
     const struct vw_scene *scene;
     const struct vw_config
@@ -59,21 +59,22 @@ struct pilots_params {
 };
 
 // The config of every pilot, for a run with the config `planned`; a training has its fold's seed.
-struct vw_config pilots_config(const struct vw_config *planned, uint32_t steps);
+struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
-enum vw_status pilots_open(const struct pilots_params *params, struct pilots *pilots);
+enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots);
 
 // Makes the pilots with these sets of effects that were not made yet, as many together as the device takes at a time.
-enum vw_status pilots_make(struct pilots *pilots, const uint32_t *sets, uint32_t count);
+enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, uint32_t count);
 // A pilot that was made; NULL when it was not.
-const struct pilot *pilots_find(const struct pilots *pilots, uint32_t set);
+const struct vw_pilot *vw_pilots_find(const struct vw_pilots *pilots, uint32_t set);
 
 // What the effects of one pilot gain over those of another.
-struct pilot_gain {
+struct vw_pilot_gain {
     double mean_db, stderr_db; // over the photos held out; NaN where fewer than two tell
     double low_db;             // the lower end of a one-sided 95 % interval (Student's t)
     uint32_t photo_count;      // that tell
 };
-struct pilot_gain pilot_gain(const struct pilots *pilots, const struct pilot *with, const struct pilot *without);
+struct vw_pilot_gain vw_pilot_gain(const struct vw_pilots *pilots, const struct vw_pilot *with,
+                                   const struct vw_pilot *without);
 
 #endif

@@ -28,12 +28,12 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
                                uint8_t key[VW_HASH_BYTES]) {
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
     const char *width = getenv("LP_NATIVE_VECTOR_WIDTH"); // changes the code that lavapipe makes
-    struct vw_config pilot = pilots_config(planned, vw_pilot_steps(scene, planned)); // its epochs tell the steps
+    struct vw_config pilot = vw_pilots_config(planned, vw_pilot_steps(scene, planned)); // its epochs tell the steps
     char *config = vw_config_to_json(&pilot, false);
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
     struct vw_box inner, wide; // they depend on points, which the scene's hash does not cover
-    if (!config || contraction_box(scene, NULL, 0, &inner) || wide_box(scene, &wide)) {
+    if (!config || vw_contraction_box(scene, NULL, 0, &inner) || wide_box(scene, &wide)) {
         free(config);
         return VW_ERROR_MEMORY;
     }
@@ -84,7 +84,7 @@ static const struct vw_effect_verdict *find(const struct vw_effect_verdict *verd
 // Whoever can write there can also write a hash: the text is printed, and the search keeps to the registry.
 static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t count) {
     uint32_t known;
-    const struct effect *effects = effects_get(&known);
+    const struct vw_effect *effects = vw_effects_get(&known);
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_effect_verdict *it = &verdicts[i], *required = find(verdicts, count, effects[i].requires),
                                        *conflict = find(verdicts, count, effects[i].conflicts);

@@ -3,16 +3,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/out_lock.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "experiment/comparison_files.h"
 #include "experiment/retrain.h"
 #include "experiment/seed_runs.h"
 #include "experiment/side_by_side.h"
+#include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 
 // A comparison while it is made.

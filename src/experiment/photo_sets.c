@@ -5,19 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/experiment.h"
-#include "run/imported/imported_run.h"
-#include "run/recorded/scored_run.h"
-#include "ledger/find_image.h"
-#include "scene/builder.h"
-#include "scene/formats/train_list.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/hash.h"
-#include "viewworth/log.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/statistics.h"
+#include "base/text.h"
+#include "experiment/experiment.h"
+#include "ledger/find_image.h"
+#include "run/imported/imported_run.h"
+#include "run/recorded/scored_run.h"
+#include "scene/builder.h"
+#include "scene/formats/train_list.h"
+#include "viewworth/log.h"
 
 static const uint64_t DRAW_SEED = (uint64_t)1 << 63; // seeds of trainings are smaller
 

@@ -58,9 +58,9 @@ const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool
 
 // A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices; without any, the
 // untrained field is measured.
-// Makes several at a time (see src/train/shared_submissions.h) on every device of the session, each with the result that it
-// has alone. After a failure, and when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps those
-// that it has begun.
+// Makes several at a time (see src/train/shared_submissions.h) on every device of the session, each with the result
+// that it has alone. After a failure, and when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps
+// those that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/image.h"
 #include "base/memory.h"
+#include "image/image.h"
 
 struct strip {
     float *pixels; // owned; rgb

@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "base/inside.h"
-#include "image/image.h"
 #include "base/memory.h"
-#include "train/trainer.h"
+#include "image/image.h"
 #include "image/ssim.h"
+#include "train/trainer.h"
 
 enum { ID_DIGITS = 16 }; // of a retraining's 64: enough to tell them apart in a folder
 

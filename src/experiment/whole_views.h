@@ -6,11 +6,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "train/trainer.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
-#include "viewworth/types.h"
-#include "train/trainer.h"
 #include "viewworth/train.h"
+#include "viewworth/types.h"
 
 // Views of which every retraining saves a picture.
 struct vw_saved_views {

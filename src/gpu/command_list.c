@@ -94,7 +94,7 @@ static int by_epoch(const void *left, const void *right) {
 }
 
 static void write_dispatch(const struct vw_command *command, const uint8_t *pushes, VkCommandBuffer commands,
-                           struct vw_batch_timer *timer) {
+                           struct vw_submission_timer *timer) {
     const struct vw_pass *pass = command->pass;
     const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT, .pLabelName = pass->name};
     bool labelled = pass->gpu->instance.debug_utils;
@@ -106,16 +106,16 @@ static void write_dispatch(const struct vw_command *command, const uint8_t *push
     if (pass->push_bytes)
         vkCmdPushConstants(commands, pass->pipeline->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, pass->push_bytes,
                            pushes + command->push_offset_bytes);
-    bool timed = vw_batch_timer_start(timer, commands, pass);
+    bool timed = vw_submission_timer_start(timer, commands, pass);
     const struct vw_workgroups *groups = &command->groups;
     if (groups->listed) vkCmdDispatchIndirect(commands, groups->listed->handle, groups->offset_bytes);
     else vkCmdDispatch(commands, groups->x, groups->y, 1);
-    if (timed) vw_batch_timer_stop(timer, commands);
+    if (timed) vw_submission_timer_stop(timer, commands);
     if (labelled) vkCmdEndDebugUtilsLabelEXT(commands);
 }
 
 static void write_command(const struct vw_command *command, const uint8_t *pushes, VkCommandBuffer commands,
-                          struct vw_batch_timer *timer) {
+                          struct vw_submission_timer *timer) {
     if (command->pass) write_dispatch(command, pushes, commands, timer);
     else vkCmdCopyBuffer(commands, command->from->handle, command->to->handle, 1, &command->region);
 }
@@ -128,7 +128,7 @@ static size_t find_end(const struct vw_command_list *list, size_t first, bool *i
     return end;
 }
 
-void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_batch_timer *timer) {
+void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer) {
     bool indirect_before = false, indirect_ever = false;
     if (list->count) qsort(list->commands, list->count, sizeof *list->commands, by_epoch);
     for (size_t first = 0, end; first < list->count; first = end) {

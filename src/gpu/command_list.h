@@ -42,6 +42,6 @@ enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const 
 enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
                                         VkBufferCopy region);
 // Writes all commands, epoch by epoch, with barriers between, and one behind the last for the host.
-void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_batch_timer *timer);
+void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer);
 
 #endif

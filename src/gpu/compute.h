@@ -6,7 +6,7 @@
 // (read back from the SPIR-V), what it reads and writes; buffers remember their last access. No caller writes a
 // barrier.
 //
-// Recording functions return void: the first failure sticks to the batch and vw_batch_submit() reports it.
+// Recording functions return void: the first failure sticks to the batch and vw_submission_submit() reports it.
 #ifndef VIEWWORTH_GPU_COMPUTE_H
 #define VIEWWORTH_GPU_COMPUTE_H
 
@@ -19,7 +19,7 @@
 
 struct vw_buffer;
 struct vw_pass;
-struct vw_batch;
+struct vw_submission;
 
 // ---- Buffers -------------------------------------------------------------------------------------------------------
 
@@ -101,27 +101,27 @@ const char *vw_pass_name(const struct vw_pass *pass);
 
 // ---- Batches -------------------------------------------------------------------------------------------------------
 
-enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch);
-void vw_batch_destroy(struct vw_batch **batch); // waits for it first
+enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **batch);
+void vw_submission_destroy(struct vw_submission **batch); // waits for it first
 
-void vw_batch_begin(struct vw_batch *batch); // must not be in flight; one batch of a device records at a time
+void vw_submission_begin(struct vw_submission *batch); // must not be in flight; one batch of a device records at a time
 // Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must
 // equal the size of the shader's push constant block. It runs as early as the accesses recorded before allow, also
 // before or beside commands recorded earlier.
-void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                       uint64_t invocations);
+void vw_submission_dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+                            size_t push_bytes, uint64_t invocations);
 // Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once
 // everything before has run, also none. Whoever writes them keeps to workgroup_count_x and _y, and folds as
 // invocation_index() expects.
-void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                struct vw_buffer *groups, uint64_t offset_bytes);
-void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                   uint64_t to_offset_bytes, uint64_t size_bytes);
+void vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+                                     size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
+void vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+                        struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
 // Ends recording and submits; several batches may be in flight, they run in order. Reports what recording met.
-enum vw_status vw_batch_submit(struct vw_batch *batch);
+enum vw_status vw_submission_submit(struct vw_submission *batch);
 // Waits until the batch is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
-enum vw_status vw_batch_wait(struct vw_batch *batch);
+enum vw_status vw_submission_wait(struct vw_submission *batch);
 
 // ---- Timers --------------------------------------------------------------------------------------------------------
 

@@ -3,8 +3,8 @@
 #include <assert.h>
 #include <string.h>
 
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
 
 enum { // SPIR-V 1.5, sections 2.3, 3.6, 3.31, 3.52
     HEADER_WORDS = 5,

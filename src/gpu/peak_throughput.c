@@ -3,11 +3,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/clock.h"
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "interface.h"
-#include "base/clock.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 enum {
     INVOCATIONS = 1 << 18,     // enough to fill any device
@@ -33,19 +33,19 @@ static double timed_s(const struct vw_gpu *gpu, const struct vw_pass *pass) {
 
 // The shortest of a few rounds, after one to warm up: a peak is what was once reached. By the device's clock where it
 // has one, since a fast device is done before the host has noticed.
-static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_batch *batch, struct vw_pass *const *passes,
+static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_submission *batch, struct vw_pass *const *passes,
                                   uint32_t count, const struct vw_push_peak *push, uint64_t invocations,
                                   double *shortest_s) {
     enum vw_status status = VW_OK;
     double first_s = vw_now_s();
-    for (int round = 0; round <= ROUNDS_MAX && status == VW_OK; round++) {
+    for (int round = 0; round <= ROUNDS_MAX && !status; round++) {
         double started_s = vw_now_s(), timed_before_s = timed_s(gpu, passes[0]);
         if (round > ROUNDS_MIN && started_s - first_s > BUDGET_S) break;
-        vw_batch_begin(batch);
+        vw_submission_begin(batch);
         for (uint32_t i = 0; i < count; i++)
-            vw_batch_dispatch(batch, passes[i], push, push ? sizeof *push : 0, invocations);
-        status = vw_batch_submit(batch);
-        if (status == VW_OK) status = vw_batch_wait(batch);
+            vw_submission_dispatch(batch, passes[i], push, push ? sizeof *push : 0, invocations);
+        status = vw_submission_submit(batch);
+        if (!status) status = vw_submission_wait(batch);
         double passed_s = vw_now_s() - started_s, device_s = timed_s(gpu, passes[0]) - timed_before_s;
         if (device_s > 0.0) passed_s = device_s;
         if (round == 1 || (round > 1 && passed_s < *shortest_s)) *shortest_s = passed_s;
@@ -57,18 +57,18 @@ static enum vw_status measure_multiplies(struct vw_gpu *gpu, double *per_s) {
     const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f}; // a chain that stays between 0 and 8
     struct vw_buffer *to = NULL;
     struct vw_pass *pass = NULL;
-    struct vw_batch *batch = NULL;
+    struct vw_submission *batch = NULL;
     double shortest_s = 0.0;
     enum vw_status status =
         vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "peak_to", .size_bytes = 16 * INVOCATIONS}, &to);
     const struct vw_binding binding = {.slot = VW_SLOT_PEAK_TO, .buffer = to};
     const struct vw_pass_params params = {
         .shader = &vw_shader_multiply_registers, .bindings = &binding, .binding_count = 1};
-    if (status == VW_OK) status = vw_pass_create(gpu, &params, &pass);
-    if (status == VW_OK) status = vw_batch_create(gpu, &batch);
-    if (status == VW_OK) status = time_passes(gpu, batch, &pass, 1, &push, INVOCATIONS, &shortest_s);
-    if (status == VW_OK) *per_s = 8.0 * 4.0 * VW_PEAK_TRIPS * VW_PEAK_REPEATS * INVOCATIONS / shortest_s;
-    vw_batch_destroy(&batch);
+    if (!status) status = vw_pass_create(gpu, &params, &pass);
+    if (!status) status = vw_submission_create(gpu, &batch);
+    if (!status) status = time_passes(gpu, batch, &pass, 1, &push, INVOCATIONS, &shortest_s);
+    if (!status) *per_s = 8.0 * 4.0 * VW_PEAK_TRIPS * VW_PEAK_REPEATS * INVOCATIONS / shortest_s;
+    vw_submission_destroy(&batch);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&to);
     return status;
@@ -114,7 +114,7 @@ static enum vw_status create_buffers(struct vw_gpu *gpu, struct copy *copy) {
         const struct vw_buffer_params from = {.name = "peak_from", .size_bytes = copy->size_bytes},
                                       to = {.name = "peak_to", .size_bytes = copy->size_bytes};
         status = vw_buffer_create(gpu, &from, &copy->from);
-        if (status == VW_OK) status = vw_buffer_create(gpu, &to, &copy->to);
+        if (!status) status = vw_buffer_create(gpu, &to, &copy->to);
         if (status != VW_ERROR_MEMORY || copy->size_bytes <= COPY_BYTES_MIN) return status;
         vw_buffer_destroy(&copy->from);
         copy->size_bytes = copy->size_bytes / 2 / COPY_BYTES_MIN * COPY_BYTES_MIN;
@@ -129,7 +129,7 @@ static enum vw_status create_windows(struct vw_gpu *gpu, struct copy *copy) {
     while (copy->window_bytes > binding_bytes) copy->window_bytes /= 2; // sizes are multiples of a large power of two
     copy->window_count = (uint32_t)(copy->size_bytes / copy->window_bytes);
     if (copy->window_count > WINDOWS_MAX) copy->window_count = WINDOWS_MAX;
-    for (uint32_t i = 0; i < copy->window_count && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < copy->window_count && !status; i++) {
         const struct vw_binding bindings[] = {{.slot = VW_SLOT_PEAK_FROM,
                                                .buffer = copy->from,
                                                .offset_bytes = i * copy->window_bytes,
@@ -147,15 +147,15 @@ static enum vw_status create_windows(struct vw_gpu *gpu, struct copy *copy) {
 
 static enum vw_status measure_copies(struct vw_gpu *gpu, double *bytes_per_s) {
     struct copy copy = {0};
-    struct vw_batch *batch = NULL;
+    struct vw_submission *batch = NULL;
     double shortest_s = 0.0;
     enum vw_status status = create_buffers(gpu, &copy);
-    if (status == VW_OK) status = create_windows(gpu, &copy);
-    if (status == VW_OK) status = vw_batch_create(gpu, &batch);
-    if (status == VW_OK)
+    if (!status) status = create_windows(gpu, &copy);
+    if (!status) status = vw_submission_create(gpu, &batch);
+    if (!status)
         status = time_passes(gpu, batch, copy.windows, copy.window_count, NULL, copy.window_bytes / 16, &shortest_s);
-    if (status == VW_OK) *bytes_per_s = 2.0 * (double)copy.window_count * (double)copy.window_bytes / shortest_s;
-    vw_batch_destroy(&batch);
+    if (!status) *bytes_per_s = 2.0 * (double)copy.window_count * (double)copy.window_bytes / shortest_s;
+    vw_submission_destroy(&batch);
     destroy_copy(&copy);
     return status;
 }
@@ -163,7 +163,7 @@ static enum vw_status measure_copies(struct vw_gpu *gpu, double *bytes_per_s) {
 enum vw_status vw_gpu_measure_peaks(struct vw_gpu *gpu, struct vw_gpu_peaks *peaks) {
     struct vw_gpu_peaks measured = {0};
     enum vw_status status = measure_multiplies(gpu, &measured.multiply_adds_per_s);
-    if (status == VW_OK) status = measure_copies(gpu, &measured.copy_bytes_per_s);
-    if (status == VW_OK) *peaks = measured;
+    if (!status) status = measure_copies(gpu, &measured.copy_bytes_per_s);
+    if (!status) *peaks = measured;
     return status;
 }

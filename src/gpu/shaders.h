@@ -9,7 +9,7 @@
 extern const struct vw_shader *const vw_shaders[];
 extern const uint32_t vw_shader_count;
 
-#include "gpu/compute.h"
 #include "embedded_shaders.h"
+#include "gpu/compute.h"
 
 #endif

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
 
 // The part of SPIR-V that viewworth reads, numbered as in its specification.
 enum operation {

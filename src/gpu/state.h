@@ -24,13 +24,13 @@ struct vw_gpu {
     char *pipeline_cache_path;                  // owned; NULL: not kept
     uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // of the file as it was read
     VkCommandPool transfer_pool;
-    VkCommandBuffer transfer;      // for copies that the host waits for
-    VkFence transfer_fence;        // signalled when they are done
-    struct vw_buffer *staging;     // made at the first such copy
-    uint64_t buffer_bytes;         // of all live buffers
-    uint64_t epoch;                // the newest one given out
-    struct vw_pipeline *pipelines; // owned; a list (pipeline.h)
-    struct vw_batch *recording;    // one batch records at a time, so that recording order is submission order
+    VkCommandBuffer transfer;        // for copies that the host waits for
+    VkFence transfer_fence;          // signalled when they are done
+    struct vw_buffer *staging;       // made at the first such copy
+    uint64_t buffer_bytes;           // of all live buffers
+    uint64_t epoch;                  // the newest one given out
+    struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
+    struct vw_submission *recording; // one batch records at a time, so that recording order is submission order
     struct vw_gpu_timer *timers;
     size_t timer_count;
     size_t timer_capacity;

@@ -8,44 +8,47 @@
 #include "gpu/debug.h"
 #include "gpu/wait.h"
 
-struct vw_batch {
+struct vw_submission {
     struct vw_gpu *gpu;
     VkCommandPool pool;
     VkCommandBuffer commands;
     VkFence fence;
-    struct vw_batch_timer timer;
+    struct vw_submission_timer timer;
     bool in_flight;
     struct vw_command_list list;
     enum vw_status status; // the first failure of this recording
     char message[512];
 };
 
-uint32_t vw_batch_commands(const struct vw_batch *batch) { return (uint32_t)batch->list.count; }
+uint32_t vw_submission_commands(const struct vw_submission *batch) { return (uint32_t)batch->list.count; }
 
-uint32_t vw_batch_barriers(const struct vw_batch *batch) { return batch->list.barrier_count; }
+uint32_t vw_submission_barriers(const struct vw_submission *batch) { return batch->list.barrier_count; }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Keeps a failure just recorded with vw_fail() for vw_batch_submit(); VW_OK leaves the batch as it is.
-static void keep_failure(struct vw_batch *batch, enum vw_status status) {
+// Keeps a failure just recorded with vw_fail() for vw_submission_submit(); VW_OK leaves the batch as it is.
+static void keep_failure(struct vw_submission *batch, enum vw_status status) {
     if (!status) return;
     batch->status = status;
     snprintf(batch->message, sizeof batch->message, "%s", vw_error_message());
 }
 
 // False once something failed; everything later is skipped then.
-static bool can_record(struct vw_batch *batch) {
+static bool can_record(struct vw_submission *batch) {
     if (!batch->status && batch->gpu->recording != batch)
-        keep_failure(batch, vw_fail(VW_ERROR_DEVICE,
-                                    "a batch records between vw_batch_begin and vw_batch_submit, one batch at a time"));
+        keep_failure(
+            batch,
+            vw_fail(VW_ERROR_DEVICE,
+                    "a batch records between vw_submission_begin and vw_submission_submit, one batch at a time"));
     return !batch->status;
 }
 
-static enum vw_status begin(struct vw_batch *batch) {
+static enum vw_status begin(struct vw_submission *batch) {
     struct vw_gpu *gpu = batch->gpu;
     enum vw_status status = vw_wait_check(gpu, "a batch before");
     if (status) return status;
-    if (batch->in_flight) return vw_fail(VW_ERROR_DEVICE, "a batch is begun while in flight; call vw_batch_wait first");
+    if (batch->in_flight)
+        return vw_fail(VW_ERROR_DEVICE, "a batch is begun while in flight; call vw_submission_wait first");
     if (!gpu->recording) gpu->recording = batch;
     if (!can_record(batch)) return batch->status;
 
@@ -56,11 +59,11 @@ static enum vw_status begin(struct vw_batch *batch) {
                                            .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     result = vkBeginCommandBuffer(batch->commands, &info);
     if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "batch");
-    vw_batch_timer_reset(gpu, &batch->timer);
+    vw_submission_timer_reset(gpu, &batch->timer);
     return VW_OK;
 }
 
-void vw_batch_begin(struct vw_batch *batch) {
+void vw_submission_begin(struct vw_submission *batch) {
     batch->status = VW_OK;
     keep_failure(batch, begin(batch));
 }
@@ -78,16 +81,16 @@ static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, str
     return VW_OK;
 }
 
-static enum vw_status dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                               struct vw_workgroups groups) {
+static enum vw_status dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+                               size_t push_bytes, struct vw_workgroups groups) {
     if (push_bytes != pass->push_bytes)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name,
                        push_bytes, pass->push_bytes);
     return vw_command_list_add_dispatch(&batch->list, pass, push, groups);
 }
 
-void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                       uint64_t invocations) {
+void vw_submission_dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+                            size_t push_bytes, uint64_t invocations) {
     if (!can_record(batch)) return;
     struct vw_workgroups groups;
     enum vw_status status = fold(pass, invocations, &groups);
@@ -95,8 +98,8 @@ void vw_batch_dispatch(struct vw_batch *batch, const struct vw_pass *pass, const
     keep_failure(batch, status);
 }
 
-void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pass, const void *push, size_t push_bytes,
-                                struct vw_buffer *groups, uint64_t offset_bytes) {
+void vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+                                     size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes) {
     if (!can_record(batch)) return;
     enum vw_status status = vw_buffer_check_range(groups, offset_bytes, sizeof(VkDispatchIndirectCommand));
     if (!status && offset_bytes % 4)
@@ -108,21 +111,22 @@ void vw_batch_dispatch_indirect(struct vw_batch *batch, const struct vw_pass *pa
     keep_failure(batch, status);
 }
 
-static enum vw_status copy(struct vw_batch *batch, struct vw_buffer *from, struct vw_buffer *to, VkBufferCopy region) {
+static enum vw_status copy(struct vw_submission *batch, struct vw_buffer *from, struct vw_buffer *to,
+                           VkBufferCopy region) {
     enum vw_status status = vw_buffer_check_range(from, region.srcOffset, region.size);
     if (!status) status = vw_buffer_check_range(to, region.dstOffset, region.size);
     return status || !region.size ? status : vw_command_list_add_copy(&batch->list, from, to, region);
 }
 
-void vw_batch_copy(struct vw_batch *batch, struct vw_buffer *from, uint64_t from_offset_bytes, struct vw_buffer *to,
-                   uint64_t to_offset_bytes, uint64_t size_bytes) {
+void vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+                        struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes) {
     if (can_record(batch))
         keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
 }
 
 // ---- Submitting -----------------------------------------------------------------------------------------------------
 
-static enum vw_status submit(struct vw_batch *batch) {
+static enum vw_status submit(struct vw_submission *batch) {
     VkResult result = vkEndCommandBuffer(batch->commands);
     if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "batch");
     enum vw_status status = vw_gpu_check_validation(batch->gpu);
@@ -137,7 +141,7 @@ static enum vw_status submit(struct vw_batch *batch) {
     return vw_gpu_check_validation(batch->gpu);
 }
 
-enum vw_status vw_batch_submit(struct vw_batch *batch) {
+enum vw_status vw_submission_submit(struct vw_submission *batch) {
     bool recorded = can_record(batch);
     if (batch->gpu->recording == batch) {
         batch->gpu->recording = NULL;
@@ -148,19 +152,19 @@ enum vw_status vw_batch_submit(struct vw_batch *batch) {
     return submit(batch);
 }
 
-enum vw_status vw_batch_wait(struct vw_batch *batch) {
+enum vw_status vw_submission_wait(struct vw_submission *batch) {
     if (!batch->in_flight) return VW_OK;
     char work[64];
-    snprintf(work, sizeof work, "a batch of %" PRIu32 " commands", vw_batch_commands(batch));
+    snprintf(work, sizeof work, "a batch of %" PRIu32 " commands", vw_submission_commands(batch));
     enum vw_status status = vw_wait_for_fence(batch->gpu, batch->fence, work);
     batch->in_flight = false;
-    if (!status) status = vw_batch_timer_collect(batch->gpu, &batch->timer);
+    if (!status) status = vw_submission_timer_collect(batch->gpu, &batch->timer);
     return status ? status : vw_gpu_check_validation(batch->gpu);
 }
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
-static enum vw_status create_commands(struct vw_batch *batch) {
+static enum vw_status create_commands(struct vw_submission *batch) {
     VkDevice device = batch->gpu->device;
     const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                           .queueFamilyIndex = batch->gpu->chosen.queue_family};
@@ -175,29 +179,29 @@ static enum vw_status create_commands(struct vw_batch *batch) {
     return result ? vw_gpu_fail(result, "vkCreateFence", "batch") : VW_OK;
 }
 
-enum vw_status vw_batch_create(struct vw_gpu *gpu, struct vw_batch **batch) {
-    struct vw_batch *made = vw_allocate(1, sizeof *made);
+enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **batch) {
+    struct vw_submission *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
     enum vw_status status = create_commands(made);
-    if (!status) status = vw_batch_timer_create(gpu, &made->timer);
+    if (!status) status = vw_submission_timer_create(gpu, &made->timer);
     if (status) {
-        vw_batch_destroy(&made);
+        vw_submission_destroy(&made);
         return status;
     }
     *batch = made;
     return VW_OK;
 }
 
-void vw_batch_destroy(struct vw_batch **batch) {
-    struct vw_batch *dying = *batch;
+void vw_submission_destroy(struct vw_submission **batch) {
+    struct vw_submission *dying = *batch;
     if (!dying) return;
-    if (!dying->gpu->hung) vw_batch_wait(dying);
+    if (!dying->gpu->hung) vw_submission_wait(dying);
     if (dying->gpu->recording == dying) dying->gpu->recording = NULL;
     if (!dying->gpu->hung) { // by now
         vkDestroyFence(dying->gpu->device, dying->fence, NULL);
         vkDestroyCommandPool(dying->gpu->device, dying->pool, NULL); // frees its command buffer
-        vw_batch_timer_destroy(dying->gpu, &dying->timer);
+        vw_submission_timer_destroy(dying->gpu, &dying->timer);
     }
     vw_command_list_free(&dying->list);
     free(dying);

@@ -7,7 +7,7 @@
 
 enum { TIMED_DISPATCHES = 2048 }; // of one batch; later ones are dropped
 
-enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
+enum vw_status vw_submission_timer_create(struct vw_gpu *gpu, struct vw_submission_timer *timer) {
     if (!gpu->timers_wanted) return VW_OK;
     timer->dispatches = vw_allocate(TIMED_DISPATCHES, sizeof *timer->dispatches);
     if (!timer->dispatches) return VW_ERROR_MEMORY;
@@ -18,24 +18,25 @@ enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *
     return result ? vw_gpu_fail(result, "vkCreateQueryPool", "timers") : VW_OK;
 }
 
-void vw_batch_timer_destroy(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
+void vw_submission_timer_destroy(struct vw_gpu *gpu, struct vw_submission_timer *timer) {
     vkDestroyQueryPool(gpu->device, timer->queries, NULL);
     free(timer->dispatches);
 }
 
-void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
+void vw_submission_timer_reset(struct vw_gpu *gpu, struct vw_submission_timer *timer) {
     timer->count = 0;
     if (timer->queries) vkResetQueryPool(gpu->device, timer->queries, 0, 2 * TIMED_DISPATCHES);
 }
 
-bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass) {
+bool vw_submission_timer_start(struct vw_submission_timer *timer, VkCommandBuffer commands,
+                               const struct vw_pass *pass) {
     if (!timer->queries || timer->count == TIMED_DISPATCHES) return false;
     timer->dispatches[timer->count] = (struct vw_timed_pass){pass->name, pass->role};
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timer->queries, 2 * timer->count);
     return true;
 }
 
-void vw_batch_timer_stop(struct vw_batch_timer *timer, VkCommandBuffer commands) {
+void vw_submission_timer_stop(struct vw_submission_timer *timer, VkCommandBuffer commands) {
     vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, timer->queries, 2 * timer->count + 1);
     timer->count++;
 }
@@ -55,7 +56,7 @@ static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const struct vw_timed
     return &gpu->timers[gpu->timer_count++];
 }
 
-enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer *timer) {
+enum vw_status vw_submission_timer_collect(struct vw_gpu *gpu, struct vw_submission_timer *timer) {
     const uint64_t mask =
         gpu->chosen.timestamp_bits < 64 ? ((uint64_t)1 << gpu->chosen.timestamp_bits) - 1 : UINT64_MAX;
     for (uint32_t i = 0; i < timer->count; i++) {

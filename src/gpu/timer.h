@@ -10,19 +10,19 @@ struct vw_timed_pass {
 };
 
 // Timestamps of one batch: two queries around each dispatch, as many as fit.
-struct vw_batch_timer {
+struct vw_submission_timer {
     VkQueryPool queries;              // VK_NULL_HANDLE: not timed
     struct vw_timed_pass *dispatches; // those that are timed
     uint32_t count;
 };
 
-enum vw_status vw_batch_timer_create(struct vw_gpu *gpu, struct vw_batch_timer *timer);
-void vw_batch_timer_destroy(struct vw_gpu *gpu, struct vw_batch_timer *timer);
-void vw_batch_timer_reset(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+enum vw_status vw_submission_timer_create(struct vw_gpu *gpu, struct vw_submission_timer *timer);
+void vw_submission_timer_destroy(struct vw_gpu *gpu, struct vw_submission_timer *timer);
+void vw_submission_timer_reset(struct vw_gpu *gpu, struct vw_submission_timer *timer);
 // Returns whether the dispatch is timed, that is, whether _stop must follow.
-bool vw_batch_timer_start(struct vw_batch_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass);
-void vw_batch_timer_stop(struct vw_batch_timer *timer, VkCommandBuffer commands);
+bool vw_submission_timer_start(struct vw_submission_timer *timer, VkCommandBuffer commands, const struct vw_pass *pass);
+void vw_submission_timer_stop(struct vw_submission_timer *timer, VkCommandBuffer commands);
 // Adds the times of a finished batch to the device's timers.
-enum vw_status vw_batch_timer_collect(struct vw_gpu *gpu, struct vw_batch_timer *timer);
+enum vw_status vw_submission_timer_collect(struct vw_gpu *gpu, struct vw_submission_timer *timer);
 
 #endif

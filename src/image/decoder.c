@@ -9,10 +9,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "image/decoder_protocol.h"
-#include "image/decoder_server.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "image/decoder_protocol.h"
+#include "image/decoder_server.h"
 
 enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60, LONGEST_TIME_OUT_S = 1800 };
 // How many tasks of its kind a worker does before it is replaced. A photo has one of its own: a file that takes over
@@ -251,7 +251,7 @@ enum vw_status vw_decoder_begin(const struct vw_decoder_request *request, int de
 }
 
 static bool is_known(uint32_t status) {
-    return status == VW_OK || status == VW_ERROR_INPUT || status == VW_ERROR_IO || status == VW_ERROR_MEMORY ||
+    return !status || status == VW_ERROR_INPUT || status == VW_ERROR_IO || status == VW_ERROR_MEMORY ||
            status == VW_ERROR_USAGE;
 }
 

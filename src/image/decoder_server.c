@@ -15,9 +15,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "image/decoder_protocol.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "image/decoder_protocol.h"
 
 #define PROGRAM_NAME "viewworth-decode"
 enum { HELLO_TIME_OUT_MS = 120000, END_TIME_OUT_MS = 5000, ADDRESS_SPACE_MIB = 1536 };

@@ -1,8 +1,8 @@
 #include <stdlib.h>
 
-#include "image/photo_formats.h"
-#include "image/image.h"
 #include "base/memory.h"
+#include "image/image.h"
+#include "image/photo_formats.h"
 
 // A thumbnail's pixel is the mean of this many samples along each axis, evenly spread over the photo pixels that it
 // covers. So the time does not grow with the photo, and is a tenth of that of a proper filter.

@@ -5,18 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/out_lock.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/word_list.h"
-#include "lab/benchmark_files.h"
 #include "experiment/retrain.h"
-#include "lab/scorers.h"
 #include "experiment/seed_runs.h"
 #include "experiment/worth_plan.h"
+#include "lab/benchmark_files.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/evaluation/leave_one_out.h"
+#include "lab/scorers.h"
+#include "run/out_lock.h"
 #include "value/worth.h"
 
 // A benchmark while it is made.

@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_LAB_BENCHMARK_FILES_H
 #define VIEWWORTH_LAB_BENCHMARK_FILES_H
 
-#include "lab/methods/photo_features.h"
 #include "lab/evaluation/exact_values.h"
+#include "lab/methods/photo_features.h"
 #include "value/evaluation/worth_regression.h"
 #include "viewworth/scene.h"
 

@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-#include "value/evaluation/score_tables.h"
 #include "lab/evaluation/seed_means.h"
+#include "value/evaluation/score_tables.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 

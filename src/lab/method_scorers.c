@@ -11,8 +11,8 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "base/word_list.h"
-#include "lab/methods/gradient_scores.h"
 #include "experiment/seed_runs.h"
+#include "lab/methods/gradient_scores.h"
 #include "viewworth/log.h"
 
 const char vw_method_budgets_default[] = "1,2,4,10,N,4N";

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/out_lock.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "experiment/seed_runs.h"
+#include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
 #include "viewworth/ledger.h"

@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "experiment/seed_runs.h"
 #include "lab/baselines.h"
 #include "lab/methods/consistent_residual.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"
-#include "experiment/seed_runs.h"
 #include "run/scoring.h"
 #include "value/evaluation/score_tables.h"
 #include "value/evaluation/worth_regression.h"

@@ -5,8 +5,8 @@
 #include <stdbool.h>
 
 #include "experiment/experiment.h"
-#include "lab/methods/photo_features.h"
 #include "experiment/retrain.h"
+#include "lab/methods/photo_features.h"
 #include "value/evaluation/evaluation.h"
 
 enum { VW_SCORERS_MAX = 256 };

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
-#include "ledger/database_check.h"
-#include "ledger/database_file.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ledger/database_check.h"
+#include "ledger/database_file.h"
 
 static const sqlite3_int64 SNAPSHOT_BYTES_MOST = 1 << 30;
 enum { BUSY_WAIT_MS = 60000 }; // a program that reads the ledger of a running valuation must not make it fail

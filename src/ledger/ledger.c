@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
 #include "ledger/database_file.h"
 #include "ledger/database_open.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
-#include "base/file.h"
-#include "base/memory.h"
 
 static enum vw_status insert_images(struct vw_database *database, const char *scene_hash,
                                     const struct vw_ledger_image *images, uint32_t image_count) {

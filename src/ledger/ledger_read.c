@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
-#include "ledger/ledger_private.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "ledger/find_image.h"
+#include "ledger/ledger_private.h"
 
 enum { NAME_BYTES_MOST = 600 };                       // struct vw_gpu_info
 static const uint32_t image_id_most = UINT32_MAX - 1; // VW_RECORD_UNTRAINED is none

@@ -2,9 +2,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/ledger_private.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "ledger/ledger_private.h"
 
 // Recomputed hashes. Each is compared with the stored one before it is used.
 struct verification {

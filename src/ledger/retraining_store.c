@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/database_open.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "ledger/database_open.h"
 
 // In a series of its own: see vw_database_format.
 enum { RETRAININGS_VERSION = 1005 };

@@ -18,8 +18,8 @@
 #include <stdint.h>
 
 #include "base/hash.h"
-#include "viewworth/status.h"
 #include "ledger/retraining.h"
+#include "viewworth/status.h"
 
 struct vw_retrainings;
 

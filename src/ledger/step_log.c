@@ -8,9 +8,9 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/text.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "base/text.h"
 
 static const double VALUE_MOST = 1e4;                   // of PSNR and error, so that their squares and sums stay finite
 static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring stores a number for each

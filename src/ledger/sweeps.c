@@ -3,10 +3,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "ledger/database_open.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "ledger/database_open.h"
 
 // In a series of its own: see vw_database_format.
 enum { SWEEPS_VERSION = 2002 };

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ledger/find_image.h"
 
 // A score with its image, and what sorts it.
 struct row {

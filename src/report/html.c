@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "report/html_data.h"
-#include "report/html_parts.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/text_stream.h"
+#include "report/html_data.h"
+#include "report/html_parts.h"
 #include "report/page.h"
 
 enum { REAL_DIGITS = 8 }; // what a page shows has fewer

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "ledger/find_image.h"
 #include "report/advice.h"
 #include "report/html_trust.h"
 #include "value/repair.h"

@@ -7,8 +7,8 @@
 #include <stdio.h>
 
 #include "base/csv.h"
-#include "viewworth/ledger.h"
 #include "value/matrix.h"
+#include "viewworth/ledger.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 

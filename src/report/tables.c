@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/csv.h"
 #include "base/file.h"
+#include "ledger/find_image.h"
 
 // The rows of a table, and what else it takes to print them.
 struct table {

@@ -8,9 +8,9 @@
 
 #include "base/csv.h"
 #include "value/duplicate_scores.h"
-#include "viewworth/ledger.h"
 #include "value/matrix.h"
 #include "value/providers.h"
+#include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
 // providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank 1 =

@@ -2,11 +2,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/clock.h"
+#include "base/memory.h"
 #include "run/out_folder.h"
 #include "run/run_private.h"
 #include "run/stop_rules.h"
-#include "base/clock.h"
-#include "base/memory.h"
 #include "viewworth/log.h"
 
 // ---- Recording -----------------------------------------------------------------------------------------------------
@@ -214,7 +214,7 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
         return vw_fail(VW_ERROR_USAGE,
                        "vw_run_advance: the run is finished; open it again with resume to take more steps");
     enum vw_status status = begin(run);
-    run->failed = status != VW_OK;
+    run->failed = status;
     if (status) return status;
     uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;
     *last_step = taken < total && steps < total - taken ? taken + steps : total;

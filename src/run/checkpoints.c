@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "train/trainer.h"
-#include "base/clock.h"
 #include "viewworth/log.h"
 
 static const double FIRST_INTERVAL_S = 1.0, INTERVAL_S = 30.0, TIMES_COST = 20.0;

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "viewworth/status.h"
 #include "train/trainer.h"
+#include "viewworth/status.h"
 #include "viewworth/train.h"
 
 struct vw_checkpoints {

@@ -4,20 +4,20 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "base/utc.h"
-#include "base/hash.h"
 #include "report/page.h"
+#include "run/lasting/lasting.h"
 #include "run/out_folder.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
-#include "run/lasting/lasting.h"
 #include "run/run_private.h"
 #include "run/sign.h"
 #include "run/signature.h"
-#include "base/clock.h"
 #include "value/ranking.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"

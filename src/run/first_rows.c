@@ -3,8 +3,8 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/utc.h"
-#include "run/run_row.h"
 #include "run/run_private.h"
+#include "run/run_row.h"
 
 static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger_image **images,
                                   char (**hashes)[VW_HASH_HEX_BYTES]) {

@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-#include "viewworth/train.h"
 #include "train/trainer.h"
+#include "viewworth/train.h"
 #include "viewworth/value.h"
 
 struct vw_probe_costs {

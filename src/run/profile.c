@@ -1,6 +1,6 @@
+#include "run/profile.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
-#include "run/profile.h"
 
 #include <string.h>
 

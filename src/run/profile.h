@@ -2,9 +2,9 @@
 #ifndef VIEWWORTH_RUN_PROFILE_H
 #define VIEWWORTH_RUN_PROFILE_H
 
-#include "viewworth/gpu.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
+#include "viewworth/gpu.h"
 #include "viewworth/train.h"
 
 struct vw_profile_row {

@@ -5,19 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/signing.h"
-#include "run/checks.h"
 #include "detect/effects_text.h"
+#include "run/checks.h"
 #include "run/devices.h"
 #include "run/out_folder.h"
-#include "run/plan/budget.h"
 #include "run/plan/accuracy_levels.h"
+#include "run/plan/budget.h"
 #include "run/resume.h"
 #include "run/run_private.h"
 #include "run/stop_rules.h"
-#include "base/clock.h"
 #include "train/adjoint/lasting.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"

@@ -3,14 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "base/json.h"
+#include "base/memory.h"
 #include "detect/effects_text.h"
 #include "run/imported/imported_run.h"
 #include "train/identity.h"
 #include "train/trainer.h"
 #include "viewworth/version.h"
-#include "base/hash.h"
-#include "base/memory.h"
 
 static json_t *find_effect(const json_t *array, const char *name) {
     size_t i;

@@ -2,13 +2,13 @@
 #ifndef VIEWWORTH_RUN_RUN_ROW_H
 #define VIEWWORTH_RUN_RUN_ROW_H
 
-#include "viewworth/gpu.h"
 #include "base/hash.h"
+#include "run/recorded/recorded_run.h"
+#include "train/trainer.h"
+#include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
-#include "run/recorded/recorded_run.h"
-#include "train/trainer.h"
 #include "viewworth/train.h"
 
 struct vw_run_row {

@@ -2,11 +2,11 @@
 #ifndef VIEWWORTH_RUN_SCORING_H
 #define VIEWWORTH_RUN_SCORING_H
 
+#include "value/worth.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 #include "viewworth/value.h"
-#include "value/worth.h"
 
 // Reads what scores are computed from: the ledger's steps, probes and lasting credit, owned here, and its images, lent
 // by the ledger. `config` is the run's. Unload it also after a failure.

@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "run/devices.h"
 #include "detect/verdict_cache.h"
+#include "run/devices.h"
 #include "viewworth/log.h"
 
 static void log_scene(const struct vw_scene *scene) {

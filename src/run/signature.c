@@ -10,8 +10,8 @@
 #include <unistd.h>
 
 #include "base/file.h"
-#include "base/inside.h"
 #include "base/hash.h"
+#include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/signing.h"

@@ -2,8 +2,8 @@
 
 #include <stdlib.h>
 
-#include "run/plan/budget.h"
 #include "base/clock.h"
+#include "run/plan/budget.h"
 
 static bool keeps_time(const struct vw_run *run) { return vw_plan_keeps_time(&run->plan); }
 static bool has_rule(const struct vw_run *run) { return keeps_time(run) || run->until_stable > 0; }

@@ -19,9 +19,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "scene/builder.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "scene/builder.h"
 
 static const double MARGIN = 1.1;
 static const double STRAY_SHARE = 0.02; // share of the points that is ignored at either end of an axis

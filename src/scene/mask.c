@@ -3,11 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/downscale.h"
-#include "scene/safe_path.h"
 #include "base/file.h"
-#include "image/image.h"
 #include "base/memory.h"
+#include "image/downscale.h"
+#include "image/image.h"
+#include "scene/safe_path.h"
 #include "viewworth/scene.h"
 
 // ---- Finding ----

@@ -6,7 +6,7 @@
 
 static const double NEAR_SHARE = 0.001, FAR_SHARE = 0.999;
 // On average, a share of 2 / (n + 1) of what a view sees is outside the range of n points: 6 % here, which the margins
-// of pixels_camera() cover. With fewer points, whole surfaces could be cut off.
+// of vw_pixels_camera() cover. With fewer points, whole surfaces could be cut off.
 enum { POINTS_MIN = 32 };
 
 enum vw_status vw_near_far_measure(struct vw_scene *scene) {

@@ -3,14 +3,14 @@
 #include <inttypes.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "image/downscale.h"
-#include "scene/camera_fit.h"
+#include "image/image.h"
 #include "scene/builder.h"
+#include "scene/camera_fit.h"
 #include "scene/lens_mask.h"
 #include "scene/mask.h"
 #include "scene/photo_source.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 struct repairs {
     uint32_t clamped_views, bad_views;

@@ -2,11 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/builder.h"
 #include "base/csv.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "scene/builder.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 

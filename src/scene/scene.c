@@ -4,16 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/formats/colmap.h"
-#include "scene/builder.h"
-#include "scene/photo_source.h"
-#include "scene/formats/photo_list_writers.h"
-#include "scene/synthetic/recipe.h"
 #include "base/file.h"
-#include "image/decoder.h"
 #include "base/json.h"
-#include "image/image.h"
 #include "base/memory.h"
+#include "image/decoder.h"
+#include "image/image.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap.h"
+#include "scene/formats/photo_list_writers.h"
+#include "scene/photo_source.h"
+#include "scene/synthetic/recipe.h"
 
 static bool probe_recipe(const char *path) {
     void *text = NULL;

@@ -1,6 +1,6 @@
-#include "scene/builder.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "scene/builder.h"
 
 static void add_camera(struct vw_hasher *hasher, const struct vw_camera *camera) {
     const double values[] = {camera->focal_x_px, camera->focal_y_px, camera->centre_x_px, camera->centre_y_px,

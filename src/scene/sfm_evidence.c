@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/formats/colmap.h"
-#include "scene/builder.h"
 #include "base/memory.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap.h"
 
 static const double ROTATION_TOLERANCE = 1e-3; // difference of matrix entries: 0.06 degrees
 static const double POSITION_TOLERANCE = 1e-3; // relative to the cameras' spread

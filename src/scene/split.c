@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "scene/builder.h"
 #include "scene/formats/name_list.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "base/memory.h"
 
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 

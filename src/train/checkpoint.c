@@ -4,23 +4,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/json.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/memory.h"
 #include "train/hashed_file.h"
 
 static const char magic[] = "viewworth checkpoint 1\n";
 static const char remedy[] = "remove the file: the run starts from an older checkpoint or anew";
 
-enum vw_status checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
-                               const struct step_passes *passes) {
+enum vw_status vw_checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
+                                  const struct vw_step_passes *passes) {
     char hex[VW_HASH_HEX_BYTES];
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
-    uint32_t count = step_training_state(passes, buffers);
+    uint32_t count = vw_step_training_state(passes, buffers);
     vw_hash_to_hex(run_id, hex);
     char *description = vw_format_text("{\"run_id\":\"%s\",\"step\":%" PRIu64 "}", hex, step);
     if (!description) return VW_ERROR_MEMORY;
-    enum vw_status status = hashed_file_save(path, magic, description, &(struct buffer_list){buffers, count});
+    enum vw_status status = vw_hashed_file_save(path, magic, description, &(struct vw_buffer_list){buffers, count});
     free(description);
     return status;
 }
@@ -41,32 +41,33 @@ static enum vw_status check_description(const char *path, const char *text, cons
             vw_fail(VW_ERROR_USAGE, "%s: holds step %" PRId64 ", not one up to %" PRIu64 "; take an older checkpoint",
                     path, (int64_t)saved_step, last_step);
     json_decref(object);
-    if (status == VW_OK) *step = (uint64_t)saved_step;
+    if (!status) *step = (uint64_t)saved_step;
     return status;
 }
 
-enum vw_status checkpoint_open(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
-                               uint64_t state_bytes, struct hashed_file *file, uint64_t *step) {
-    enum vw_status status = hashed_file_open(path, magic, state_bytes, remedy, file);
-    if (status != VW_OK) return status;
+enum vw_status vw_checkpoint_open(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
+                                  uint64_t state_bytes, struct vw_hashed_file *file, uint64_t *step) {
+    enum vw_status status = vw_hashed_file_open(path, magic, state_bytes, remedy, file);
+    if (status) return status;
     status = check_description(path, file->description, run_id, last_step, step);
-    if (status == VW_OK && file->payload_bytes != state_bytes)
+    if (!status && file->payload_bytes != state_bytes)
         status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
                          file->payload_bytes, state_bytes, remedy);
-    if (status != VW_OK) hashed_file_close(file);
+    if (status) vw_hashed_file_close(file);
     return status;
 }
 
-enum vw_status checkpoint_load(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
-                               const struct step_passes *passes, uint64_t *step) {
+enum vw_status vw_checkpoint_load(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
+                                  const struct vw_step_passes *passes, uint64_t *step) {
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
-    const struct buffer_list list = {buffers, step_training_state(passes, buffers)};
-    struct hashed_file file;
+    const struct vw_buffer_list list = {buffers, vw_step_training_state(passes, buffers)};
+    struct vw_hashed_file file;
     uint64_t saved_step = 0;
-    enum vw_status status = checkpoint_open(path, run_id, last_step, buffer_list_bytes(&list), &file, &saved_step);
-    if (status != VW_OK) return status;
-    status = hashed_file_load(&file, &list);
-    hashed_file_close(&file);
-    if (status == VW_OK) *step = saved_step;
+    enum vw_status status =
+        vw_checkpoint_open(path, run_id, last_step, vw_buffer_list_bytes(&list), &file, &saved_step);
+    if (status) return status;
+    status = vw_hashed_file_load(&file, &list);
+    vw_hashed_file_close(&file);
+    if (!status) *step = saved_step;
     return status;
 }

@@ -13,8 +13,8 @@ static const double RIDGE = 0.01;            // PHOTO_RIDGE of shaders/appearanc
 static const double DIFFERENCE = 1.0 / 64.0; // of a code's number; renders have 24 bits
 
 struct fitting {
-    struct field *field;
-    struct evaluator evaluator;
+    struct vw_radiance_field *field;
+    struct vw_evaluator evaluator;
     const struct vw_pixel *pixels;
     uint32_t count;
     vw_float4 *colours, *targets;
@@ -27,15 +27,15 @@ struct fitting {
 // ---- The constant input's weights -----------------------------------------------------------------------------------
 
 // From the first to the last column that a code shifts.
-static struct param_range shifted_range(const struct field *field) {
+static struct vw_param_range shifted_range(const struct vw_radiance_field *field) {
     const struct vw_specialization *s = &field->model->specialization;
-    return (struct param_range){.offset_bytes = field->model->weights.offset_bytes + 16 * (uint64_t)s->shift_column,
-                                .size_bytes = 16 * ((uint64_t)s->shift_stride * (s->width4 - 1) + 1)};
+    return (struct vw_param_range){.offset_bytes = field->model->weights.offset_bytes + 16 * (uint64_t)s->shift_column,
+                                   .size_bytes = 16 * ((uint64_t)s->shift_stride * (s->width4 - 1) + 1)};
 }
 
 // What mix_code adds in training.
 static enum vw_status shift(struct fitting *fitting, const double *code) {
-    const struct param_range range = shifted_range(fitting->field);
+    const struct vw_param_range range = shifted_range(fitting->field);
     const struct vw_specialization *s = &fitting->field->model->specialization;
     memcpy(fitting->shifted, fitting->original, range.size_bytes);
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++) {
@@ -51,9 +51,8 @@ static enum vw_status shift(struct fitting *fitting, const double *code) {
 // What is rendered with `code`, 0 at pixels that weigh nothing.
 static enum vw_status render(struct fitting *fitting, const double *code, double *rendered) {
     enum vw_status status = shift(fitting, code);
-    if (status == VW_OK)
-        status = evaluator_render(&fitting->evaluator, fitting->pixels, fitting->count, fitting->colours);
-    for (uint32_t i = 0; i < fitting->count && status == VW_OK; i++) {
+    if (!status) status = vw_evaluator_render(&fitting->evaluator, fitting->pixels, fitting->count, fitting->colours);
+    for (uint32_t i = 0; i < fitting->count && !status; i++) {
         double counts = fitting->targets[i].w != 0.0f;
         rendered[3 * i] = counts * fitting->colours[i].x;
         rendered[3 * i + 1] = counts * fitting->colours[i].y;
@@ -81,7 +80,7 @@ static double objective(const struct fitting *fitting, const double *rendered, c
 static enum vw_status differentiate(struct fitting *fitting, double *code) {
     uint32_t values = 3 * fitting->count;
     enum vw_status status = VW_OK;
-    for (uint32_t k = 0; k < NUMBERS && status == VW_OK; k++) {
+    for (uint32_t k = 0; k < NUMBERS && !status; k++) {
         double *column = fitting->jacobian + (size_t)values * k, before = code[k];
         code[k] += DIFFERENCE;
         status = render(fitting, code, column);
@@ -127,11 +126,11 @@ static enum vw_status take_step(struct fitting *fitting, double *code, double *r
     double before = objective(fitting, fitting->rendered, code), moved[NUMBERS], damping = 0;
     enum vw_status status = differentiate(fitting, code);
     *lower = false;
-    for (int i = 0; i < TRIES && status == VW_OK && !*lower; i++) {
+    for (int i = 0; i < TRIES && !status && !*lower; i++) {
         propose(fitting, code, damping, moved);
         damping = damping > 0 ? 10 * damping : 10 * RIDGE;
         status = render(fitting, moved, rendered);
-        *lower = status == VW_OK && objective(fitting, rendered, moved) < before;
+        *lower = !status && objective(fitting, rendered, moved) < before;
     }
     if (!*lower) return status;
     memcpy(code, moved, sizeof moved);
@@ -142,7 +141,7 @@ static enum vw_status take_step(struct fitting *fitting, double *code, double *r
 // ---- All of it ------------------------------------------------------------------------------------------------------
 
 static enum vw_status open_fitting(struct fitting *fitting) {
-    const struct model *model = fitting->field->model;
+    const struct vw_model *model = fitting->field->model;
     size_t values = 3 * (size_t)fitting->count;
     fitting->colours = vw_allocate(fitting->count, sizeof *fitting->colours);
     fitting->targets = vw_allocate(fitting->count, sizeof *fitting->targets);
@@ -153,12 +152,12 @@ static enum vw_status open_fitting(struct fitting *fitting) {
     if (!fitting->colours || !fitting->targets || !fitting->code_weights || !fitting->shifted || !fitting->rendered ||
         !fitting->jacobian)
         return VW_ERROR_MEMORY;
-    enum vw_status status = evaluator_create(fitting->field, fitting->count, &fitting->evaluator);
-    if (status == VW_OK)
+    enum vw_status status = vw_evaluator_create(fitting->field, fitting->count, &fitting->evaluator);
+    if (!status)
         status = vw_buffer_read(fitting->field->params, model->code_weights.offset_bytes, fitting->code_weights,
                                 model->code_weights.size_bytes);
-    if (status == VW_OK) status = evaluator_set_pixels(&fitting->evaluator, fitting->pixels, fitting->count);
-    for (uint32_t i = 0; i < fitting->count && status == VW_OK; i++) {
+    if (!status) status = vw_evaluator_set_pixels(&fitting->evaluator, fitting->pixels, fitting->count);
+    for (uint32_t i = 0; i < fitting->count && !status; i++) {
         struct vw_ray ray;
         status = vw_buffer_read(fitting->evaluator.rays, i * sizeof ray, &ray, sizeof ray);
         fitting->targets[i] = ray.target_weight;
@@ -167,7 +166,7 @@ static enum vw_status open_fitting(struct fitting *fitting) {
 }
 
 static void close_fitting(struct fitting *fitting) {
-    evaluator_destroy(&fitting->evaluator);
+    vw_evaluator_destroy(&fitting->evaluator);
     free(fitting->colours);
     free(fitting->targets);
     free(fitting->code_weights);
@@ -180,37 +179,37 @@ static enum vw_status run_steps(struct fitting *fitting) {
     double *rendered = vw_allocate(3 * (size_t)fitting->count, sizeof *rendered), code[NUMBERS] = {0};
     bool lower = true;
     enum vw_status status = rendered ? render(fitting, code, fitting->rendered) : VW_ERROR_MEMORY;
-    for (int i = 0; i < STEPS && lower && status == VW_OK; i++) status = take_step(fitting, code, rendered, &lower);
+    for (int i = 0; i < STEPS && lower && !status; i++) status = take_step(fitting, code, rendered, &lower);
     free(rendered);
-    return status == VW_OK ? shift(fitting, code) : status;
+    return !status ? shift(fitting, code) : status;
 }
 
-enum vw_status code_fit_apply(struct field *field, const struct vw_pixel *pixels, uint32_t count,
-                              struct code_fit *fit) {
-    *fit = (struct code_fit){0};
+enum vw_status vw_code_fit_apply(struct vw_radiance_field *field, const struct vw_pixel *pixels, uint32_t count,
+                                 struct vw_code_fit *fit) {
+    *fit = (struct vw_code_fit){0};
     if (!field->model->codes.size_bytes || !count) return VW_OK;
-    const struct param_range range = shifted_range(field);
+    const struct vw_param_range range = shifted_range(field);
     float *weights = vw_allocate(1, range.size_bytes);
     enum vw_status status =
         weights ? vw_buffer_read(field->params, range.offset_bytes, weights, range.size_bytes) : VW_ERROR_MEMORY;
-    if (status != VW_OK) {
+    if (status) {
         free(weights);
         return status;
     }
     struct fitting fitting = {.field = field, .pixels = pixels, .count = count, .original = weights};
     fit->weights = weights;
     status = open_fitting(&fitting);
-    if (status == VW_OK) status = run_steps(&fitting);
+    if (!status) status = run_steps(&fitting);
     close_fitting(&fitting);
-    if (status != VW_OK) (void)code_fit_undo(field, fit); // the first failure is told
+    if (status) (void)vw_code_fit_undo(field, fit); // the first failure is told
     return status;
 }
 
-enum vw_status code_fit_undo(struct field *field, struct code_fit *fit) {
-    const struct param_range range = shifted_range(field);
+enum vw_status vw_code_fit_undo(struct vw_radiance_field *field, struct vw_code_fit *fit) {
+    const struct vw_param_range range = shifted_range(field);
     enum vw_status status =
         fit->weights ? vw_buffer_write(field->params, range.offset_bytes, fit->weights, range.size_bytes) : VW_OK;
     free(fit->weights);
-    *fit = (struct code_fit){0};
+    *fit = (struct vw_code_fit){0};
     return status;
 }

@@ -9,15 +9,16 @@
 
 enum { CODE_FIT_RAYS_MAX = 256 };
 
-struct code_fit {   // of a field without codes: all zero
-    float *weights; // columns of the colour network as they were, from the first one that a code shifts; owned
+struct vw_code_fit { // of a field without codes: all zero
+    float *weights;  // columns of the colour network as they were, from the first one that a code shifts; owned
 };
 
 // Fits to `count` <= CODE_FIT_RAYS_MAX pixels. From then on the field renders with the code: its params are those of
 // the code 0, with the code's share added to the weights of the constant input. Does nothing for a field without codes.
 // After a failure the params are as before.
-enum vw_status code_fit_apply(struct field *field, const struct vw_pixel *pixels, uint32_t count, struct code_fit *fit);
+enum vw_status vw_code_fit_apply(struct vw_radiance_field *field, const struct vw_pixel *pixels, uint32_t count,
+                                 struct vw_code_fit *fit);
 // Puts the params back, bit for bit, and frees the fit.
-enum vw_status code_fit_undo(struct field *field, struct code_fit *fit);
+enum vw_status vw_code_fit_undo(struct vw_radiance_field *field, struct vw_code_fit *fit);
 
 #endif

@@ -294,57 +294,57 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !status; i++)
         status = number_from_json(object, &numbers[i], &parsed);
     int choice;
-    if (status == VW_OK) status = name_from_json(object, "loss", loss_names, VW_ARRAY_COUNT(loss_names), &choice);
-    if (status == VW_OK) parsed.loss = (enum vw_loss)choice;
-    if (status == VW_OK)
+    if (!status) status = name_from_json(object, "loss", loss_names, VW_ARRAY_COUNT(loss_names), &choice);
+    if (!status) parsed.loss = (enum vw_loss)choice;
+    if (!status)
         status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
-    if (status == VW_OK) parsed.optimizer = (enum vw_optimizer)choice;
-    if (status == VW_OK &&
+    if (!status) parsed.optimizer = (enum vw_optimizer)choice;
+    if (!status &&
         json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
         status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
-        if (status == VW_OK) parsed.background = (enum vw_background_form)choice;
+        if (!status) parsed.background = (enum vw_background_form)choice;
     }
-    if (status == VW_OK && json_object_get(object, "vary")) {
+    if (!status && json_object_get(object, "vary")) {
         status = name_from_json(object, "vary", vary_names, VW_ARRAY_COUNT(vary_names), &choice);
-        if (status == VW_OK) parsed.vary = (enum vw_vary)choice;
+        if (!status) parsed.vary = (enum vw_vary)choice;
         parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
     }
-    if (status == VW_OK && json_object_get(object, "field")) {
+    if (!status && json_object_get(object, "field")) {
         status = name_from_json(object, "field", field_names, VW_ARRAY_COUNT(field_names), &choice);
-        if (status == VW_OK) parsed.field = (enum vw_field)choice;
+        if (!status) parsed.field = (enum vw_field)choice;
     }
-    if (status == VW_OK && json_object_get(object, "coarse_network")) {
+    if (!status && json_object_get(object, "coarse_network")) {
         status = name_from_json(object, "coarse_network", coarse_network_names, VW_ARRAY_COUNT(coarse_network_names),
                                 &choice);
-        if (status == VW_OK) parsed.coarse_network = (enum vw_coarse_network)choice;
+        if (!status) parsed.coarse_network = (enum vw_coarse_network)choice;
     }
-    if (status == VW_OK && json_object_get(object, "table_precision")) {
+    if (!status && json_object_get(object, "table_precision")) {
         status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names),
                                 &choice);
-        if (status == VW_OK) parsed.table_precision = (enum vw_table_precision)choice;
+        if (!status) parsed.table_precision = (enum vw_table_precision)choice;
     }
     const char *effects = json_string_value(json_object_get(object, "effects"));
-    if (status == VW_OK && (!effects || strlen(effects) >= sizeof parsed.effects))
+    if (!status && (!effects || strlen(effects) >= sizeof parsed.effects))
         status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
-    if (status == VW_OK) strcpy(parsed.effects, effects);
+    if (!status) strcpy(parsed.effects, effects);
     parsed.noise_floor = json_is_true(json_object_get(object, "noise_floor"));
-    if (status == VW_OK && json_is_true(json_object_get(object, "first_order")))
+    if (!status && json_is_true(json_object_get(object, "first_order")))
         status = vw_fail(VW_ERROR_INPUT, "config: first_order is a probe that this version does not have; use the "
                                          "version of viewworth that recorded the run");
     json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
-    if (status == VW_OK && (same_state < 0 || same_state > UINT32_MAX))
+    if (!status && (same_state < 0 || same_state > UINT32_MAX))
         status = vw_fail(VW_ERROR_INPUT, "config: same_state is no number of states");
     parsed.same_state = (uint32_t)same_state;
     const json_t *pilots = json_object_get(object, "pilot_steps");
     json_int_t pilot_steps = json_integer_value(pilots);
-    if (status == VW_OK && (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST))
+    if (!status && (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST))
         status = vw_fail(VW_ERROR_INPUT, "config: pilot_steps is no number of steps");
     if (pilots) parsed.pilot_steps = (uint32_t)pilot_steps;
     json_decref(object);
-    if (status == VW_OK) status = vw_config_check(&parsed);
-    if (status == VW_OK) *config = parsed;
+    if (!status) status = vw_config_check(&parsed);
+    if (!status) *config = parsed;
     return status;
 }

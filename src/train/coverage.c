@@ -12,7 +12,7 @@
 
 const double coverage_prior_share = 0.1;
 
-double coverage_prior(const double *total, uint64_t count) {
+double vw_coverage_prior(const double *total, uint64_t count) {
     double sum = 0.0, informed = 0.0;
     for (uint64_t i = 0; i < count; i++) {
         sum += total[i];
@@ -21,7 +21,7 @@ double coverage_prior(const double *total, uint64_t count) {
     return informed > 0.0 ? coverage_prior_share * sum / informed : 1.0;
 }
 
-double coverage_of(const double *total, const double *own, uint64_t count, double prior) {
+double vw_coverage_of(const double *total, const double *own, uint64_t count, double prior) {
     double coverage = 0.0;
     for (uint64_t i = 0; i < count; i++)
         if (own[i] > 0.0) coverage -= log1p(-own[i] / (prior + total[i]));
@@ -31,10 +31,10 @@ double coverage_of(const double *total, const double *own, uint64_t count, doubl
 // ---- Information, on the device -------------------------------------------------------------------------------------
 
 struct measuring {
-    const struct probe_context *context;
+    const struct vw_probe_context *context;
     uint32_t passes;
-    struct gradient_passes gradient; // of slopes that are given
-    struct vw_batch *batch;
+    struct vw_gradient_passes gradient; // of slopes that are given
+    struct vw_submission *batch;
     uint64_t words_bytes, entries;
     struct vw_buffer *of_device; // the grid's gradient; of a field without one, the weights'
     uint64_t *words, *zeros;     // the former as the device has it
@@ -42,8 +42,8 @@ struct measuring {
 };
 
 static enum vw_status prepare(struct measuring *measuring) {
-    const struct step_passes *step = measuring->context->step;
-    const struct model *model = step->field->model;
+    const struct vw_step_passes *step = measuring->context->step;
+    const struct vw_model *model = step->field->model;
     struct vw_specialization given = model->specialization;
     given.loss = LOSS_GIVEN;
     given.effect_occupancy = 0; // a field that was loaded has none
@@ -55,13 +55,13 @@ static enum vw_status prepare(struct measuring *measuring) {
     measuring->own = vw_allocate(measuring->entries, sizeof *measuring->own);
     measuring->total = vw_allocate(measuring->entries, sizeof *measuring->total);
     if (!measuring->words || !measuring->zeros || !measuring->own || !measuring->total) return VW_ERROR_MEMORY;
-    enum vw_status status = gradient_create(step, &given, &measuring->gradient);
-    return status == VW_OK ? vw_batch_create(step->field->gpu, &measuring->batch) : status;
+    enum vw_status status = vw_gradient_create(step, &given, &measuring->gradient);
+    return !status ? vw_submission_create(step->field->gpu, &measuring->batch) : status;
 }
 
 static void clean_up(struct measuring *measuring) {
-    vw_batch_destroy(&measuring->batch);
-    gradient_destroy(&measuring->gradient);
+    vw_submission_destroy(&measuring->batch);
+    vw_gradient_destroy(&measuring->gradient);
     free(measuring->words);
     free(measuring->zeros);
     free(measuring->own);
@@ -70,11 +70,11 @@ static void clean_up(struct measuring *measuring) {
 
 // Signs in place of the pixels' colours. They and the pixels' places are the same for all photos.
 static void draw_signs(const struct measuring *measuring, uint32_t view, uint32_t pass) {
-    const struct probe_context *context = measuring->context;
+    const struct vw_probe_context *context = measuring->context;
     uint64_t seed = vw_config_seed_of(context->config, VW_VARY_PIXELS);
     struct vw_pixel *pixels = vw_buffer_map(context->pixels);
-    pixels_draw(context->scene, view, &(struct pixel_draw){seed, .draw = pass}, context->config->rays, pixels);
-    if (!context->masks) pixels_unmask(context->scene, pixels, context->config->rays);
+    vw_pixels_draw(context->scene, view, &(struct vw_pixel_draw){seed, .draw = pass}, context->config->rays, pixels);
+    if (!context->masks) vw_pixels_unmask(context->scene, pixels, context->config->rays);
     for (uint32_t ray = 0; ray < context->config->rays; ray++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_SIGN, pass, ray, 0, words);
@@ -84,20 +84,19 @@ static void draw_signs(const struct measuring *measuring, uint32_t view, uint32_
 }
 
 static enum vw_status take_gradient(struct measuring *measuring, uint32_t pass) {
-    const struct step_passes *step = measuring->context->step;
-    const struct vw_push_rays rays = {.ray_count = step->rays, .key = model_key_of_step(step->field->model, pass)};
-    vw_batch_begin(measuring->batch);
-    vw_batch_dispatch(measuring->batch, measuring->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    step_record_appearance(step, measuring->batch);
+    const struct vw_step_passes *step = measuring->context->step;
+    const struct vw_push_rays rays = {.ray_count = step->rays, .key = vw_model_key_of_step(step->field->model, pass)};
+    vw_submission_begin(measuring->batch);
+    vw_submission_dispatch(measuring->batch, measuring->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    vw_step_record_appearance(step, measuring->batch);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
-        gradient_record_chunk(step, &measuring->gradient, measuring->batch, &chunk);
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
+        vw_gradient_record_chunk(step, &measuring->gradient, measuring->batch, &chunk);
     }
-    enum vw_status status = vw_batch_submit(measuring->batch);
-    if (status == VW_OK) status = vw_batch_wait(measuring->batch);
-    if (status == VW_OK) status = vw_buffer_read(measuring->of_device, 0, measuring->words, measuring->words_bytes);
-    return status == VW_OK ? vw_buffer_write(measuring->of_device, 0, measuring->zeros, measuring->words_bytes)
-                           : status;
+    enum vw_status status = vw_submission_submit(measuring->batch);
+    if (!status) status = vw_submission_wait(measuring->batch);
+    if (!status) status = vw_buffer_read(measuring->of_device, 0, measuring->words, measuring->words_bytes);
+    return !status ? vw_buffer_write(measuring->of_device, 0, measuring->zeros, measuring->words_bytes) : status;
 }
 
 // shaders/fixed_point.glsl
@@ -110,7 +109,7 @@ static double quanta_of(const struct measuring *measuring, uint64_t entry) {
 
 // Of the sum over rays.
 static double gradient_of(const struct measuring *measuring, uint64_t entry) {
-    const struct step_passes *step = measuring->context->step;
+    const struct vw_step_passes *step = measuring->context->step;
     if (!step->d_grid) return ((const float *)measuring->words)[entry];
     return step->field->model->specialization.gradient_quantum * quanta_of(measuring, entry);
 }
@@ -121,7 +120,7 @@ static enum vw_status take_information(struct measuring *measuring, uint32_t vie
     for (uint32_t pass = 0; pass < measuring->passes; pass++) {
         draw_signs(measuring, view, pass);
         enum vw_status status = take_gradient(measuring, pass);
-        if (status != VW_OK) return status;
+        if (status) return status;
         for (uint64_t i = 0; i < measuring->entries; i++) {
             double gradient = 3.0 * gradient_of(measuring, i); // the passes take a third of a ray's slopes
             measuring->own[i] += gradient * gradient / measuring->passes;
@@ -131,19 +130,19 @@ static enum vw_status take_information(struct measuring *measuring, uint32_t vie
 }
 
 // Every photo's information is taken twice, since there is no room for that of all photos.
-enum vw_status coverage_measure(const struct probe_context *context, uint32_t passes, double *coverage) {
+enum vw_status vw_coverage_measure(const struct vw_probe_context *context, uint32_t passes, double *coverage) {
     struct measuring measuring = {.context = context, .passes = passes};
-    const struct schedule *schedule = context->schedule;
+    const struct vw_photo_order *schedule = context->schedule;
     enum vw_status status = vw_scene_decode(context->scene, schedule->train_views, schedule->train_count);
-    if (status == VW_OK) status = prepare(&measuring);
-    for (uint32_t i = 0; i < schedule->train_count && status == VW_OK; i++) {
+    if (!status) status = prepare(&measuring);
+    for (uint32_t i = 0; i < schedule->train_count && !status; i++) {
         status = take_information(&measuring, schedule->train_views[i]);
-        for (uint64_t k = 0; k < measuring.entries && status == VW_OK; k++) measuring.total[k] += measuring.own[k];
+        for (uint64_t k = 0; k < measuring.entries && !status; k++) measuring.total[k] += measuring.own[k];
     }
-    double prior = status == VW_OK ? coverage_prior(measuring.total, measuring.entries) : 1.0;
-    for (uint32_t i = 0; i < schedule->train_count && status == VW_OK; i++) {
+    double prior = !status ? vw_coverage_prior(measuring.total, measuring.entries) : 1.0;
+    for (uint32_t i = 0; i < schedule->train_count && !status; i++) {
         status = take_information(&measuring, schedule->train_views[i]);
-        if (status == VW_OK) coverage[i] = coverage_of(measuring.total, measuring.own, measuring.entries, prior);
+        if (!status) coverage[i] = vw_coverage_of(measuring.total, measuring.own, measuring.entries, prior);
     }
     clean_up(&measuring);
     return status;

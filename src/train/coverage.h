@@ -14,13 +14,13 @@
 
 // The l of the formula: this share of the mean of sum over j of I_j(e), over the entries that any photo informs.
 extern const double coverage_prior_share;
-double coverage_prior(const double *total, uint64_t count);
+double vw_coverage_prior(const double *total, uint64_t count);
 // One photo's coverage by `count` entries: `total` is the sum over all photos, `own` among them.
-double coverage_of(const double *total, const double *own, uint64_t count, double prior);
+double vw_coverage_of(const double *total, const double *own, uint64_t count, double prior);
 
 // Of every train photo, in the order of schedule->train_views, for the params that are on the device; these keep their
 // bits. I is estimated (Hutchinson) by squared gradients of colours with random signs: `passes` times, each on as many
 // pixels as a step has, the same ones of every photo. When nothing is in flight.
-enum vw_status coverage_measure(const struct probe_context *context, uint32_t passes, double *coverage);
+enum vw_status vw_coverage_measure(const struct vw_probe_context *context, uint32_t passes, double *coverage);
 
 #endif

@@ -6,7 +6,7 @@ enum { WALK_PROCESSORS_MAX = 4 }; // with more, so many levels' walks keep too f
 
 // Measured on lavapipe. Dispatches are long, since cores that slept between short ones wake too late to share them;
 // asking for zeros costs twice as much as adding them; a load of a storage buffer is checked component by component.
-static const struct device_choices of_cpus = {
+static const struct vw_device_choices of_cpus = {
     .chunk_samples = 1 << 14,
     .scatter = SCATTER_ATOMICS,
     .grid_texel = true,
@@ -17,14 +17,14 @@ static const struct device_choices of_cpus = {
 // By what is known of GPUs, not measured (scripts/benchmark_gpu does): a chunk fills a large one; equal addresses
 // contend, those of padding and of empty space above all; loads of storage buffers are as fast as texels, which take
 // the way of textures; and fewer slices make the serial sum over them shorter.
-static const struct device_choices of_gpus = {
+static const struct vw_device_choices of_gpus = {
     .chunk_samples = 1 << 18,
     .scatter = SCATTER_ATOMICS,
     .skip_zeros = true,
     .slice_samples = 256,
 };
 
-void device_choose(const struct vw_gpu_info *info, struct device_choices *choices) {
+void vw_device_choose(const struct vw_gpu_info *info, struct vw_device_choices *choices) {
     *choices = info->kind == VW_GPU_CPU ? of_cpus : of_gpus;
     if (info->kind == VW_GPU_CPU && sysconf(_SC_NPROCESSORS_ONLN) <= WALK_PROCESSORS_MAX)
         choices->scatter = SCATTER_WALK;

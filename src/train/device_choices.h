@@ -7,23 +7,23 @@
 #include "viewworth/gpu.h"
 
 // How scatter_grid adds up the grid's gradient; all give the same bits.
-enum scatter_form {
+enum vw_scatter_form {
     SCATTER_ATOMICS,       // 64-bit
     SCATTER_SPLIT_ATOMICS, // two of 32 bits each
     SCATTER_WALK,          // none: one invocation walks all samples of a level
 };
 
 // A choice that the device's limits do not allow falls back to one that they do.
-struct device_choices {
-    uint32_t chunk_samples;      // whose activations are held at a time, at most
-    enum scatter_form scatter;   // the walk: of chunks that a loop can walk; 64-bit atomics: where there are some
-    bool skip_zeros;             // scatter_grid asks before it adds, and leaves 0 out; not in the walk
-    bool grid_texel, rows_texel; // gathered through texel buffers rather than storage buffers
-    bool fold_rows;              // never: gives wrong results, in which a benchmark times stores without their memory
+struct vw_device_choices {
+    uint32_t chunk_samples;       // whose activations are held at a time, at most
+    enum vw_scatter_form scatter; // the walk: of chunks that a loop can walk; 64-bit atomics: where there are some
+    bool skip_zeros;              // scatter_grid asks before it adds, and leaves 0 out; not in the walk
+    bool grid_texel, rows_texel;  // gathered through texel buffers rather than storage buffers
+    bool fold_rows;               // never: gives wrong results, in which a benchmark times stores without their memory
     uint32_t slice_samples; // per partial sum of the weights' gradient: VW_FIELD_GROUP or a part; changes the last bits
 };
 
 // For the kind of device.
-void device_choose(const struct vw_gpu_info *info, struct device_choices *choices);
+void vw_device_choose(const struct vw_gpu_info *info, struct vw_device_choices *choices);
 
 #endif

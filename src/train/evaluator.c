@@ -12,7 +12,7 @@ enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
 const char evaluator_role[] = "validation";
 
-static enum vw_status create_buffers(uint32_t rays, struct evaluator *evaluator) {
+static enum vw_status create_buffers(uint32_t rays, struct vw_evaluator *evaluator) {
     struct vw_gpu *gpu = evaluator->field->gpu;
     uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->ray_samples;
     const struct {
@@ -26,13 +26,12 @@ static enum vw_status create_buffers(uint32_t rays, struct evaluator *evaluator)
         {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
-    return status == VW_OK ? importance_create_places(evaluator->field, evaluator->chunk_rays, &evaluator->places)
-                           : status;
+    return !status ? vw_importance_create_places(evaluator->field, evaluator->chunk_rays, &evaluator->places) : status;
 }
 
-static enum vw_status create_passes(struct evaluator *evaluator) {
+static enum vw_status create_passes(struct vw_evaluator *evaluator) {
     struct vw_specialization specialization = evaluator->field->model->specialization;
     specialization.training = specialization.stores_rows = 0;
     specialization.effect_occupancy = 0; // decision 1: nothing is skipped
@@ -47,10 +46,10 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
         {.slot = VW_SLOT_OVERFLOW, .unused = true},
     };
     uint32_t count = 6;
-    field_bind(evaluator->field, false, bindings, &count);
-    appearance_bind(evaluator->field, NULL, bindings, &count);
-    pose_bind(evaluator->field, NULL, bindings, &count);
-    encoder_bind(&evaluator->field->encoder, NULL, bindings, &count);
+    vw_field_bind(evaluator->field, false, bindings, &count);
+    vw_appearance_bind(evaluator->field, NULL, bindings, &count);
+    vw_pose_bind(evaluator->field, NULL, bindings, &count);
+    vw_encoder_bind(&evaluator->field->encoder, NULL, bindings, &count);
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -59,7 +58,7 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
         {&vw_shader_composite_rays, &evaluator->composite},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++) {
         struct vw_pass_params params = {.shader = passes[i].shader,
                                         .specialization = (const uint32_t *)&specialization,
                                         .specialization_count = VW_SPECIALIZATION_COUNT,
@@ -68,56 +67,56 @@ static enum vw_status create_passes(struct evaluator *evaluator) {
                                         .role = evaluator_role};
         status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
     }
-    const struct field_pass_params field = {
+    const struct vw_field_pass_params field = {
         .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
     evaluator->passes.specialization = specialization;
-    if (status == VW_OK) status = importance_create(evaluator->field, &field, NULL, &evaluator->importance);
+    if (!status) status = vw_importance_create(evaluator->field, &field, NULL, &evaluator->importance);
     const struct vw_pass_params encoder = {.specialization = (const uint32_t *)&specialization,
                                            .specialization_count = VW_SPECIALIZATION_COUNT,
                                            .bindings = bindings,
                                            .binding_count = count,
                                            .role = evaluator_role};
-    if (status == VW_OK)
+    if (!status)
         status =
-            encoder_create_passes(evaluator->field->gpu, &evaluator->field->encoder, &encoder, &evaluator->encoder);
-    return status == VW_OK ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
-                           : status;
+            vw_encoder_create_passes(evaluator->field->gpu, &evaluator->field->encoder, &encoder, &evaluator->encoder);
+    return !status ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
+                   : status;
 }
 
-static bool sees_photos(const struct evaluator *evaluator) { return evaluator->field->encoder.thumbnails; }
+static bool sees_photos(const struct vw_evaluator *evaluator) { return evaluator->field->encoder.thumbnails; }
 
 // The last view's rays may begin within a group: behind them is room for another one.
-static enum vw_status make_room_for_views(uint32_t rays, struct evaluator *evaluator) {
+static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *evaluator) {
     if (!sees_photos(evaluator)) return VW_OK;
     evaluator->views = vw_allocate(rays, sizeof *evaluator->views);
     if (!evaluator->views) return VW_ERROR_MEMORY;
-    evaluator->views[0] = (struct view_rays){.count = evaluator->ray_count};
+    evaluator->views[0] = (struct vw_view_rays){.count = evaluator->ray_count};
     evaluator->view_count = 1;
     evaluator->ray_count += evaluator->field->model->ray_group;
     return VW_OK;
 }
 
-enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator) {
-    const struct model *model = field->model;
-    *evaluator = (struct evaluator){.field = field, .ray_count = model_pad_rays(model, rays)};
+enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator) {
+    const struct vw_model *model = field->model;
+    *evaluator = (struct vw_evaluator){.field = field, .ray_count = vw_model_pad_rays(model, rays)};
     uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
              chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
     evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
     enum vw_status status = make_room_for_views(rays, evaluator);
-    if (status == VW_OK) status = create_buffers(rays, evaluator);
-    if (status == VW_OK) status = create_passes(evaluator);
-    if (status == VW_OK) status = vw_batch_create(field->gpu, &evaluator->batch);
-    if (status != VW_OK) evaluator_destroy(evaluator);
+    if (!status) status = create_buffers(rays, evaluator);
+    if (!status) status = create_passes(evaluator);
+    if (!status) status = vw_submission_create(field->gpu, &evaluator->batch);
+    if (status) vw_evaluator_destroy(evaluator);
     return status;
 }
 
-void evaluator_destroy(struct evaluator *evaluator) {
-    vw_batch_destroy(&evaluator->batch);
+void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
+    vw_submission_destroy(&evaluator->batch);
     vw_pass_destroy(&evaluator->generate);
-    field_passes_destroy(&evaluator->passes);
-    importance_destroy(&evaluator->importance);
-    encoder_destroy_passes(&evaluator->encoder);
+    vw_field_passes_destroy(&evaluator->passes);
+    vw_importance_destroy(&evaluator->importance);
+    vw_encoder_destroy_passes(&evaluator->encoder);
     vw_pass_destroy(&evaluator->composite);
     vw_buffer_destroy(&evaluator->pixels);
     vw_buffer_destroy(&evaluator->rays);
@@ -128,65 +127,66 @@ void evaluator_destroy(struct evaluator *evaluator) {
     evaluator->views = NULL;
 }
 
-static void list_views(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+static void list_views(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
     evaluator->view_count = 0;
     for (uint32_t i = 0; i < count; i++) {
         if (i == 0 || pixels[i].view != pixels[i - 1].view)
-            evaluator->views[evaluator->view_count++] = (struct view_rays){.view = pixels[i].view, .first = i};
+            evaluator->views[evaluator->view_count++] = (struct vw_view_rays){.view = pixels[i].view, .first = i};
         evaluator->views[evaluator->view_count - 1].count++;
     }
 }
 
-enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
+enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
     memcpy(vw_buffer_map(evaluator->pixels), pixels, count * sizeof *pixels);
     if (sees_photos(evaluator)) list_views(evaluator, pixels, count);
     struct vw_push_rays push = {.first_pixel = 0, .ray_count = count};
-    vw_batch_begin(evaluator->batch);
-    vw_batch_dispatch(evaluator->batch, evaluator->generate, &push, sizeof push, evaluator->ray_count);
-    enum vw_status status = vw_batch_submit(evaluator->batch);
-    return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
+    vw_submission_begin(evaluator->batch);
+    vw_submission_dispatch(evaluator->batch, evaluator->generate, &push, sizeof push, evaluator->ray_count);
+    enum vw_status status = vw_submission_submit(evaluator->batch);
+    return !status ? vw_submission_wait(evaluator->batch) : status;
 }
 
 // The field renders whole groups, of which the last may reach into the next view's rays: only those of this view are
 // kept.
-static void record_rays(const struct evaluator *evaluator, struct vw_batch *batch, uint32_t first, uint32_t count) {
-    const struct model *model = evaluator->field->model;
+static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *batch, uint32_t first,
+                        uint32_t count) {
+    const struct vw_model *model = evaluator->field->model;
     const uint32_t end = first + count;
     for (; first < end; first += evaluator->chunk_rays) {
         uint32_t rays = end - first < evaluator->chunk_rays ? end - first : evaluator->chunk_rays;
-        struct vw_push_samples push = {.first_ray = first, .ray_count = model_pad_rays(model, rays)};
-        importance_record(model, &evaluator->importance, batch, &push);
-        model->kind->record_forward(model, &evaluator->passes, batch, &(struct field_chunk){.rays = &push});
+        struct vw_push_samples push = {.first_ray = first, .ray_count = vw_model_pad_rays(model, rays)};
+        vw_importance_record(model, &evaluator->importance, batch, &push);
+        model->kind->record_forward(model, &evaluator->passes, batch, &(struct vw_field_chunk){.rays = &push});
         push.ray_count = rays;
-        vw_batch_dispatch(batch, evaluator->composite, &push, sizeof push, rays);
+        vw_submission_dispatch(batch, evaluator->composite, &push, sizeof push, rays);
     }
 }
 
-uint32_t evaluator_count_chunks(const struct evaluator *evaluator) {
+uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator) {
     uint32_t chunk = evaluator->chunk_rays, sum = 0;
     if (!sees_photos(evaluator)) return (evaluator->ray_count + chunk - 1) / chunk;
     for (uint32_t i = 0; i < evaluator->view_count; i++) sum += (evaluator->views[i].count + chunk - 1) / chunk;
     return sum;
 }
 
-void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch) {
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch) {
     if (!sees_photos(evaluator)) record_rays(evaluator, batch, 0, evaluator->ray_count);
     for (uint32_t i = 0; i < evaluator->view_count; i++) {
-        encoder_record_forward(&evaluator->encoder, batch, evaluator->views[i].view);
+        vw_encoder_record_forward(&evaluator->encoder, batch, evaluator->views[i].view);
         record_rays(evaluator, batch, evaluator->views[i].first, evaluator->views[i].count);
     }
 }
 
-enum vw_status evaluator_run(struct evaluator *evaluator) {
-    vw_batch_begin(evaluator->batch);
-    evaluator_record(evaluator, evaluator->batch);
-    enum vw_status status = vw_batch_submit(evaluator->batch);
-    return status == VW_OK ? vw_batch_wait(evaluator->batch) : status;
+enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator) {
+    vw_submission_begin(evaluator->batch);
+    vw_evaluator_record(evaluator, evaluator->batch);
+    enum vw_status status = vw_submission_submit(evaluator->batch);
+    return !status ? vw_submission_wait(evaluator->batch) : status;
 }
 
-enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
-                                vw_float4 *colours) {
-    enum vw_status status = evaluator_set_pixels(evaluator, pixels, count);
-    if (status == VW_OK) status = evaluator_run(evaluator);
-    return status == VW_OK ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
+enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
+                                   vw_float4 *colours) {
+    enum vw_status status = vw_evaluator_set_pixels(evaluator, pixels, count);
+    if (!status) status = vw_evaluator_run(evaluator);
+    return !status ? vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours) : status;
 }

@@ -10,39 +10,39 @@
 extern const char evaluator_role[]; // of its passes, in the timers
 
 // Rays of one view that follow one another.
-struct view_rays {
+struct vw_view_rays {
     uint32_t view, first, count;
 };
 
-struct evaluator {
-    struct field *field; // borrowed
-    uint32_t ray_count;  // with padding
-    uint32_t chunk_rays; // rays whose samples are held at a time
+struct vw_evaluator {
+    struct vw_radiance_field *field; // borrowed
+    uint32_t ray_count;              // with padding
+    uint32_t chunk_rays;             // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;
     struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
     struct vw_pass *generate, *composite;
-    struct field_passes passes; // of the field
-    struct importance importance;
-    struct encoder_passes encoder;
-    struct vw_batch *batch; // for evaluator_set_pixels
+    struct vw_field_passes passes; // of the field
+    struct vw_importance importance;
+    struct vw_encoder_passes encoder;
+    struct vw_submission *batch; // for evaluator_set_pixels
     // With the effect appearance_encoder, as the pixels are; owned. Until there are pixels, all rays are of view 0.
-    struct view_rays *views;
+    struct vw_view_rays *views;
     uint32_t view_count;
 };
 
 // An evaluator for up to `rays` rays.
-enum vw_status evaluator_create(struct field *field, uint32_t rays, struct evaluator *evaluator);
-void evaluator_destroy(struct evaluator *evaluator);
+enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator);
+void vw_evaluator_destroy(struct vw_evaluator *evaluator);
 // Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
-enum vw_status evaluator_set_pixels(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
+enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
 // Renders the rays that there are, and waits.
-enum vw_status evaluator_run(struct evaluator *evaluator);
+enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator);
 // Renders `count` pixels: their colours over the backdrop, and the transmittance that remains.
-enum vw_status evaluator_render(struct evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
-                                vw_float4 *colours);
+enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
+                                   vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
-void evaluator_record(const struct evaluator *evaluator, struct vw_batch *batch);
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch);
 // In how many chunks.
-uint32_t evaluator_count_chunks(const struct evaluator *evaluator);
+uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator);
 
 #endif

@@ -3,46 +3,47 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "train/effects/contraction.h"
 #include "train/effects/visibility_network.h"
 #include "train/pixels.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
-struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box) {
-    struct vw_gpu_camera camera = pixels_camera(view, box);
-    if (model->specialization.effect_unbounded) contraction_set_depths(view, box, &camera);
+struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
+                                     const struct vw_box *box) {
+    struct vw_gpu_camera camera = vw_pixels_camera(view, box);
+    if (model->specialization.effect_unbounded) vw_contraction_set_depths(view, box, &camera);
     return camera;
 }
 
-static enum vw_status create_cameras(struct field *field, const struct vw_scene *scene) {
+static enum vw_status create_cameras(struct vw_radiance_field *field, const struct vw_scene *scene) {
     uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     if (!cameras) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scene->view_count; i++)
-        cameras[i] = field_camera(field->model, &scene->views[i], &field->model->box);
+        cameras[i] = vw_field_camera(field->model, &scene->views[i], &field->model->box);
     enum vw_status status = vw_buffer_create(
         field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
-    if (status == VW_OK) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);
+    if (!status) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);
     free(cameras);
     return status;
 }
 
-static enum vw_status create_params(struct field *field, uint64_t seed) {
-    const struct model *model = field->model;
+static enum vw_status create_params(struct vw_radiance_field *field, uint64_t seed) {
+    const struct vw_model *model = field->model;
     void *initial = vw_allocate(model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
-    model_initialise(model, seed, initial);
+    vw_model_initialise(model, seed, initial);
     enum vw_status status = vw_buffer_create(
         field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
-    if (status == VW_OK) status = vw_buffer_write(field->params, 0, initial, model->param_bytes);
+    if (!status) status = vw_buffer_write(field->params, 0, initial, model->param_bytes);
     free(initial);
     return status;
 }
 
-enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,
-                            struct field *field) {
-    *field = (struct field){.gpu = gpu, .model = model};
+enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
+                               uint64_t seed, struct vw_radiance_field *field) {
+    *field = (struct vw_radiance_field){.gpu = gpu, .model = model};
     uint64_t chunk = model->specialization.chunk_samples;
     const struct {
         struct vw_buffer **buffer;
@@ -59,22 +60,22 @@ enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const
         {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
     };
     enum vw_status status = create_cameras(field, scene);
-    if (status == VW_OK) status = create_params(field, seed);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && status == VW_OK; i++)
+    if (!status) status = create_params(field, seed);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && !status; i++)
         if (scratch[i].params.size_bytes) // another field's are not there
             status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
-    if (status == VW_OK && model->specialization.effect_occupancy)
+    if (!status && model->specialization.effect_occupancy)
         status =
             vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS},
                              &field->occupancy);
-    if (status == VW_OK && model->specialization.effect_visibility)
-        status = visibility_create_scales(gpu, scene, &field->photo_scales);
-    if (status == VW_OK) status = encoder_create(gpu, model, scene, &field->encoder);
-    if (status != VW_OK) field_destroy(field);
+    if (!status && model->specialization.effect_visibility)
+        status = vw_visibility_create_scales(gpu, scene, &field->photo_scales);
+    if (!status) status = vw_encoder_create(gpu, model, scene, &field->encoder);
+    if (status) vw_field_destroy(field);
     return status;
 }
 
-void field_destroy(struct field *field) {
+void vw_field_destroy(struct vw_radiance_field *field) {
     vw_buffer_destroy(&field->params);
     vw_buffer_destroy(&field->cameras);
     vw_buffer_destroy(&field->rows);
@@ -84,19 +85,19 @@ void field_destroy(struct field *field) {
     vw_buffer_destroy(&field->step_state);
     vw_buffer_destroy(&field->occupancy);
     vw_buffer_destroy(&field->photo_scales);
-    encoder_destroy(&field->encoder);
+    vw_encoder_destroy(&field->encoder);
 }
 
 // Where there is no sky, shared passes declare it but do not read it.
-static struct vw_binding sky_binding(const struct field *field) {
-    const struct param_range *sky = &field->model->sky;
+static struct vw_binding sky_binding(const struct vw_radiance_field *field) {
+    const struct vw_param_range *sky = &field->model->sky;
     if (!sky->size_bytes) return (struct vw_binding){.slot = VW_SLOT_SKY, .unused = true};
     return (struct vw_binding){
         .slot = VW_SLOT_SKY, .buffer = field->params, .offset_bytes = sky->offset_bytes, .size_bytes = sky->size_bytes};
 }
 
-void field_bind(const struct field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
-    const struct model *model = field->model;
+void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
+    const struct vw_model *model = field->model;
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
     bool grid = grid_bytes > 0, of_grid = grid && training; // whose rows are not read to render

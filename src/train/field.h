@@ -6,9 +6,9 @@
 #include "train/effects/appearance_encoder.h"
 #include "train/model.h"
 
-struct field {
+struct vw_radiance_field {
     struct vw_gpu *gpu;                 // borrowed
-    const struct model *model;          // borrowed
+    const struct vw_model *model;       // borrowed
     struct vw_buffer *params;           // model->param_bytes
     struct vw_buffer *cameras;          // vw_gpu_camera per view
     struct vw_buffer *rows, *grid_rows; // activations of one training chunk; grid_rows: of the field hash
@@ -17,18 +17,19 @@ struct field {
     struct vw_buffer *step_state;       // one vw_step_state
     struct vw_buffer *occupancy;        // float per cell, with that effect; else NULL
     struct vw_buffer *photo_scales;     // vec2 per view, with the effect visibility; else NULL
-    struct appearance_encoder encoder;
+    struct vw_appearance_encoder_effect encoder;
 };
 
-enum vw_status field_create(struct vw_gpu *gpu, const struct model *model, const struct vw_scene *scene, uint64_t seed,
-                            struct field *field);
-void field_destroy(struct field *field);
+enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
+                               uint64_t seed, struct vw_radiance_field *field);
+void vw_field_destroy(struct vw_radiance_field *field);
 
 // The camera of a view, in coordinates of `box`, as the effects that are on see it.
-struct vw_gpu_camera field_camera(const struct model *model, const struct vw_view *view, const struct vw_box *box);
+struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
+                                     const struct vw_box *box);
 
 // Bindings of the field that several passes share: grid (as both views), weights with the sky, the sky, rows, and, for
 // passes of the training, the state of the step. Writes them behind `*count` and advances it.
-void field_bind(const struct field *field, bool training, struct vw_binding *bindings, uint32_t *count);
+void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count);
 
 #endif

@@ -10,8 +10,8 @@
 static const char magic[] = "viewworth field 1\n", remedy[] = "train again with viewworth train";
 
 // The config's identity, the box, and the effects that are on; owned by the caller.
-static char *describe(const struct trained_field *trained) {
-    const struct model *model = trained->field->model;
+static char *describe(const struct vw_trained_field *trained) {
+    const struct vw_model *model = trained->field->model;
     const struct vw_box *box = &model->box;
     const struct vw_config config = vw_config_without_probes(trained->config);
     char *identity = vw_config_to_json(&config, true);
@@ -31,32 +31,31 @@ static char *describe(const struct trained_field *trained) {
     return text;
 }
 
-enum vw_status field_file_save(const char *path, const struct trained_field *trained) {
+enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained) {
     char *description = describe(trained);
-    const struct buffer_list params = {&trained->field->params, 1};
-    enum vw_status status = description ? hashed_file_save(path, magic, description, &params) : VW_ERROR_MEMORY;
+    const struct vw_buffer_list params = {&trained->field->params, 1};
+    enum vw_status status = description ? vw_hashed_file_save(path, magic, description, &params) : VW_ERROR_MEMORY;
     free(description);
     return status;
 }
 
-enum vw_status field_file_open(const char *path, const char *description, uint64_t param_bytes,
-                               struct hashed_file *file) {
-    enum vw_status status = hashed_file_open(path, magic, param_bytes, remedy, file);
-    if (status != VW_OK || (!strcmp(file->description, description) && file->payload_bytes == param_bytes))
-        return status;
-    hashed_file_close(file);
+enum vw_status vw_field_file_open(const char *path, const char *description, uint64_t param_bytes,
+                                  struct vw_hashed_file *file) {
+    enum vw_status status = vw_hashed_file_open(path, magic, param_bytes, remedy, file);
+    if (status || (!strcmp(file->description, description) && file->payload_bytes == param_bytes)) return status;
+    vw_hashed_file_close(file);
     return vw_fail(VW_ERROR_INPUT, "%s: trained with another configuration, box or effects than this run's; %s", path,
                    remedy);
 }
 
-enum vw_status field_file_load(const char *path, const struct trained_field *trained) {
-    struct hashed_file file;
+enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained) {
+    struct vw_hashed_file file;
     char *description = describe(trained);
     if (!description) return VW_ERROR_MEMORY;
-    enum vw_status status = field_file_open(path, description, trained->field->model->param_bytes, &file);
+    enum vw_status status = vw_field_file_open(path, description, trained->field->model->param_bytes, &file);
     free(description);
-    if (status != VW_OK) return status;
-    status = hashed_file_load(&file, &(struct buffer_list){&trained->field->params, 1});
-    hashed_file_close(&file);
+    if (status) return status;
+    status = vw_hashed_file_load(&file, &(struct vw_buffer_list){&trained->field->params, 1});
+    vw_hashed_file_close(&file);
     return status;
 }

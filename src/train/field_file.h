@@ -6,18 +6,18 @@
 #include "train/hashed_file.h"
 #include "viewworth/train.h"
 
-struct trained_field { // all borrowed
-    struct field *field;
+struct vw_trained_field { // all borrowed
+    struct vw_radiance_field *field;
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
 };
 
-enum vw_status field_file_save(const char *path, const struct trained_field *trained);
+enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained);
 // Reads a file of that description and size without a device; close it. The same errors as below.
-enum vw_status field_file_open(const char *path, const char *description, uint64_t param_bytes,
-                               struct hashed_file *file);
+enum vw_status vw_field_file_open(const char *path, const char *description, uint64_t param_bytes,
+                                  struct vw_hashed_file *file);
 // Loads the params. VW_ERROR_INPUT when the file is damaged, or of another configuration, box or effects.
-enum vw_status field_file_load(const char *path, const struct trained_field *trained);
+enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained);
 
 #endif

@@ -5,7 +5,7 @@
 
 enum { LEAST_NORMAL = 0x38800000, INFINITE = 0x7C00 }; // 2^-14 as a float, infinity as a half
 
-uint16_t half_nearest(float value) {
+uint16_t vw_half_nearest(float value) {
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     uint32_t size = bits & 0x7FFFFFFF, sign = bits >> 16 & 0x8000;

@@ -7,6 +7,6 @@
 
 // The bits of the half nearest to `value`, of two the even one; infinity for what rounds beyond the largest (65504),
 // and for NaN.
-uint16_t half_nearest(float value);
+uint16_t vw_half_nearest(float value);
 
 #endif

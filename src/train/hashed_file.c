@@ -4,22 +4,22 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "base/inside.h"
 #include "base/hash.h"
-#include "gpu/compute.h"
+#include "base/inside.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
 
 enum { LENGTH_BYTES = 9, HASH_BYTES = 32, DESCRIPTION_BYTES_MAX = 1 << 20 };
 
-uint64_t buffer_list_bytes(const struct buffer_list *list) {
+uint64_t vw_buffer_list_bytes(const struct vw_buffer_list *list) {
     uint64_t sum = 0;
     for (uint32_t i = 0; i < list->count; i++) sum += list->buffers[i] ? vw_buffer_size_bytes(list->buffers[i]) : 0;
     return sum;
 }
 
-static enum vw_status read_buffers(const struct buffer_list *list, uint8_t *next) {
+static enum vw_status read_buffers(const struct vw_buffer_list *list, uint8_t *next) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < list->count && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < list->count && !status; i++) {
         if (!list->buffers[i]) continue;
         uint64_t size_bytes = vw_buffer_size_bytes(list->buffers[i]);
         status = vw_buffer_read(list->buffers[i], 0, next, size_bytes);
@@ -28,17 +28,17 @@ static enum vw_status read_buffers(const struct buffer_list *list, uint8_t *next
     return status;
 }
 
-enum vw_status hashed_file_save(const char *path, const char *magic, const char *description,
-                                const struct buffer_list *list) {
+enum vw_status vw_hashed_file_save(const char *path, const char *magic, const char *description,
+                                   const struct vw_buffer_list *list) {
     char *header = vw_format_text("%s%08zu\n%s\n", magic, strlen(description), description);
-    size_t header_bytes = header ? strlen(header) : 0, body_bytes = header_bytes + buffer_list_bytes(list);
+    size_t header_bytes = header ? strlen(header) : 0, body_bytes = header_bytes + vw_buffer_list_bytes(list);
     uint8_t *file = header ? vw_allocate(body_bytes + HASH_BYTES, 1) : NULL;
     enum vw_status status = file ? VW_OK : VW_ERROR_MEMORY;
-    if (status == VW_OK) {
+    if (!status) {
         memcpy(file, header, header_bytes);
         status = read_buffers(list, file + header_bytes);
     }
-    if (status == VW_OK) {
+    if (!status) {
         vw_sha256(file, body_bytes, file + body_bytes);
         status = vw_file_write(path, file, body_bytes + HASH_BYTES);
     }
@@ -49,7 +49,7 @@ enum vw_status hashed_file_save(const char *path, const char *magic, const char 
 
 // The hash vouches for the rest, so that what it covers needs no further suspicion.
 static enum vw_status take_apart(const char *path, const char *magic, const char *remedy, size_t size_bytes,
-                                 struct hashed_file *file) {
+                                 struct vw_hashed_file *file) {
     const size_t start = strlen(magic) + LENGTH_BYTES;
     uint8_t *bytes = file->bytes, hash[HASH_BYTES];
     if (size_bytes < start + 1 + HASH_BYTES || memcmp(bytes, magic, strlen(magic)))
@@ -66,9 +66,9 @@ static enum vw_status take_apart(const char *path, const char *magic, const char
     return VW_OK;
 }
 
-enum vw_status hashed_file_open(const char *path, const char *magic, uint64_t payload_limit_bytes, const char *remedy,
-                                struct hashed_file *file) {
-    *file = (struct hashed_file){0};
+enum vw_status vw_hashed_file_open(const char *path, const char *magic, uint64_t payload_limit_bytes,
+                                   const char *remedy, struct vw_hashed_file *file) {
+    *file = (struct vw_hashed_file){0};
     size_t size_bytes = 0;
     const char *slash = strrchr(path, '/');
     char *folder = vw_path_folder(path);
@@ -77,20 +77,20 @@ enum vw_status hashed_file_open(const char *path, const char *magic, uint64_t pa
                                      &file->bytes, &size_bytes)
                : VW_ERROR_MEMORY;
     free(folder);
-    if (status == VW_OK) status = take_apart(path, magic, remedy, size_bytes, file);
-    if (status != VW_OK) hashed_file_close(file);
+    if (!status) status = take_apart(path, magic, remedy, size_bytes, file);
+    if (status) vw_hashed_file_close(file);
     return status;
 }
 
-void hashed_file_close(struct hashed_file *file) {
+void vw_hashed_file_close(struct vw_hashed_file *file) {
     free(file->bytes);
-    *file = (struct hashed_file){0};
+    *file = (struct vw_hashed_file){0};
 }
 
-enum vw_status hashed_file_load(const struct hashed_file *file, const struct buffer_list *list) {
+enum vw_status vw_hashed_file_load(const struct vw_hashed_file *file, const struct vw_buffer_list *list) {
     const uint8_t *next = file->payload;
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < list->count && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < list->count && !status; i++) {
         if (!list->buffers[i]) continue;
         uint64_t size_bytes = vw_buffer_size_bytes(list->buffers[i]);
         status = vw_buffer_write(list->buffers[i], 0, next, size_bytes);

@@ -7,23 +7,23 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "viewworth/gpu.h"
 #include "gpu/compute.h"
+#include "viewworth/gpu.h"
 #include "viewworth/status.h"
 
 // Some buffers, whole, in the order they have in the file. NULL entries are skipped.
-struct buffer_list {
+struct vw_buffer_list {
     struct vw_buffer *const *buffers;
     uint32_t count;
 };
 
-uint64_t buffer_list_bytes(const struct buffer_list *list);
+uint64_t vw_buffer_list_bytes(const struct vw_buffer_list *list);
 
 // Waits for the device, then writes the file beside its place, syncs it and moves it there.
-enum vw_status hashed_file_save(const char *path, const char *magic, const char *description,
-                                const struct buffer_list *list);
+enum vw_status vw_hashed_file_save(const char *path, const char *magic, const char *description,
+                                   const struct vw_buffer_list *list);
 
-struct hashed_file {
+struct vw_hashed_file {
     void *bytes; // owned
     char *description;
     const uint8_t *payload; // what follows the description; in `bytes`
@@ -32,10 +32,10 @@ struct hashed_file {
 
 // Reads a file of at most `payload_limit_bytes` of buffers. VW_ERROR_INPUT, naming the path and the `remedy`, when it
 // is not such a file or damaged.
-enum vw_status hashed_file_open(const char *path, const char *magic, uint64_t payload_limit_bytes, const char *remedy,
-                                struct hashed_file *file);
-void hashed_file_close(struct hashed_file *file);
+enum vw_status vw_hashed_file_open(const char *path, const char *magic, uint64_t payload_limit_bytes,
+                                   const char *remedy, struct vw_hashed_file *file);
+void vw_hashed_file_close(struct vw_hashed_file *file);
 // Puts the payload, whose size the caller has checked, into the buffers.
-enum vw_status hashed_file_load(const struct hashed_file *file, const struct buffer_list *list);
+enum vw_status vw_hashed_file_load(const struct vw_hashed_file *file, const struct vw_buffer_list *list);
 
 #endif

@@ -19,7 +19,8 @@ void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]) {
     vw_hasher_end(&hasher, hash);
 }
 
-void identity_subset_hash(const struct vw_scene *scene, const struct schedule *schedule, uint8_t hash[VW_HASH_BYTES]) {
+void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *schedule,
+                             uint8_t hash[VW_HASH_BYTES]) {
     const uint32_t *views = schedule->train_views;
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);

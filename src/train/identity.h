@@ -20,6 +20,7 @@ struct vw_run_identity { // what it points to is borrowed
 
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);
 // Of the names of the train views, in their order, and of those that are not left out where some are.
-void identity_subset_hash(const struct vw_scene *scene, const struct schedule *schedule, uint8_t hash[VW_HASH_BYTES]);
+void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *schedule,
+                             uint8_t hash[VW_HASH_BYTES]);
 
 #endif

@@ -4,14 +4,15 @@
 
 const char even_role[] = "even samples", even_validation_role[] = "even samples, validation";
 
-enum vw_status importance_create_places(const struct field *field, uint32_t rays, struct vw_buffer **places) {
+enum vw_status vw_importance_create_places(const struct vw_radiance_field *field, uint32_t rays,
+                                           struct vw_buffer **places) {
     const struct vw_specialization *s = &field->model->specialization;
     if (!s->importance) return VW_OK;
     const struct vw_buffer_params params = {.name = "sample_places", .size_bytes = 4 * (uint64_t)rays * s->samples};
     return vw_buffer_create(field->gpu, &params, places);
 }
 
-static struct vw_specialization specialise(const struct model *model, const struct vw_specialization *of_step) {
+static struct vw_specialization specialise(const struct vw_model *model, const struct vw_specialization *of_step) {
     struct vw_specialization even = *of_step;
     even.samples = even.strata;
     even.importance = even.stores_rows = 0;
@@ -20,40 +21,40 @@ static struct vw_specialization specialise(const struct model *model, const stru
     return even;
 }
 
-enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
-                                 const struct vw_shader *backward_rays, struct importance *importance) {
-    const struct model *model = field->model;
+enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_shader *backward_rays, struct vw_importance *importance) {
+    const struct vw_model *model = field->model;
     if (!params->specialization->importance) return VW_OK;
     const struct vw_specialization even = specialise(model, params->specialization);
-    struct field_pass_params of_even = *params;
+    struct vw_field_pass_params of_even = *params;
     of_even.specialization = &even;
     of_even.backward = backward_rays && model->coarse_columns;
     of_even.role = params->role ? even_validation_role : even_role;
     importance->even.specialization = even;
     importance->even.first_column = model->coarse_column;
     enum vw_status status = model->kind->create_passes(field, &of_even, &importance->even);
-    if (status == VW_OK && of_even.backward)
-        status = field_pass_create(field->gpu, &of_even, backward_rays, &even, &importance->backward_rays);
-    return status == VW_OK ? field_pass_create(field->gpu, params, &vw_shader_place_samples, params->specialization,
-                                               &importance->place)
-                           : status;
+    if (!status && of_even.backward)
+        status = vw_field_pass_create(field->gpu, &of_even, backward_rays, &even, &importance->backward_rays);
+    return !status ? vw_field_pass_create(field->gpu, params, &vw_shader_place_samples, params->specialization,
+                                          &importance->place)
+                   : status;
 }
 
-void importance_destroy(struct importance *importance) {
-    field_passes_destroy(&importance->even);
+void vw_importance_destroy(struct vw_importance *importance) {
+    vw_field_passes_destroy(&importance->even);
     vw_pass_destroy(&importance->place);
     vw_pass_destroy(&importance->backward_rays);
 }
 
-void importance_record(const struct model *model, const struct importance *importance, struct vw_batch *batch,
-                       const struct vw_push_samples *chunk) {
+void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
+                          struct vw_submission *batch, const struct vw_push_samples *chunk) {
     if (!importance->place) return;
-    const struct field_chunk samples = {.rays = chunk};
+    const struct vw_field_chunk samples = {.rays = chunk};
     model->kind->record_forward(model, &importance->even, batch, &samples);
-    vw_batch_dispatch(batch, importance->place, chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(batch, importance->place, chunk, sizeof *chunk, chunk->ray_count);
     if (!importance->backward_rays) return;
     // Into the buffers of the step, which its own backward_rays overwrites: so the step's loss, and the gradients of
     // the sky and of what belongs to photos, are those of the placed samples.
-    vw_batch_dispatch(batch, importance->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(batch, importance->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
     model->kind->record_backward(model, &importance->even, batch, &samples);
 }

@@ -12,22 +12,23 @@
 
 extern const char even_role[], even_validation_role[]; // of the field's passes over even samples, in the timers
 
-struct importance {
-    struct field_passes even;
+struct vw_importance {
+    struct vw_field_passes even;
     struct vw_pass *place;         // NULL without importance samples
     struct vw_pass *backward_rays; // of the even samples; NULL where no coarse network is trained
 };
 
 // The listed places of a chunk; NULL without importance samples. To be bound at VW_SLOT_KEPT_SAMPLES.
-enum vw_status importance_create_places(const struct field *field, uint32_t rays, struct vw_buffer **places);
+enum vw_status vw_importance_create_places(const struct vw_radiance_field *field, uint32_t rays,
+                                           struct vw_buffer **places);
 // For passes of this specialization over these bindings, with `role` as theirs. `backward_rays`: what trains a coarse
 // network, if there is one; NULL where nothing is trained.
-enum vw_status importance_create(const struct field *field, const struct field_pass_params *params,
-                                 const struct vw_shader *backward_rays, struct importance *importance);
-void importance_destroy(struct importance *importance);
+enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_shader *backward_rays, struct vw_importance *importance);
+void vw_importance_destroy(struct vw_importance *importance);
 // Records the placing of a chunk's samples, and the way back of a coarse network. Does nothing without importance
 // samples.
-void importance_record(const struct model *model, const struct importance *importance, struct vw_batch *batch,
-                       const struct vw_push_samples *chunk);
+void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
+                          struct vw_submission *batch, const struct vw_push_samples *chunk);
 
 #endif

@@ -42,13 +42,13 @@ static void release(struct seen_view *seen) {
     free(seen->tile);
 }
 
-static enum vw_status render(struct evaluator *evaluator, struct seen_view *seen) {
+static enum vw_status render(struct vw_evaluator *evaluator, struct seen_view *seen) {
     enum vw_status status = VW_OK;
-    for (uint32_t first = 0; status == VW_OK && first < seen->count; first += TILE_RAYS) {
+    for (uint32_t first = 0; !status && first < seen->count; first += TILE_RAYS) {
         uint32_t count = seen->count - first < TILE_RAYS ? seen->count - first : TILE_RAYS;
-        status = evaluator_render(evaluator, seen->pixels + first, count, seen->rendered + first);
-        if (status == VW_OK) status = vw_buffer_read(evaluator->rays, 0, seen->tile, count * sizeof *seen->tile);
-        for (uint32_t i = 0; status == VW_OK && i < count; i++) seen->targets[first + i] = seen->tile[i].target_weight;
+        status = vw_evaluator_render(evaluator, seen->pixels + first, count, seen->rendered + first);
+        if (!status) status = vw_buffer_read(evaluator->rays, 0, seen->tile, count * sizeof *seen->tile);
+        for (uint32_t i = 0; !status && i < count; i++) seen->targets[first + i] = seen->tile[i].target_weight;
     }
     return status;
 }
@@ -93,10 +93,10 @@ static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
 }
 
 // Renders and measures the pixels that were chosen, those that weigh nothing left out.
-static enum vw_status see(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
+static enum vw_status see(const struct vw_measured_field *measured, struct vw_evaluator *evaluator, uint32_t view,
                           struct seen_view *seen, struct vw_view_error *error) {
     enum vw_status status = render(evaluator, seen);
-    if (status == VW_OK && !sum_errors(seen, error) && !measured->allows_blank)
+    if (!status && !sum_errors(seen, error) && !measured->allows_blank)
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
                          measured->scene->views[view].name);
     return status;
@@ -104,31 +104,32 @@ static enum vw_status see(const struct measured_field *measured, struct evaluato
 
 // ---- A share of every view ------------------------------------------------------------------------------------------
 
-static enum vw_status measure_view(const struct measured_field *measured, struct evaluator *evaluator, uint32_t view,
-                                   uint32_t pixels_max, struct seen_view *seen, struct vw_view_error *error) {
+static enum vw_status measure_view(const struct vw_measured_field *measured, struct vw_evaluator *evaluator,
+                                   uint32_t view, uint32_t pixels_max, struct seen_view *seen,
+                                   struct vw_view_error *error) {
     const struct vw_scene *scene = measured->scene;
     bool fits = measured->fits;
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX;
-    struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
-    seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, fit_max, seen->pixels) : 0;
-    seen->count = seen->fit_count + pixels_stratify(scene, view, fits ? right : pixels_all_columns(scene, view), 0,
-                                                    pixels_max, seen->pixels + seen->fit_count);
-    if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
+    seen->fit_count = fits ? vw_pixels_stratify(scene, view, left, 0, fit_max, seen->pixels) : 0;
+    seen->count = seen->fit_count + vw_pixels_stratify(scene, view, fits ? right : vw_pixels_all_columns(scene, view),
+                                                       0, pixels_max, seen->pixels + seen->fit_count);
+    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     return see(measured, evaluator, view, seen, error);
 }
 
-enum vw_status measure_views(const struct measured_field *measured, const uint32_t *views, uint32_t view_count,
-                             uint32_t pixels_max, struct vw_view_error *errors) {
+enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
+                                uint32_t pixels_max, struct vw_view_error *errors) {
     size_t most = (size_t)pixels_max + (measured->fits ? VIEW_FIT_RAYS_MAX : 0);
-    struct evaluator evaluator = {0};
+    struct vw_evaluator evaluator = {0};
     struct seen_view seen;
     enum vw_status status = allocate(most, &seen);
-    if (status == VW_OK) status = vw_scene_decode(measured->scene, views, view_count);
-    if (status == VW_OK)
-        status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
-    for (uint32_t i = 0; status == VW_OK && i < view_count; i++)
+    if (!status) status = vw_scene_decode(measured->scene, views, view_count);
+    if (!status)
+        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    for (uint32_t i = 0; !status && i < view_count; i++)
         status = measure_view(measured, &evaluator, views[i], pixels_max, &seen, &errors[i]);
-    evaluator_destroy(&evaluator);
+    vw_evaluator_destroy(&evaluator);
     release(&seen);
     return status;
 }
@@ -136,41 +137,43 @@ enum vw_status measure_views(const struct measured_field *measured, const uint32
 // ---- A whole view ---------------------------------------------------------------------------------------------------
 
 // Whether the photo's left half tells how its right half looks, which alone is scored.
-static bool halves(const struct measured_field *measured) {
+static bool halves(const struct vw_measured_field *measured) {
     return measured->fits || measured->field->encoder.thumbnails;
 }
 
 // All pixels of the view behind those to fit on. Where the left half is not scored, only the right one weighs anything.
-static void choose_all(const struct measured_field *measured, uint32_t view, struct seen_view *seen) {
+static void choose_all(const struct vw_measured_field *measured, uint32_t view, struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
     bool fits = measured->fits;
-    struct pixel_columns left = view_fit_left_half(scene, view), right = view_fit_right_half(scene, view);
+    struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
     const struct vw_image *image = &scene->views[view].image;
-    seen->fit_count = fits ? pixels_stratify(scene, view, left, 0, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
+    seen->fit_count = fits ? vw_pixels_stratify(scene, view, left, 0, VIEW_FIT_RAYS_MAX, seen->pixels) : 0;
     seen->count = seen->fit_count + image->width_px * image->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count;
-        seen->pixels[i] = pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
+        seen->pixels[i] = vw_pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
     }
-    if (!measured->masks) pixels_unmask(scene, seen->pixels, seen->count);
+    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     for (uint32_t i = seen->fit_count; halves(measured) && i < seen->count; i++)
         if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
 
 // Writes over the pixels that were seen.
-static enum vw_status fit_code(const struct measured_field *measured, uint32_t view, struct seen_view *seen,
-                               struct code_fit *code) {
+static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_t view, struct seen_view *seen,
+                               struct vw_code_fit *code) {
     const struct vw_scene *scene = measured->scene;
     if (!measured->fits) return VW_OK;
-    uint32_t count = pixels_stratify(scene, view, view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, seen->pixels);
-    if (!measured->masks) pixels_unmask(scene, seen->pixels, count);
-    return code_fit_apply(measured->field, seen->pixels, count, code);
+    uint32_t count =
+        vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, seen->pixels);
+    if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, count);
+    return vw_code_fit_apply(measured->field, seen->pixels, count, code);
 }
 
 // What the effect appearance_encoder sees of a view.
-static enum vw_status show_encoder(const struct measured_field *measured, uint32_t view, struct pixel_columns columns) {
-    const struct thumbnail_choice choice = {columns, measured->masks};
-    return encoder_set_thumbnail(&measured->field->encoder, measured->scene, view, &choice);
+static enum vw_status show_encoder(const struct vw_measured_field *measured, uint32_t view,
+                                   struct vw_pixel_columns columns) {
+    const struct vw_thumbnail_choice choice = {columns, measured->masks};
+    return vw_encoder_set_thumbnail(&measured->field->encoder, measured->scene, view, &choice);
 }
 
 static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {
@@ -190,30 +193,31 @@ static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_
     return VW_OK;
 }
 
-enum vw_status measure_whole_view(const struct measured_field *measured, uint32_t view, struct vw_whole_view *whole) {
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+                                     struct vw_whole_view *whole) {
     const struct vw_image *image = &measured->scene->views[view].image;
-    struct evaluator evaluator = {0};
-    struct code_fit code = {0};
+    struct vw_evaluator evaluator = {0};
+    struct vw_code_fit code = {0};
     struct seen_view seen;
     *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
     size_t most = (size_t)image->width_px * image->height_px + CODE_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
-    if (status == VW_OK) status = vw_scene_decode(measured->scene, &view, 1);
-    if (status == VW_OK)
-        status = evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
-    if (status == VW_OK) status = fit_code(measured, view, &seen, &code);
-    if (status == VW_OK) status = show_encoder(measured, view, view_fit_left_half(measured->scene, view));
-    if (status == VW_OK) {
+    if (!status) status = vw_scene_decode(measured->scene, &view, 1);
+    if (!status)
+        status = vw_evaluator_create(measured->field, most < TILE_RAYS ? (uint32_t)most : TILE_RAYS, &evaluator);
+    if (!status) status = fit_code(measured, view, &seen, &code);
+    if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->scene, view));
+    if (!status) {
         choose_all(measured, view, &seen);
         status = see(measured, &evaluator, view, &seen, &whole->error);
     }
-    if (status == VW_OK) status = keep_pixels(&seen, whole);
-    enum vw_status undone = code_fit_undo(measured->field, &code);
-    if (undone == VW_OK) undone = show_encoder(measured, view, pixels_all_columns(measured->scene, view));
-    if (status == VW_OK) status = undone;
-    evaluator_destroy(&evaluator);
+    if (!status) status = keep_pixels(&seen, whole);
+    enum vw_status undone = vw_code_fit_undo(measured->field, &code);
+    if (!undone) undone = show_encoder(measured, view, vw_pixels_all_columns(measured->scene, view));
+    if (!status) status = undone;
+    vw_evaluator_destroy(&evaluator);
     release(&seen);
-    if (status != VW_OK) vw_whole_view_free(whole);
+    if (status) vw_whole_view_free(whole);
     return status;
 }
 

@@ -6,8 +6,8 @@
 #include "train/field.h"
 #include "train/trainer.h"
 
-struct measured_field { // all borrowed
-    struct field *field;
+struct vw_measured_field { // all borrowed
+    struct vw_radiance_field *field;
     const struct vw_scene *scene;
     bool masks;        // mask files are obeyed
     bool fits;         // a gain and a bias are fitted to a view's left half, and its right half is measured
@@ -15,8 +15,9 @@ struct measured_field { // all borrowed
 };
 
 // As vw_trainer_measure_views() and vw_trainer_measure_whole().
-enum vw_status measure_views(const struct measured_field *measured, const uint32_t *views, uint32_t view_count,
-                             uint32_t pixels_max, struct vw_view_error *errors);
-enum vw_status measure_whole_view(const struct measured_field *measured, uint32_t view, struct vw_whole_view *whole);
+enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
+                                uint32_t pixels_max, struct vw_view_error *errors);
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+                                     struct vw_whole_view *whole);
 
 #endif

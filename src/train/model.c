@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "base/random.h"
 #include "train/effects/contraction.h"
 #include "train/effects/encoder_network.h"
 #include "train/effects/registry.h"
@@ -11,8 +13,6 @@
 #include "train/effects/wide_box.h"
 #include "train/fields/initial_values.h"
 #include "train/fields/registry.h"
-#include "base/memory.h"
-#include "base/random.h"
 
 _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER,
                "losses differ");
@@ -32,19 +32,21 @@ static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + mu
 
 static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
 
-vw_uint4 model_key_of_step(const struct model *model, uint64_t step) {
+vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
     return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
 }
 
-double model_rate_of_step(const struct model *model, uint64_t step) {
+double vw_model_rate_of_step(const struct vw_model *model, uint64_t step) {
     uint64_t last = model->planned_steps;
     if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
     return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
 }
 
-uint32_t model_pad_rays(const struct model *model, uint32_t rays) { return (uint32_t)round_up(rays, model->ray_group); }
+uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays) {
+    return (uint32_t)round_up(rays, model->ray_group);
+}
 
-static void specialise(const struct vw_config *config, struct model *model) {
+static void specialise(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     s->strata = config->samples;
     s->importance = config->importance_samples > 0;
@@ -68,37 +70,38 @@ static void choose_background(const struct vw_config *config, struct vw_speciali
     if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
 }
 
-static void lay_out_sky(struct model *model) {
+static void lay_out_sky(struct vw_model *model) {
     uint32_t columns = model->specialization.effect_sky ? VW_SKY_COLUMNS : 0;
     assert(model->param_bytes ==
            model->weights.offset_bytes + model->weights.size_bytes); // update_weights moves both as one
     model->param_count += 3 * (uint64_t)columns;                     // the fourth number is padding
-    model->sky = (struct param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
+    model->sky = (struct vw_param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
     model->moved_columns += columns;
     model->param_bytes += model->sky.size_bytes;
 }
 
 // Behind the sky: update_weights moves this too.
-static void lay_out_coarse(struct model *model) {
+static void lay_out_coarse(struct vw_model *model) {
     if (!model->coarse_columns) return;
     model->coarse_column = model->moved_columns;
-    model->coarse = (struct param_range){"coarse", model->param_bytes, 16 * (uint64_t)model->coarse_columns};
+    model->coarse = (struct vw_param_range){"coarse", model->param_bytes, 16 * (uint64_t)model->coarse_columns};
     model->moved_columns += model->coarse_columns;
     model->param_bytes += model->coarse.size_bytes;
 }
 
 // Behind the coarse network, likewise.
-static void lay_out_visibility(struct model *model) {
+static void lay_out_visibility(struct vw_model *model) {
     if (!model->specialization.effect_visibility) return;
     model->specialization.visibility_column = model->moved_columns;
     model->param_count += VISIBILITY_NETWORK_PARAMS;
-    model->visibility = (struct param_range){"visibility", model->param_bytes, sizeof(vw_float4) * VISIBILITY_COLUMNS};
+    model->visibility =
+        (struct vw_param_range){"visibility", model->param_bytes, sizeof(vw_float4) * VISIBILITY_COLUMNS};
     model->moved_columns += VISIBILITY_COLUMNS;
     model->param_bytes += model->visibility.size_bytes;
 }
 
 // Behind that of visibility, likewise.
-static void lay_out_encoder(const struct vw_config *config, struct model *model) {
+static void lay_out_encoder(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     if (!s->effect_appearance_encoder) return;
     uint32_t columns = VW_ENCODER_COLUMNS(s->width4);
@@ -106,19 +109,19 @@ static void lay_out_encoder(const struct vw_config *config, struct model *model)
     model->consistency_weight = config->consistency_weight;
     if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
     model->param_count += 4 * (uint64_t)columns;
-    model->encoder = (struct param_range){"encoder", model->param_bytes, sizeof(vw_float4) * (uint64_t)columns};
+    model->encoder = (struct vw_param_range){"encoder", model->param_bytes, sizeof(vw_float4) * (uint64_t)columns};
     model->moved_columns += columns;
     model->param_bytes += model->encoder.size_bytes;
 }
 
 // Behind all that is laid out already.
-static struct param_range append_range(struct model *model, const char *name, uint64_t size_bytes) {
-    struct param_range range = {name, round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
+static struct vw_param_range append_range(struct vw_model *model, const char *name, uint64_t size_bytes) {
+    struct vw_param_range range = {name, round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
     model->param_bytes = range.offset_bytes + size_bytes;
     return range;
 }
 
-static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struct model *model) {
+static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struct vw_model *model) {
     const struct vw_specialization *s = &model->specialization;
     uint64_t views = scene->view_count, code = 4 * CODE4, width = 4 * s->width4;
     if (s->effect_appearance) {
@@ -145,10 +148,10 @@ static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struc
 }
 
 // Whole groups of rays whose rows one binding holds, and no more than a step has.
-static enum vw_status choose_chunk(const struct vw_config *config, const struct device_choices *choices,
-                                   const struct vw_gpu_limits *limits, struct model *model) {
+static enum vw_status choose_chunk(const struct vw_config *config, const struct vw_device_choices *choices,
+                                   const struct vw_gpu_limits *limits, struct vw_model *model) {
     uint32_t samples = model->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
-             step_samples = model_pad_rays(model, config->rays) * samples;
+             step_samples = vw_model_pad_rays(model, config->rays) * samples;
     uint64_t row_bytes = (uint64_t)model->row_bytes * model->row_count,
              layer_row_bytes = (uint64_t)VW_LAYER_ROW_BYTES * model->head_row_count,
              bytes = VW_ROWS_SIZE(row_bytes > layer_row_bytes ? row_bytes : layer_row_bytes, VW_FIELD_GROUP),
@@ -166,8 +169,8 @@ static enum vw_status choose_chunk(const struct vw_config *config, const struct 
     return VW_OK;
 }
 
-static void specialise_for_device(const struct device_choices *choices, const struct vw_gpu_limits *limits,
-                                  struct model *model) {
+static void specialise_for_device(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                                  struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     s->skip_zeros = choices->skip_zeros;
     s->fold_rows = choices->fold_rows;
@@ -178,30 +181,30 @@ static void specialise_for_device(const struct device_choices *choices, const st
 
 // Unbounded space has its own box, also where both effects are asked for.
 static enum vw_status choose_box(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
-                                 const uint32_t *train_views, uint32_t train_count, struct model *model) {
+                                 const uint32_t *train_views, uint32_t train_count, struct vw_model *model) {
     uint32_t count;
-    effects_get(&count);
+    vw_effects_get(&count);
     bool unbounded = model->specialization.effect_unbounded, wide = vw_effects_is_on(verdicts, count, "wide_box");
     model->box_of_effect = unbounded || wide;
-    if (unbounded) return contraction_box(scene, train_views, train_count, &model->box);
+    if (unbounded) return vw_contraction_box(scene, train_views, train_count, &model->box);
     return wide ? wide_box(scene, &model->box) : VW_OK;
 }
 
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
-                            uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
-                            struct model *model) {
+enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
+                               const uint32_t *train_views, uint32_t train_count,
+                               const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
+                               const struct vw_gpu_limits *limits, struct vw_model *model) {
     uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
-    *model = (struct model){.kind = field_kind_of(config->field),
-                            .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
-                            .learning_rate_decay = config->learning_rate_decay,
-                            .planned_steps = (uint64_t)config->epochs * trained};
+    *model = (struct vw_model){.kind = vw_field_kind_of(config->field),
+                               .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
+                               .learning_rate_decay = config->learning_rate_decay,
+                               .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
-    effects_specialize(verdicts, scene, s);
+    vw_effects_specialize(verdicts, scene, s);
     uint32_t effect_count;
-    effects_get(&effect_count);
-    model->obeys_masks = effects_obey_masks(scene, verdicts, effect_count);
+    vw_effects_get(&effect_count);
+    model->obeys_masks = vw_effects_obey_masks(scene, verdicts, effect_count);
     assert(!s->effect_occupancy || (model->kind->skips_samples && !s->effect_transient)); // vw_effects_follow_field
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
@@ -217,25 +220,25 @@ enum vw_status model_create(const struct vw_config *config, const struct vw_scen
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
     enum vw_status status = choose_chunk(config, choices, limits, model);
-    if (status != VW_OK) return status;
+    if (status) return status;
     specialise_for_device(choices, limits, model);
     return model->kind->fit(config, choices, limits, model);
 }
 
-void model_initialise(const struct model *model, uint64_t seed, void *params) {
+void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params) {
     uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
-    const struct drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
-                                seed};
+    const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
+                                   seed};
     memset((char *)params + end, 0, model->param_bytes - end);
     model->kind->initialise(model, &drawn, params);
     // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
     // second visit on.
     if (model->code_weights.size_bytes)
-        fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn, model->specialization.width4,
-                    CODE4);
+        vw_fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn,
+                       model->specialization.width4, CODE4);
     if (model->visibility.size_bytes)
-        visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
+        vw_visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
     if (model->encoder.size_bytes)
-        encoder_initialise(model->specialization.width4, (float *)((char *)params + model->encoder.offset_bytes),
-                           &drawn);
+        vw_encoder_initialise(model->specialization.width4, (float *)((char *)params + model->encoder.offset_bytes),
+                              &drawn);
 }

@@ -3,50 +3,50 @@
 #ifndef VIEWWORTH_TRAIN_MODEL_H
 #define VIEWWORTH_TRAIN_MODEL_H
 
+#include "interface.h"
 #include "train/device_choices.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
-#include "interface.h"
 
 // A named range of the params block, in bytes. Offsets suit every binding's alignment.
-struct param_range {
+struct vw_param_range {
     const char *name;
     uint64_t offset_bytes, size_bytes;
 };
 
 // Levels of the grid whose gradient and params fit one storage binding.
-struct grid_window {
+struct vw_grid_window {
     uint32_t first_level, level_count;
     uint32_t first_pair, pair_count;
 };
 
-struct field_kind;
+struct vw_field_kind;
 
-struct model {
-    const struct field_kind *kind;           // fields/registry.h
+struct vw_model {
+    const struct vw_field_kind *kind;        // fields/registry.h
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
     double learning_rate_decay;              // vw_config
     uint64_t planned_steps;                  // of all epochs
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
-    struct param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
-    struct param_range
+    struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
+    struct vw_param_range
         sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
     // Of a network of their own for the even samples (--coarse-network own), empty without it: behind the sky, vec4
     // columns as the field lays them out, moved as weights are.
-    struct param_range coarse;
+    struct vw_param_range coarse;
     uint32_t coarse_columns, coarse_column; // how many, which the field says; which is its first
     // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
     // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
     // transient_codes: vec4 [view][TRANSIENT_CODE4].
-    struct param_range appearance, code_weights, codes, transient_codes;
+    struct vw_param_range appearance, code_weights, codes, transient_codes;
     // Of the effect visibility, empty without it: its network, behind these; vec4 [view]
     // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
-    struct param_range visibility, visibility_codes;
-    struct param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
-    struct param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
+    struct vw_param_range visibility, visibility_codes;
+    struct vw_param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
+    struct vw_param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
     // Of its consistency loss, else 0: weight, and the side of the picture that the first rays of a step make.
     double consistency_weight;
     uint32_t picture_side;
@@ -69,30 +69,30 @@ struct model {
     uint32_t head_row_count;       // of the field hash: rows of the effect transient's head, as those of the field mlp
     uint32_t d_row_count;          // of layers, of the field mlp or that head
     uint32_t depth, trunk4;        // of the field mlp: layers of the trunk, their width / 4
-    enum scatter_form scatter;
+    enum vw_scatter_form scatter;
     uint32_t ray_group;   // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups
     uint32_t ray_samples; // of the kind of which a ray has more: what a chunk has room for
-    struct grid_window windows[VW_LEVELS_MAX];
+    struct vw_grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };
 
 // `train_views`: those that are trained on (scene indices; NULL: the scene's split train).
-enum vw_status model_create(const struct vw_config *config, const struct vw_scene *scene, const uint32_t *train_views,
-                            uint32_t train_count, const struct vw_effect_verdict *verdicts,
-                            const struct device_choices *choices, const struct vw_gpu_limits *limits,
-                            struct model *model);
+enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
+                               const uint32_t *train_views, uint32_t train_count,
+                               const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
+                               const struct vw_gpu_limits *limits, struct vw_model *model);
 
 // Initial values of the whole params block (param_bytes): those of the field, the sky mid grey, what belongs to photos
 // 0. A function of the seed alone.
-void model_initialise(const struct model *model, uint64_t seed, void *params);
+void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params);
 
 // The learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those taken.
-double model_rate_of_step(const struct model *model, uint64_t step);
+double vw_model_rate_of_step(const struct vw_model *model, uint64_t step);
 
 // What passes of a step key their random numbers by.
-vw_uint4 model_key_of_step(const struct model *model, uint64_t step);
+vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);
 
 // `rays` rounded up to whole groups.
-uint32_t model_pad_rays(const struct model *model, uint32_t rays);
+uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays);
 
 #endif

@@ -10,14 +10,15 @@
 #include "train/trainer.h"
 #include "train/validation.h"
 
-struct costed_passes { // all borrowed
+struct vw_costed_passes { // all borrowed
     const struct vw_config *config;
-    const struct step_passes *step;
-    const struct validation *validation;
+    const struct vw_step_passes *step;
+    const struct vw_validation *validation;
 };
 
 // Appends one, or adds it to that of the same pass; for the fields' own lists.
-void pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost);
-void pass_costs_list(const struct costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX], uint32_t *count);
+void vw_pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost);
+void vw_pass_costs_list(const struct vw_costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
+                        uint32_t *count);
 
 #endif

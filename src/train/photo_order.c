@@ -18,7 +18,7 @@ static const double BATCH_SECONDS =
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
 static enum vw_status copy_views(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
-                                 struct schedule *schedule) {
+                                 struct vw_photo_order *schedule) {
     for (uint32_t i = 0; i < count; i++)
         if (views[i] >= scene->view_count || (i > 0 && views[i] <= views[i - 1]))
             return vw_fail(VW_ERROR_USAGE,
@@ -31,21 +31,21 @@ static enum vw_status copy_views(const struct vw_scene *scene, const uint32_t *v
     return VW_OK;
 }
 
-enum vw_status schedule_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
-                               const struct vw_config *config, struct schedule *schedule) {
-    *schedule = (struct schedule){
+enum vw_status vw_photo_order_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
+                                     const struct vw_config *config, struct vw_photo_order *schedule) {
+    *schedule = (struct vw_photo_order){
         .epochs = config->epochs, .order_seed = vw_config_seed_of(config, VW_VARY_ORDER), .ordered_epoch = UINT64_MAX};
     enum vw_status status =
         views ? copy_views(scene, views, view_count, schedule)
               : vw_scene_list_views(scene, VW_SPLIT_TRAIN, &schedule->train_views, &schedule->train_count);
-    if (status != VW_OK) return status;
+    if (status) return status;
     if (!schedule->train_count)
         return vw_fail(VW_ERROR_INPUT, "%s: no view is left to train on; check the splits", scene->path);
     schedule->order = vw_allocate(schedule->train_count, sizeof *schedule->order);
     return schedule->order ? VW_OK : VW_ERROR_MEMORY;
 }
 
-void schedule_destroy(struct schedule *schedule) {
+void vw_photo_order_destroy(struct vw_photo_order *schedule) {
     free(schedule->train_views);
     free(schedule->order);
     free(schedule->kept);
@@ -54,7 +54,7 @@ void schedule_destroy(struct schedule *schedule) {
 
 // ---- Left out -------------------------------------------------------------------------------------------------------
 
-enum vw_status schedule_leave_out(const uint32_t *views, uint32_t count, struct schedule *schedule) {
+enum vw_status vw_photo_order_leave_out(const uint32_t *views, uint32_t count, struct vw_photo_order *schedule) {
     uint32_t found = 0;
     if (count == 0) return VW_OK;
     schedule->kept = vw_allocate(schedule->train_count, sizeof *schedule->kept);
@@ -70,7 +70,7 @@ enum vw_status schedule_leave_out(const uint32_t *views, uint32_t count, struct 
     return vw_fail(VW_ERROR_USAGE, "left_out_views has all train views; leave one to train on");
 }
 
-static bool is_left_out(const struct schedule *schedule, uint32_t photo) {
+static bool is_left_out(const struct vw_photo_order *schedule, uint32_t photo) {
     for (uint32_t low = 0, high = schedule->kept_count; low < high;) {
         uint32_t middle = (low + high) / 2;
         if (schedule->kept[middle] == photo) return false;
@@ -82,7 +82,7 @@ static bool is_left_out(const struct schedule *schedule, uint32_t photo) {
 
 // Which photos take over the steps of those left out: the kept ones in turn, in an order that is shuffled each time
 // around, so that over the training all take over equally many.
-static void substitute(struct schedule *schedule, uint64_t epoch) {
+static void substitute(struct vw_photo_order *schedule, uint64_t epoch) {
     const uint64_t seed = ~schedule->order_seed; // of no epoch's order
     uint64_t turn = epoch * (schedule->train_count - schedule->kept_count), shuffled = UINT64_MAX;
     for (uint32_t i = 0; i < schedule->train_count; i++) {
@@ -96,20 +96,20 @@ static void substitute(struct schedule *schedule, uint64_t epoch) {
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
 
-uint64_t schedule_total_steps(const struct schedule *schedule) {
+uint64_t vw_photo_order_total_steps(const struct vw_photo_order *schedule) {
     return (uint64_t)schedule->epochs * schedule->train_count;
 }
 
-uint32_t schedule_epoch_of_step(const struct schedule *schedule, uint64_t step) {
+uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *schedule, uint64_t step) {
     return step > 0 ? (uint32_t)((step - 1) / schedule->train_count) : 0;
 }
 
-uint64_t schedule_epoch_end(const struct schedule *schedule, uint64_t step) {
-    return ((uint64_t)schedule_epoch_of_step(schedule, step) + 1) * schedule->train_count;
+uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *schedule, uint64_t step) {
+    return ((uint64_t)vw_photo_order_epoch_of_step(schedule, step) + 1) * schedule->train_count;
 }
 
-uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step) {
-    uint32_t epoch = schedule_epoch_of_step(schedule, step);
+uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *schedule, uint64_t step) {
+    uint32_t epoch = vw_photo_order_epoch_of_step(schedule, step);
     if (epoch != schedule->ordered_epoch) {
         vw_random_order(schedule->order_seed, epoch, schedule->train_count, schedule->order);
         if (schedule->kept) substitute(schedule, epoch);
@@ -118,15 +118,16 @@ uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step) {
     return schedule->order[(step - 1) % schedule->train_count];
 }
 
-uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step) {
-    return schedule->train_views[schedule_photo_of_step(schedule, step)];
+uint32_t vw_photo_order_view_of_step(struct vw_photo_order *schedule, uint64_t step) {
+    return schedule->train_views[vw_photo_order_photo_of_step(schedule, step)];
 }
 
 // ---- Batches --------------------------------------------------------------------------------------------------------
 
 static uint64_t at_most(uint64_t count, uint64_t most) { return count < most ? count : most; }
 
-void schedule_set_batches(struct schedule *schedule, const struct batch_room *room, uint32_t steps_per_batch) {
+void vw_photo_order_set_batches(struct vw_photo_order *schedule, const struct vw_batch_room *room,
+                                uint32_t steps_per_batch) {
     uint64_t most = room->batch_bytes / room->bytes_per_step;
     if (most < STEPS_WITHOUT_ROOM_MAX) most = STEPS_WITHOUT_ROOM_MAX;
     most = at_most(at_most(most, STEPS_PER_BATCH_MAX), PIXELS_PER_BATCH_MAX / room->pixels_per_step);
@@ -139,7 +140,7 @@ void schedule_set_batches(struct schedule *schedule, const struct batch_room *ro
 
 // How steps are grouped changes no bit of them. The least time of a step counts: whoever takes the records may have
 // been busy, with a slow disk for example, before this batch was asked for.
-void schedule_adapt_batches(struct schedule *schedule, uint32_t step_count, double seconds) {
+void vw_photo_order_adapt_batches(struct vw_photo_order *schedule, uint32_t step_count, double seconds) {
     if (!schedule->adapts || step_count < schedule->batch_steps) return;
     schedule->step_s = fmin(schedule->step_s, seconds / step_count);
     uint32_t doubled = schedule->batch_steps * 2;

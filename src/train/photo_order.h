@@ -10,7 +10,7 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-struct schedule {
+struct vw_photo_order {
     uint32_t *train_views, train_count; // owned; scene indices, ascending
     uint32_t *kept, kept_count;         // owned; indices in train_views of those that are not left out
     uint32_t *substitutes;              // owned; the kept ones in the order in which they take over steps
@@ -25,30 +25,32 @@ struct schedule {
 
 // On `views` (scene indices, ascending), or on the scene's split train when it is NULL. VW_ERROR_USAGE when the list is
 // wrong, VW_ERROR_INPUT when there is no view.
-enum vw_status schedule_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
-                               const struct vw_config *config, struct schedule *schedule);
-void schedule_destroy(struct schedule *schedule);
+enum vw_status vw_photo_order_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
+                                     const struct vw_config *config, struct vw_photo_order *schedule);
+void vw_photo_order_destroy(struct vw_photo_order *schedule);
 
 // Leaves out some of the train views (scene indices, ascending): their steps are taken on the others, in turn. Before
 // the first step is asked for. VW_ERROR_USAGE when a view is not trained on or none is left.
-enum vw_status schedule_leave_out(const uint32_t *views, uint32_t count, struct schedule *schedule);
+enum vw_status vw_photo_order_leave_out(const uint32_t *views, uint32_t count, struct vw_photo_order *schedule);
 
-uint64_t schedule_total_steps(const struct schedule *schedule);
-uint32_t schedule_epoch_of_step(const struct schedule *schedule, uint64_t step); // 0 for step 0
-uint64_t schedule_epoch_end(const struct schedule *schedule, uint64_t step);     // the last step of the step's epoch
+uint64_t vw_photo_order_total_steps(const struct vw_photo_order *schedule);
+uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *schedule, uint64_t step); // 0 for step 0
+uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *schedule,
+                                  uint64_t step); // the last step of the step's epoch
 // The photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene.
-uint32_t schedule_photo_of_step(struct schedule *schedule, uint64_t step);
-uint32_t schedule_view_of_step(struct schedule *schedule, uint64_t step);
+uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *schedule, uint64_t step);
+uint32_t vw_photo_order_view_of_step(struct vw_photo_order *schedule, uint64_t step);
 
 // What a step exchanges with the device, and how much of that a batch may hold.
-struct batch_room {
+struct vw_batch_room {
     uint32_t pixels_per_step;
     uint64_t bytes_per_step, batch_bytes;
 };
 // Sets the size of batches: `steps_per_batch`, or (0) one that adapts to the time that steps take. A batch has up to
 // 1,024 steps if there is room for them, else up to 64, and never more than 2^20 pixels.
-void schedule_set_batches(struct schedule *schedule, const struct batch_room *room, uint32_t steps_per_batch);
+void vw_photo_order_set_batches(struct vw_photo_order *schedule, const struct vw_batch_room *room,
+                                uint32_t steps_per_batch);
 // Takes into account that a batch of `step_count` steps took that long.
-void schedule_adapt_batches(struct schedule *schedule, uint32_t step_count, double seconds);
+void vw_photo_order_adapt_batches(struct vw_photo_order *schedule, uint32_t step_count, double seconds);
 
 #endif

@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-#include "image/image.h"
 #include "base/random.h"
+#include "image/image.h"
 
 // Beyond this distance from the box's centre (in box edges), rays start near the box instead of at the camera: see
 // interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
-struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box) {
+struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box) {
     const struct vw_camera *camera = &view->camera;
     double edge = 2.0 * box->half_extent_world;
     double axis[3][3], position[3], depth = 0.0, distance2 = 0.0; // axis[c]: column c of the rotation, unit length
@@ -44,7 +44,7 @@ struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_b
     };
 }
 
-struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px) {
+struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px) {
     float rgba[4];
     const struct vw_image *image = &scene->views[view].image;
     vw_image_pixel(image, x_px, y_px, rgba);
@@ -57,7 +57,7 @@ struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t 
     };
 }
 
-void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
+void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
     for (uint32_t i = 0; i < count; i++)
         pixels[i].weight =
             vw_view_can_use(&scene->views[pixels[i].view], (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px) ? 1.0f
@@ -73,31 +73,31 @@ static uint32_t draw_within(uint32_t word, uint32_t begin, uint32_t end) {
     return begin + vw_random_below(word, end > begin ? end - begin : 1);
 }
 
-void pixels_draw(const struct vw_scene *scene, uint32_t view, const struct pixel_draw *draw, uint32_t count,
-                 struct vw_pixel *pixels) {
+void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
+                    struct vw_pixel *pixels) {
     const struct vw_image *image = &scene->views[view].image;
     uint32_t side = draw->picture_side;
     for (uint32_t ray = 0; ray < count; ray++) {
         bool in_cell = ray < side * side;
         uint32_t words[4], parts = in_cell ? side : 1, x = in_cell ? ray % side : 0, y = in_cell ? ray / side : 0;
         vw_random_words(draw->seed, VW_RANDOM_PIXEL, draw->step, ray, draw->draw, words);
-        pixels[ray] = pixels_at(
+        pixels[ray] = vw_pixels_at(
             scene, view,
             draw_within(words[0], part_begin(x, parts, image->width_px), part_begin(x + 1, parts, image->width_px)),
             draw_within(words[1], part_begin(y, parts, image->height_px), part_begin(y + 1, parts, image->height_px)));
     }
 }
 
-struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view) {
-    return (struct pixel_columns){0, scene->views[view].image.width_px};
+struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint32_t view) {
+    return (struct vw_pixel_columns){0, scene->views[view].image.width_px};
 }
 
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint64_t seed,
-                         uint32_t count, struct vw_pixel *pixels) {
+uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
+                            uint32_t count, struct vw_pixel *pixels) {
     uint32_t width = columns.end - columns.begin, height = scene->views[view].image.height_px;
     if ((uint64_t)width * height <= count) {
         for (uint32_t i = 0; i < width * height; i++)
-            pixels[i] = pixels_at(scene, view, columns.begin + i % width, i / width);
+            pixels[i] = vw_pixels_at(scene, view, columns.begin + i % width, i / width);
         return width * height;
     }
     // Bands of rows whose height is near the width of the strata in them; band b takes its share of the count.
@@ -111,7 +111,7 @@ uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pix
             uint32_t x_px =
                 draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
             uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));
-            pixels[written] = pixels_at(scene, view, columns.begin + x_px, y_px);
+            pixels[written] = vw_pixels_at(scene, view, columns.begin + x_px, y_px);
         }
     }
     return written;

@@ -3,8 +3,8 @@
 #ifndef VIEWWORTH_TRAIN_PIXELS_H
 #define VIEWWORTH_TRAIN_PIXELS_H
 
-#include "viewworth/scene.h"
 #include "interface.h"
+#include "viewworth/scene.h"
 
 // Points are sparse: surfaces lie somewhat nearer and farther than the points of a view say. A tenth of the depth on
 // either side is more than the 6 % of a view's depth range that its points may miss (near_far.c), and costs little
@@ -13,33 +13,33 @@
 #define PIXELS_FAR_MARGIN 1.1
 
 // The camera of a view in box coordinates, computed in double.
-struct vw_gpu_camera pixels_camera(const struct vw_view *view, const struct vw_box *box);
+struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
 // One pixel with its target. Its weight is 0 if the pixel is left out (vw_view_keeps).
-struct vw_pixel pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
+struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
 
 // For a training that ignores mask files: gives pixels that only a mask hides their weight back.
-void pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
+void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
 // is the step's own; probes take the others. The first picture_side^2 of them make a picture of the photo: one in each
 // of so many equal cells, row by row from the top (0: none do).
-struct pixel_draw {
+struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;
 };
-void pixels_draw(const struct vw_scene *scene, uint32_t view, const struct pixel_draw *draw, uint32_t count,
-                 struct vw_pixel *pixels);
+void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
+                    struct vw_pixel *pixels);
 
-struct pixel_columns {
+struct vw_pixel_columns {
     uint32_t begin, end;
 };
-struct pixel_columns pixels_all_columns(const struct vw_scene *scene, uint32_t view);
+struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint32_t view);
 
 // `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when
 // there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns how many were
 // written.
-uint32_t pixels_stratify(const struct vw_scene *scene, uint32_t view, struct pixel_columns columns, uint64_t seed,
-                         uint32_t count, struct vw_pixel *pixels);
+uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
+                            uint32_t count, struct vw_pixel *pixels);
 
 #endif

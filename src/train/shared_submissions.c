@@ -11,8 +11,8 @@
 enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions **submissions) {
     struct vw_submissions *made = vw_allocate(1, sizeof *made);
     enum vw_status status = made ? VW_OK : VW_ERROR_MEMORY;
-    for (int i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) status = vw_batch_create(gpu, &made->batches[i]);
-    if (status != VW_OK) vw_submissions_destroy(&made);
+    for (int i = 0; i < BATCHES_IN_FLIGHT && !status; i++) status = vw_submission_create(gpu, &made->batches[i]);
+    if (status) vw_submissions_destroy(&made);
     else *submissions = made;
     return status;
 }
@@ -20,7 +20,7 @@ enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions *
 void vw_submissions_destroy(struct vw_submissions **submissions) {
     struct vw_submissions *dying = *submissions;
     if (!dying) return;
-    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_batch_destroy(&dying->batches[i]); // waits
+    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_submission_destroy(&dying->batches[i]); // waits
     free(dying);
     *submissions = NULL;
 }
@@ -36,60 +36,60 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
 
 // A failure is that of all who are in the batch, or will be: whoever asks next gets it, too.
 static enum vw_status keep_failure(struct vw_submissions *submissions, enum vw_status status) {
-    if (status == VW_OK) return VW_OK;
+    if (!status) return VW_OK;
     submissions->failure = status;
     submissions->why = vw_error_save();
     return status;
 }
 
-enum vw_status submissions_check(const struct vw_submissions *submissions) {
-    if (submissions->failure != VW_OK) vw_error_restore(&submissions->why);
+enum vw_status vw_submissions_check(const struct vw_submissions *submissions) {
+    if (submissions->failure) vw_error_restore(&submissions->why);
     return submissions->failure;
 }
 
 static enum vw_status wait_for(struct vw_submissions *submissions, uint32_t index) {
     if (!submissions->in_flight[index]) return VW_OK;
-    enum vw_status status = vw_batch_wait(submissions->batches[index]);
+    enum vw_status status = vw_submission_wait(submissions->batches[index]);
     submissions->in_flight[index] = false;
     submissions->took_s[index] = vw_now_s() - submissions->submitted_s[index];
     return keep_failure(submissions, status);
 }
 
-enum vw_status submissions_wait(struct vw_submissions *submissions, uint32_t index) {
-    enum vw_status status = submissions_check(submissions);
-    return status == VW_OK ? wait_for(submissions, index) : status;
+enum vw_status vw_submissions_wait(struct vw_submissions *submissions, uint32_t index) {
+    enum vw_status status = vw_submissions_check(submissions);
+    return !status ? wait_for(submissions, index) : status;
 }
 
-enum vw_status submissions_submit(struct vw_submissions *submissions, uint32_t index) {
-    struct vw_batch *batch = submissions->batches[index];
+enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_t index) {
+    struct vw_submission *batch = submissions->batches[index];
     bool recorded = false;
-    enum vw_status status = submissions_wait(submissions, index);
-    for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++)
-        if (trainer_has_steps(submissions->trainers[i], index)) trainer_decode_photos(submissions->trainers[i]);
-    for (uint32_t i = 0; i < submissions->trainer_count && status == VW_OK; i++) {
+    enum vw_status status = vw_submissions_wait(submissions, index);
+    for (uint32_t i = 0; i < submissions->trainer_count && !status; i++)
+        if (vw_trainer_has_steps(submissions->trainers[i], index)) vw_trainer_decode_photos(submissions->trainers[i]);
+    for (uint32_t i = 0; i < submissions->trainer_count && !status; i++) {
         struct vw_trainer *trainer = submissions->trainers[i];
-        if (!trainer_has_steps(trainer, index)) continue;
-        if (!recorded) vw_batch_begin(batch);
+        if (!vw_trainer_has_steps(trainer, index)) continue;
+        if (!recorded) vw_submission_begin(batch);
         recorded = true;
-        trainer_record_steps(trainer, index, batch);
+        vw_trainer_record_steps(trainer, index, batch);
     }
     if (!recorded) return status;
     submissions->submitted_s[index] = vw_now_s();
-    status = vw_batch_submit(batch);
-    submissions->in_flight[index] = status == VW_OK;
+    status = vw_submission_submit(batch);
+    submissions->in_flight[index] = !status;
     return keep_failure(submissions, status);
 }
 
 // ---- Trainers -------------------------------------------------------------------------------------------------------
 
-enum vw_status submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer) {
+enum vw_status vw_submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer) {
     if (submissions->trainer_count == VW_TRAINERS_TOGETHER_MAX)
         return vw_fail(VW_ERROR_USAGE, "at most %d trainings can be taken together", VW_TRAINERS_TOGETHER_MAX);
     submissions->trainers[submissions->trainer_count++] = trainer;
     return VW_OK;
 }
 
-void submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer) {
+void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer) {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < BATCHES_IN_FLIGHT; i++) (void)wait_for(submissions, i); // its buffers are in use
     for (uint32_t i = 0; i < submissions->trainer_count; i++)

@@ -6,15 +6,15 @@
 #include "gpu/compute.h"
 #include "train/step.h"
 
-struct snapshot {
+struct vw_snapshot {
     struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX];  // borrowed from the step
     struct vw_buffer *copies[TRAINING_STATE_BUFFERS_MAX]; // owned
     uint32_t count;
 };
 
-enum vw_status snapshot_create(const struct step_passes *step, struct snapshot *snapshot);
-void snapshot_destroy(struct snapshot *snapshot);
-void snapshot_record_save(const struct snapshot *snapshot, struct vw_batch *batch);
-void snapshot_record_restore(const struct snapshot *snapshot, struct vw_batch *batch);
+enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_snapshot *snapshot);
+void vw_snapshot_destroy(struct vw_snapshot *snapshot);
+void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *batch);
+void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *batch);
 
 #endif

@@ -7,21 +7,21 @@
 #include "gpu/shaders.h"
 #include "train/effects/consistency.h"
 
-static uint32_t word_bytes(const struct model *model) { return model->specialization.wide_gradient ? 16 : 8; }
+static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
 // Which flag of `overflow` a pass sets: the grid's windows follow one another.
 enum { OVERFLOW_WEIGHTS, OVERFLOW_PHOTOS, OVERFLOW_GRID };
 static const uint64_t OVERFLOW_BYTES = 4 * VW_OVERFLOW_STRIDE;
 
-static struct vw_binding overflow_binding(const struct step_passes *step, uint32_t flag) {
+static struct vw_binding overflow_binding(const struct vw_step_passes *step, uint32_t flag) {
     return (struct vw_binding){.slot = VW_SLOT_OVERFLOW,
                                .buffer = step->overflow,
                                .offset_bytes = flag * OVERFLOW_BYTES,
                                .size_bytes = OVERFLOW_BYTES};
 }
 
-static enum vw_status create_buffers(struct step_passes *step) {
-    const struct model *model = step->field->model;
+static enum vw_status create_buffers(struct vw_step_passes *step) {
+    const struct vw_model *model = step->field->model;
     uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->partial_columns,
              moved = model->moved_columns;
     const struct {
@@ -46,52 +46,52 @@ static enum vw_status create_buffers(struct step_passes *step) {
         {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++) // an effect that is off has no bytes
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++) // an effect that is off has no bytes
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
-    if (status == VW_OK) status = importance_create_places(step->field, step->chunk_rays, &step->places);
-    if (status == VW_OK && model->specialization.effect_occupancy)
-        status = occupancy_create_buffers(step->field, &step->occupancy);
+    if (!status) status = vw_importance_create_places(step->field, step->chunk_rays, &step->places);
+    if (!status && model->specialization.effect_occupancy)
+        status = vw_occupancy_create_buffers(step->field, &step->occupancy);
     return status;
 }
 
-static enum vw_status create_encoder_passes(struct step_passes *step, const struct vw_binding *bindings,
+static enum vw_status create_encoder_passes(struct vw_step_passes *step, const struct vw_binding *bindings,
                                             uint32_t count) {
     const struct vw_pass_params params = {.specialization = (const uint32_t *)&step->field->model->specialization,
                                           .specialization_count = VW_SPECIALIZATION_COUNT,
                                           .bindings = bindings,
                                           .binding_count = count};
-    enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &step->encoder);
-    return status == VW_OK ? encoder_gradient_create_passes(step->field->gpu, &params, &vw_shader_spread_photo,
-                                                            &step->encoder_gradient)
-                           : status;
+    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &step->encoder);
+    return !status ? vw_encoder_gradient_create_passes(step->field->gpu, &params, &vw_shader_spread_photo,
+                                                       &step->encoder_gradient)
+                   : status;
 }
 
-static enum vw_status create_update_passes(struct step_passes *step) {
+static enum vw_status create_update_passes(struct vw_step_passes *step) {
     const struct vw_specialization *specialization = &step->field->model->specialization;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = 0;
-    step_bind(step, bindings, &count); // its first binding is the one of flags
+    vw_step_bind(step, bindings, &count); // its first binding is the one of flags
     enum vw_status status =
-        step_create_pass(step, specialization, &vw_shader_reduce_loss, bindings, count, &step->reduce_loss);
-    if (status == VW_OK && step->occupancy.kept)
-        status = occupancy_create_passes(step->field, bindings, count, &step->occupancy);
+        vw_step_create_pass(step, specialization, &vw_shader_reduce_loss, bindings, count, &step->reduce_loss);
+    if (!status && step->occupancy.kept)
+        status = vw_occupancy_create_passes(step->field, bindings, count, &step->occupancy);
     bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
-    if (status == VW_OK)
-        status =
-            step_create_pass(step, specialization, &vw_shader_update_weights, bindings, count, &step->update_weights);
+    if (!status)
+        status = vw_step_create_pass(step, specialization, &vw_shader_update_weights, bindings, count,
+                                     &step->update_weights);
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
-    if (status == VW_OK) status = appearance_create_passes(step->field, bindings, count, &step->appearance);
-    if (status == VW_OK) status = transient_create_passes(step->field, bindings, count, &step->transient);
-    if (status == VW_OK) status = pose_create_passes(step->field, bindings, count, &step->pose);
-    if (status == VW_OK) status = create_encoder_passes(step, bindings, count);
-    return status == VW_OK ? visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
+    if (!status) status = vw_appearance_create_passes(step->field, bindings, count, &step->appearance);
+    if (!status) status = vw_transient_create_passes(step->field, bindings, count, &step->transient);
+    if (!status) status = vw_pose_create_passes(step->field, bindings, count, &step->pose);
+    if (!status) status = create_encoder_passes(step, bindings, count);
+    return !status ? vw_visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
-static enum vw_status create_update_grid(struct step_passes *step, uint32_t index) {
-    const struct field *field = step->field;
-    const struct grid_window *window = &field->model->windows[index];
+static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t index) {
+    const struct vw_radiance_field *field = step->field;
+    const struct vw_grid_window *window = &field->model->windows[index];
     uint64_t first = window->first_pair, pairs = window->pair_count, word = word_bytes(field->model),
              pair = field->model->pair_bytes;
     bool momentum = field->model->specialization.momentum;
@@ -113,119 +113,124 @@ static enum vw_status create_update_grid(struct step_passes *step, uint32_t inde
          .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
-    return step_create_pass(step, &field->model->specialization,
-                            field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid, bindings,
-                            VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
+    return vw_step_create_pass(step, &field->model->specialization,
+                               field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid, bindings,
+                               VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
 }
 
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct schedule *schedule,
-                           struct vw_buffer *pixels, struct vw_buffer *scalars, struct step_passes *step) {
-    *step = (struct step_passes){.field = field,
-                                 .schedule = schedule,
-                                 .pixels = pixels,
-                                 .scalars = scalars,
-                                 .rays = config->rays,
-                                 .padded_rays = model_pad_rays(field->model, config->rays),
-                                 .chunk_rays = field->model->specialization.chunk_samples / field->model->ray_samples};
+enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
+                              struct vw_photo_order *schedule, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                              struct vw_step_passes *step) {
+    *step =
+        (struct vw_step_passes){.field = field,
+                                .schedule = schedule,
+                                .pixels = pixels,
+                                .scalars = scalars,
+                                .rays = config->rays,
+                                .padded_rays = vw_model_pad_rays(field->model, config->rays),
+                                .chunk_rays = field->model->specialization.chunk_samples / field->model->ray_samples};
     enum vw_status status = create_buffers(step);
-    if (status == VW_OK) status = appearance_create_buffers(field, step->padded_rays, &step->appearance);
-    if (status == VW_OK) status = visibility_create_buffers(field, step->padded_rays, &step->visibility);
-    if (status == VW_OK) status = transient_create_buffers(field, &step->transient);
-    if (status == VW_OK) status = pose_create_buffers(field, step->padded_rays, &step->pose);
-    if (status == VW_OK) status = encoder_gradient_create_buffers(field->gpu, field->model, &step->encoder_gradient);
-    if (status == VW_OK) status = gradient_create(step, &field->model->specialization, &step->gradient);
-    if (status == VW_OK) status = create_update_passes(step);
-    for (uint32_t i = 0; i < field->model->window_count && status == VW_OK; i++) status = create_update_grid(step, i);
-    if (status == VW_OK) status = consistency_create(step, &step->consistency);
-    if (status != VW_OK) step_destroy(step);
+    if (!status) status = vw_appearance_create_buffers(field, step->padded_rays, &step->appearance);
+    if (!status) status = vw_visibility_create_buffers(field, step->padded_rays, &step->visibility);
+    if (!status) status = vw_transient_create_buffers(field, &step->transient);
+    if (!status) status = vw_pose_create_buffers(field, step->padded_rays, &step->pose);
+    if (!status) status = vw_encoder_gradient_create_buffers(field->gpu, field->model, &step->encoder_gradient);
+    if (!status) status = vw_gradient_create(step, &field->model->specialization, &step->gradient);
+    if (!status) status = create_update_passes(step);
+    for (uint32_t i = 0; i < field->model->window_count && !status; i++) status = create_update_grid(step, i);
+    if (!status) status = vw_consistency_create(step, &step->consistency);
+    if (status) vw_step_destroy(step);
     return status;
 }
 
-void step_destroy(struct step_passes *step) {
-    consistency_destroy(&step->consistency);
-    gradient_destroy(&step->gradient);
+void vw_step_destroy(struct vw_step_passes *step) {
+    vw_consistency_destroy(&step->consistency);
+    vw_gradient_destroy(&step->gradient);
     vw_pass_destroy(&step->reduce_loss);
     vw_pass_destroy(&step->update_weights);
     for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&step->update_grid[i]);
-    occupancy_destroy(&step->occupancy);
+    vw_occupancy_destroy(&step->occupancy);
     struct vw_buffer **buffers[] = {
         &step->ray_buffer,      &step->samples,     &step->d_samples,      &step->ray_loss, &step->overflow,
         &step->weight_partials, &step->d_weights,   &step->weight_moments, &step->d_grid,   &step->grid_moment1,
         &step->grid_moment2,    &step->grid_visits, &step->d_sky,          &step->places};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
-    appearance_destroy(&step->appearance);
-    visibility_destroy(&step->visibility);
-    transient_destroy(&step->transient);
-    pose_destroy(&step->pose);
-    encoder_destroy_passes(&step->encoder);
-    encoder_gradient_destroy(&step->encoder_gradient);
+    vw_appearance_destroy(&step->appearance);
+    vw_visibility_destroy(&step->visibility);
+    vw_transient_destroy(&step->transient);
+    vw_pose_destroy(&step->pose);
+    vw_encoder_destroy_passes(&step->encoder);
+    vw_encoder_gradient_destroy(&step->encoder_gradient);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
-uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
+uint32_t vw_step_training_state(const struct vw_step_passes *step,
+                                struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
     struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1,
                                        step->grid_moment2, step->grid_visits};
     uint32_t count = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(state); i++)
         if (state[i]) buffers[count++] = state[i]; // a field without grid has no more
-    appearance_training_state(&step->appearance, buffers, &count);
-    visibility_training_state(&step->visibility, buffers, &count);
-    transient_training_state(&step->transient, buffers, &count);
-    pose_training_state(&step->pose, buffers, &count);
+    vw_appearance_training_state(&step->appearance, buffers, &count);
+    vw_visibility_training_state(&step->visibility, buffers, &count);
+    vw_transient_training_state(&step->transient, buffers, &count);
+    vw_pose_training_state(&step->pose, buffers, &count);
     if (step->field->occupancy) buffers[count++] = step->field->occupancy;
     return count;
 }
 
-void step_record_appearance(const struct step_passes *step, struct vw_batch *batch) {
-    appearance_record_forward(&step->appearance, step->field->model, batch);
-    encoder_record_forward(&step->encoder, batch, 0);
+void vw_step_record_appearance(const struct vw_step_passes *step, struct vw_submission *batch) {
+    vw_appearance_record_forward(&step->appearance, step->field->model, batch);
+    vw_encoder_record_forward(&step->encoder, batch, 0);
 }
 
-void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel) {
+void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                              uint32_t first_pixel) {
     struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = step->rays, .key = model_key_of_step(step->field->model, number)};
-    if (step->occupancy.kept) occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
-    vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    consistency_record_rays(step->consistency, batch, &rays);
-    step_record_appearance(step, batch);
-    visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
+        .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(step->field->model, number)};
+    if (step->occupancy.kept) vw_occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
+    vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    vw_consistency_record_rays(step->consistency, batch, &rays);
+    vw_step_record_appearance(step, batch);
+    vw_visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, step->padded_rays, first, rays.key);
-        gradient_record_chunk(step, &step->gradient, batch, &chunk);
-        pose_record_chunk(&step->pose, step->field->model, batch, &(struct field_chunk){&chunk, step->occupancy.kept});
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
+        vw_gradient_record_chunk(step, &step->gradient, batch, &chunk);
+        vw_pose_record_chunk(&step->pose, step->field->model, batch,
+                             &(struct vw_field_chunk){&chunk, step->occupancy.kept});
     }
-    gradient_record_sky(&step->gradient, batch, step->padded_rays);
-    visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
-    encoder_gradient_record(&step->encoder_gradient, NULL, batch);
-    consistency_record_gradients(step, batch, number);
+    vw_gradient_record_sky(&step->gradient, batch, step->padded_rays);
+    vw_visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
+    vw_encoder_gradient_record(&step->encoder_gradient, NULL, batch);
+    vw_consistency_record_gradients(step, batch, number);
 }
 
-void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra) {
-    const struct model *model = step->field->model;
-    double rate = (1.0 + extra) * model_rate_of_step(model, number);
+void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                           float extra) {
+    const struct vw_model *model = step->field->model;
+    double rate = (1.0 + extra) * vw_model_rate_of_step(model, number);
     struct vw_push_update update = {.count = model->moved_columns,
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};
-    appearance_record_update(&step->appearance, batch, update, step->padded_rays);
-    visibility_record_update(&step->visibility, batch, &update);
-    transient_record_update(&step->transient, batch, update);
-    pose_record_update(&step->pose, batch, update, step->padded_rays);
-    vw_batch_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
+    vw_appearance_record_update(&step->appearance, batch, update, step->padded_rays);
+    vw_visibility_record_update(&step->visibility, batch, &update);
+    vw_transient_record_update(&step->transient, batch, update);
+    vw_pose_record_update(&step->pose, batch, update, step->padded_rays);
+    vw_submission_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;
-        vw_batch_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
+        vw_submission_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
     }
 }
 
-void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row) {
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *batch, uint32_t scalar_row) {
     struct vw_push_reduce push = {.count = step->padded_rays, .scalar_row = scalar_row};
-    vw_batch_dispatch(batch, step->reduce_loss, &push, sizeof push, 1);
+    vw_submission_dispatch(batch, step->reduce_loss, &push, sizeof push, 1);
 }
 
-void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                 uint32_t scalar_row) {
-    step_record_gradients(step, batch, number, first_pixel);
-    step_record_update(step, batch, number, 0);
-    step_record_loss(step, batch, scalar_row); // reads what all passes before it have found
+void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row) {
+    vw_step_record_gradients(step, batch, number, first_pixel);
+    vw_step_record_update(step, batch, number, 0);
+    vw_step_record_loss(step, batch, scalar_row); // reads what all passes before it have found
 }

@@ -7,28 +7,31 @@
 
 // `schedule` says of which photos the steps are. `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows. All
 // three outlive the passes.
-enum vw_status step_create(struct field *field, const struct vw_config *config, struct schedule *schedule,
-                           struct vw_buffer *pixels, struct vw_buffer *scalars, struct step_passes *step);
-void step_destroy(struct step_passes *step);
+enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
+                              struct vw_photo_order *schedule, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                              struct vw_step_passes *step);
+void vw_step_destroy(struct vw_step_passes *step);
 
 // The state of a training: everything that a step changes and the next one starts from (params, moments, visits, and
 // what effects carry). Training resumes from it and the step's number. Returns how many buffers there are.
 enum { TRAINING_STATE_BUFFERS_MAX = 16 };
-uint32_t step_training_state(const struct step_passes *step, struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
+uint32_t vw_step_training_state(const struct vw_step_passes *step,
+                                struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
 // Records, behind generate_rays, what the step's photo makes of the field's colours.
-void step_record_appearance(const struct step_passes *step, struct vw_batch *batch);
+void vw_step_record_appearance(const struct vw_step_passes *step, struct vw_submission *batch);
 // Records the first part of a step, up to the loss of each ray and the gradients.
-void step_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel);
+void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                              uint32_t first_pixel);
 // Records the optimiser's part at the step's learning rate, which moves the params by 1 + `extra` times what it says
 // (0 in every run).
-void step_record_update(const struct step_passes *step, struct vw_batch *batch, uint64_t number, float extra);
+void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                           float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row].
-void step_record_loss(const struct step_passes *step, struct vw_batch *batch, uint32_t scalar_row);
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *batch, uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
-void step_record(const struct step_passes *step, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                 uint32_t scalar_row);
+void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+                           uint32_t first_pixel, uint32_t scalar_row);
 
 #endif

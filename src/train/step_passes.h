@@ -13,22 +13,22 @@
 #include "train/fields/registry.h"
 #include "train/importance.h"
 
-struct consistency; // effects/consistency.h
-struct schedule;
+struct vw_consistency_effect; // effects/consistency.h
+struct vw_photo_order;
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
 // of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
-struct gradient_passes {
+struct vw_gradient_passes {
     struct vw_specialization specialization;
     struct vw_pass *generate, *backward_rays;
     struct vw_pass *gradient_sky; // NULL without the effect
-    struct field_passes field;
-    struct importance importance;
+    struct vw_field_passes field;
+    struct vw_importance importance;
 };
 
-struct step_passes {
-    struct field *field;                // borrowed
-    struct schedule *schedule;          // borrowed; of the consistency loss
+struct vw_step_passes {
+    struct vw_radiance_field *field;    // borrowed
+    struct vw_photo_order *schedule;    // borrowed; of the consistency loss
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
@@ -36,43 +36,44 @@ struct step_passes {
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_sky; // NULL without the effect
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
-    struct gradient_passes gradient;
+    struct vw_gradient_passes gradient;
     struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
-    struct appearance appearance;
-    struct occupancy occupancy;
-    struct visibility visibility;
-    struct transient transient;
-    struct pose pose;
-    struct encoder_passes encoder;
-    struct encoder_gradient encoder_gradient;
-    struct consistency *consistency; // NULL without that loss
+    struct vw_appearance_effect appearance;
+    struct vw_occupancy_effect occupancy;
+    struct vw_visibility_effect visibility;
+    struct vw_transient_effect transient;
+    struct vw_pose_effect pose;
+    struct vw_encoder_passes encoder;
+    struct vw_encoder_gradient encoder_gradient;
+    struct vw_consistency_effect *consistency; // NULL without that loss
 };
 
 // Bindings of a step's buffers and of its field's. Writes them behind `*count` and advances it.
-void step_bind(const struct step_passes *step, struct vw_binding *bindings, uint32_t *count);
+void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
 
 // Whose buffers are in variants of the passes over rays alone: sky, appearance and visibility.
-bool step_has_ray_effects(const struct vw_specialization *specialization);
+bool vw_step_has_ray_effects(const struct vw_specialization *specialization);
 // Another set of passes over the step's buffers.
-enum vw_status gradient_create(const struct step_passes *step, const struct vw_specialization *specialization,
-                               struct gradient_passes *gradient);
-void gradient_destroy(struct gradient_passes *gradient);
+enum vw_status vw_gradient_create(const struct vw_step_passes *step, const struct vw_specialization *specialization,
+                                  struct vw_gradient_passes *gradient);
+void vw_gradient_destroy(struct vw_gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
-void gradient_record_chunk(const struct step_passes *step, const struct gradient_passes *gradient,
-                           struct vw_batch *batch, const struct vw_push_samples *chunk);
+void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
+                              struct vw_submission *batch, const struct vw_push_samples *chunk);
 // Its beginning behind the placing of samples, up to their rgb and density, by these passes of the field.
-void gradient_record_forward(const struct step_passes *step, const struct field_passes *passes, struct vw_batch *batch,
-                             const struct vw_push_samples *chunk);
+void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
+                                struct vw_submission *batch, const struct vw_push_samples *chunk);
 // Its end, from there on.
-void gradient_record_back(const struct step_passes *step, const struct gradient_passes *gradient,
-                          struct vw_batch *batch, const struct vw_push_samples *chunk);
+void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
+                             struct vw_submission *batch, const struct vw_push_samples *chunk);
 // The piece of `rays` that begins at `first`, up to a chunk.
-struct vw_push_samples gradient_chunk(const struct step_passes *step, uint32_t rays, uint32_t first, vw_uint4 key);
+struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
+                                         vw_uint4 key);
 // What follows the last chunk of `rays`.
-void gradient_record_sky(const struct gradient_passes *gradient, struct vw_batch *batch, uint32_t rays);
+void vw_gradient_record_sky(const struct vw_gradient_passes *gradient, struct vw_submission *batch, uint32_t rays);
 // One pass, over those bindings.
-enum vw_status step_create_pass(const struct step_passes *step, const struct vw_specialization *specialization,
-                                const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
-                                struct vw_pass **pass);
+enum vw_status vw_step_create_pass(const struct vw_step_passes *step, const struct vw_specialization *specialization,
+                                   const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
+                                   struct vw_pass **pass);
 
 #endif

@@ -13,11 +13,11 @@
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
-    return trainer->config.rays * probes_draws_per_step(&trainer->config);
+    return trainer->config.rays * vw_probes_draws_per_step(&trainer->config);
 }
 
 static uint32_t rows_per_step(const struct vw_trainer *trainer) {
-    return probes_measurements_per_step(&trainer->config) * validation_rows_per_measurement(&trainer->validation);
+    return vw_probes_measurements_per_step(&trainer->config) * vw_validation_rows_per_measurement(&trainer->validation);
 }
 
 // One step more than a batch takes: its first one also holds step 0.
@@ -31,22 +31,22 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     size_t count = records_per_slot(trainer);
     trainer->records = vw_allocate(count, sizeof *trainer->records);
     trainer->view_errors = vw_allocate(count * trainer->validation.view_count, sizeof *trainer->view_errors);
-    trainer->step_probes = vw_allocate(count * probes_per_step(&trainer->config), sizeof *trainer->step_probes);
+    trainer->step_probes = vw_allocate(count * vw_probes_per_step(&trainer->config), sizeof *trainer->step_probes);
     return trainer->records && trainer->view_errors && trainer->step_probes ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // On a CPU a step takes milliseconds: what 64 default steps need is enough for a batch.
-static struct batch_room batch_room(const struct vw_trainer *trainer) {
+static struct vw_batch_room batch_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
-    return (struct batch_room){.pixels_per_step = pixels_per_step(trainer),
-                               .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)pixels_per_step(trainer) +
-                                                 sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
-                               .batch_bytes = is_cpu ? 1000000 : 1 << 25};
+    return (struct vw_batch_room){.pixels_per_step = pixels_per_step(trainer),
+                                  .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)pixels_per_step(trainer) +
+                                                    sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
+                                  .batch_bytes = is_cpu ? 1000000 : 1 << 25};
 }
 
 static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
-    const struct batch_room room = batch_room(trainer);
-    schedule_set_batches(&trainer->schedule, &room, steps_per_batch);
+    const struct vw_batch_room room = batch_room(trainer);
+    vw_photo_order_set_batches(&trainer->schedule, &room, steps_per_batch);
     uint64_t slot_pixels = (uint64_t)pixels_per_step(trainer) * trainer->schedule.batch_steps_max;
     const struct vw_buffer_params pixels = {.name = "pixels",
                                             .size_bytes = BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,
@@ -55,8 +55,8 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
                                              .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
                                              .memory = VW_BUFFER_READBACK};
     enum vw_status status = allocate_records(trainer);
-    if (status == VW_OK) status = vw_buffer_create(trainer->gpu, &pixels, &trainer->pixels);
-    if (status == VW_OK) status = vw_buffer_create(trainer->gpu, &scalars, &trainer->scalars);
+    if (!status) status = vw_buffer_create(trainer->gpu, &pixels, &trainer->pixels);
+    if (!status) status = vw_buffer_create(trainer->gpu, &scalars, &trainer->scalars);
     return status;
 }
 
@@ -64,8 +64,8 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
 static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
     enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
     struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
-    if (status == VW_OK) status = submissions_join(submissions, trainer);
-    if (status == VW_OK) trainer->submissions = submissions;
+    if (!status) status = vw_submissions_join(submissions, trainer);
+    if (!status) trainer->submissions = submissions;
     return status;
 }
 
@@ -75,67 +75,65 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
     trainer->effect_count = params->effect_count;
     memcpy(trainer->effects, params->effects, params->effect_count * sizeof *params->effects);
     enum vw_status status = vw_effects_follow_field(&trainer->config, trainer->effects, trainer->effect_count);
-    trainer->masks = effects_obey_masks(trainer->scene, trainer->effects, trainer->effect_count);
+    trainer->masks = vw_effects_obey_masks(trainer->scene, trainer->effects, trainer->effect_count);
     return status;
 }
 
 static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
-    enum vw_status status = schedule_create(trainer->scene, params->train_views, params->train_view_count,
-                                            &trainer->config, &trainer->schedule);
-    if (status == VW_OK)
-        status = schedule_leave_out(params->left_out_views, params->left_out_count, &trainer->schedule);
-    if (status == VW_OK && trainer->validate) status = validation_list_views(trainer->scene, &trainer->validation);
+    enum vw_status status = vw_photo_order_create(trainer->scene, params->train_views, params->train_view_count,
+                                                  &trainer->config, &trainer->schedule);
+    if (!status) status = vw_photo_order_leave_out(params->left_out_views, params->left_out_count, &trainer->schedule);
+    if (!status && trainer->validate) status = vw_validation_list_views(trainer->scene, &trainer->validation);
     return status;
 }
 
-static enum vw_status create_field(struct vw_trainer *trainer, const struct device_choices *forced) {
-    struct device_choices choices;
-    device_choose(vw_gpu_get_info(trainer->gpu), &choices);
+static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_device_choices *forced) {
+    struct vw_device_choices choices;
+    vw_device_choose(vw_gpu_get_info(trainer->gpu), &choices);
     if (forced) choices = *forced;
     enum vw_status status =
-        model_create(&trainer->config, trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count,
-                     trainer->effects, &choices, vw_gpu_get_limits(trainer->gpu), &trainer->model);
+        vw_model_create(&trainer->config, trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count,
+                        trainer->effects, &choices, vw_gpu_get_limits(trainer->gpu), &trainer->model);
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_INIT);
-    return status == VW_OK ? field_create(trainer->gpu, &trainer->model, trainer->scene, seed, &trainer->field)
-                           : status;
+    return !status ? vw_field_create(trainer->gpu, &trainer->model, trainer->scene, seed, &trainer->field) : status;
 }
 
 static enum vw_status create_validation(struct vw_trainer *trainer) {
-    const struct validation_params params = {.field = &trainer->field,
-                                             .scene = trainer->scene,
-                                             .ray_count = trainer->config.val_rays,
-                                             .seed = vw_config_seed_of(&trainer->config, VW_VARY_VALIDATION),
-                                             .masks = trainer->masks,
-                                             .scalars = trainer->scalars};
-    return trainer->validate ? validation_create(&params, &trainer->validation) : VW_OK;
+    const struct vw_validation_params params = {.field = &trainer->field,
+                                                .scene = trainer->scene,
+                                                .ray_count = trainer->config.val_rays,
+                                                .seed = vw_config_seed_of(&trainer->config, VW_VARY_VALIDATION),
+                                                .masks = trainer->masks,
+                                                .scalars = trainer->scalars};
+    return trainer->validate ? vw_validation_create(&params, &trainer->validation) : VW_OK;
 }
 
 static enum vw_status create_probes(struct vw_trainer *trainer) {
-    const struct probe_context context = {.scene = trainer->scene,
-                                          .config = &trainer->config,
-                                          .masks = trainer->masks,
-                                          .field = &trainer->field,
-                                          .step = &trainer->step,
-                                          .validation = &trainer->validation,
-                                          .schedule = &trainer->schedule,
-                                          .pixels = trainer->pixels,
-                                          .scalars = trainer->scalars};
-    return probes_create(&context, &trainer->probes);
+    const struct vw_probe_context context = {.scene = trainer->scene,
+                                             .config = &trainer->config,
+                                             .masks = trainer->masks,
+                                             .field = &trainer->field,
+                                             .step = &trainer->step,
+                                             .validation = &trainer->validation,
+                                             .schedule = &trainer->schedule,
+                                             .pixels = trainer->pixels,
+                                             .scalars = trainer->scalars};
+    return vw_probes_create(&context, &trainer->probes);
 }
 
 static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = vw_config_check(&trainer->config);
-    if (status == VW_OK) status = probes_check(&trainer->config, trainer->validate);
-    if (status == VW_OK) status = take_effects(trainer, params);
-    if (status == VW_OK) status = choose_views(trainer, params);
-    if (status == VW_OK) status = create_field(trainer, params->choices);
-    if (status == VW_OK) status = create_transfers(trainer, params->steps_per_batch);
-    if (status == VW_OK)
-        status = step_create(&trainer->field, &trainer->config, &trainer->schedule, trainer->pixels, trainer->scalars,
-                             &trainer->step);
-    if (status == VW_OK) status = create_validation(trainer);
-    if (status == VW_OK) status = create_probes(trainer);
-    return status == VW_OK ? join_submissions(trainer, params->submissions) : status;
+    if (!status) status = vw_probes_check(&trainer->config, trainer->validate);
+    if (!status) status = take_effects(trainer, params);
+    if (!status) status = choose_views(trainer, params);
+    if (!status) status = create_field(trainer, params->choices);
+    if (!status) status = create_transfers(trainer, params->steps_per_batch);
+    if (!status)
+        status = vw_step_create(&trainer->field, &trainer->config, &trainer->schedule, trainer->pixels,
+                                trainer->scalars, &trainer->step);
+    if (!status) status = create_validation(trainer);
+    if (!status) status = create_probes(trainer);
+    return !status ? join_submissions(trainer, params->submissions) : status;
 }
 
 enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct vw_trainer **out) {
@@ -147,7 +145,7 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
     trainer->validate = params->validate;
     trainer->stop_step = UINT64_MAX;
     enum vw_status status = create_parts(trainer, params);
-    if (status != VW_OK) vw_trainer_destroy(&trainer);
+    if (status) vw_trainer_destroy(&trainer);
     else *out = trainer;
     return status;
 }
@@ -155,13 +153,13 @@ enum vw_status vw_trainer_create(const struct vw_trainer_params *params, struct 
 void vw_trainer_destroy(struct vw_trainer **pointer) {
     struct vw_trainer *trainer = *pointer;
     if (!trainer) return;
-    if (trainer->submissions) submissions_leave(trainer->submissions, trainer);
+    if (trainer->submissions) vw_submissions_leave(trainer->submissions, trainer);
     vw_submissions_destroy(&trainer->own_submissions);
-    probes_destroy(&trainer->probes);
-    validation_destroy(&trainer->validation);
-    step_destroy(&trainer->step);
-    field_destroy(&trainer->field);
-    schedule_destroy(&trainer->schedule);
+    vw_probes_destroy(&trainer->probes);
+    vw_validation_destroy(&trainer->validation);
+    vw_step_destroy(&trainer->step);
+    vw_field_destroy(&trainer->field);
+    vw_photo_order_destroy(&trainer->schedule);
     vw_buffer_destroy(&trainer->pixels);
     vw_buffer_destroy(&trainer->scalars);
     free(trainer->records);
@@ -173,33 +171,33 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
 
 // ---- Submission -----------------------------------------------------------------------------------------------------
 
-static void record_training(struct vw_trainer *trainer, struct vw_batch *batch, uint64_t step, uint32_t first_pixel,
-                            uint32_t scalar_row) {
+static void record_training(struct vw_trainer *trainer, struct vw_submission *batch, uint64_t step,
+                            uint32_t first_pixel, uint32_t scalar_row) {
     uint32_t rays = trainer->config.rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    struct pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
-                               .picture_side = trainer->model.picture_side};
-    uint32_t view = schedule_view_of_step(&trainer->schedule, step),
-             draws = probes_draws_of_step(&trainer->probes, step);
+    struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
+                                  .picture_side = trainer->model.picture_side};
+    uint32_t view = vw_photo_order_view_of_step(&trainer->schedule, step),
+             draws = vw_probes_draws_of_step(&trainer->probes, step);
     for (; drawn.draw < draws; drawn.draw++)
-        pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
-    if (!trainer->masks) pixels_unmask(trainer->scene, pixels, rays * draws);
-    probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
-    step_record(&trainer->step, batch, step, first_pixel, scalar_row);
-    validation_record(&trainer->validation, batch, scalar_row);
+        vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
+    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays * draws);
+    vw_probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
+    vw_step_record_passes(&trainer->step, batch, step, first_pixel, scalar_row);
+    vw_validation_record(&trainer->validation, batch, scalar_row);
 }
 
 // Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
 static bool state_is_due(const struct vw_trainer *trainer) {
-    return trainer->next_step > 0 && probes_state_due(&trainer->probes, trainer->next_step - 1);
+    return trainer->next_step > 0 && vw_probes_state_due(&trainer->probes, trainer->next_step - 1);
 }
 
 static uint64_t last_step(const struct vw_trainer *trainer) {
-    uint64_t total = schedule_total_steps(&trainer->schedule);
+    uint64_t total = vw_photo_order_total_steps(&trainer->schedule);
     return trainer->stop_step < total ? trainer->stop_step : total;
 }
 
-bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
+bool vw_trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
     return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
            !state_is_due(trainer);
 }
@@ -207,31 +205,32 @@ bool trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
 // Those of the next batch and, because photos are decoded side by side, of some steps behind it.
 static enum vw_status decode_photos(struct vw_trainer *trainer) {
     enum { STEPS_LEAST = 16 };
-    uint64_t first = trainer->next_step ? trainer->next_step : 1, total = schedule_total_steps(&trainer->schedule);
+    uint64_t first = trainer->next_step ? trainer->next_step : 1,
+             total = vw_photo_order_total_steps(&trainer->schedule);
     uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
     uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
     if (!views) return VW_ERROR_MEMORY;
     for (; count < steps && first + count <= total; count++)
-        views[count] = schedule_view_of_step(&trainer->schedule, first + count);
+        views[count] = vw_photo_order_view_of_step(&trainer->schedule, first + count);
     enum vw_status status = vw_scene_decode(trainer->scene, views, count);
     free(views);
     return status;
 }
 
-void trainer_decode_photos(struct vw_trainer *trainer) {
+void vw_trainer_decode_photos(struct vw_trainer *trainer) {
     trainer->failure = decode_photos(trainer);
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
 // Records the next steps, up to the last or to one behind which the state is probed.
-void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_batch *batch) {
+void vw_trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
     uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
-    struct batch_slot *slot = &trainer->slots[index];
+    struct vw_batch_slot *slot = &trainer->slots[index];
     if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
-    *slot = (struct batch_slot){.first_step = trainer->next_step, .in_flight = true};
+    *slot = (struct vw_batch_slot){.first_step = trainer->next_step, .in_flight = true};
     if (trainer->next_step == 0) { // the untrained field
-        validation_record(&trainer->validation, batch, row);
+        vw_validation_record(&trainer->validation, batch, row);
         row += rows_per_step(trainer);
         slot->row_count++;
         trainer->next_step++;
@@ -249,7 +248,7 @@ void trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_
 
 static void read_measurement(const struct vw_trainer *trainer, const vw_float4 *rows, struct vw_view_error *views,
                              struct vw_step_record *record) {
-    const struct measurement measured = validation_read(&trainer->validation, rows, views);
+    const struct vw_field_measurement measured = vw_validation_read(&trainer->validation, rows, views);
     record->validated = true;
     record->views = views;
     record->view_count = trainer->validation.view_count;
@@ -276,14 +275,14 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
                                       .val_psnr_pooled = NAN,
                                       .val_l1 = NAN};
     if (step > 0) {
-        record->epoch = schedule_epoch_of_step(&trainer->schedule, step);
-        record->view = schedule_view_of_step(&trainer->schedule, step);
+        record->epoch = vw_photo_order_epoch_of_step(&trainer->schedule, step);
+        record->view = vw_photo_order_view_of_step(&trainer->schedule, step);
         record->train_loss = ((double)rows->x + rows->y) / trainer->config.rays;
         record->nonfinite = rows->z != 0.0f;
         record->clamped_count = (uint64_t)rows->w;
     }
-    probes_read(&trainer->probes, rows, trainer->step_probes + (size_t)index * probes_per_step(&trainer->config),
-                record);
+    vw_probes_read(&trainer->probes, rows, trainer->step_probes + (size_t)index * vw_probes_per_step(&trainer->config),
+                   record);
     if (trainer->validate)
         read_measurement(trainer, rows, trainer->view_errors + (size_t)index * trainer->validation.view_count, record);
     blank_nonfinite(record);
@@ -295,34 +294,34 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
 // Waits for the oldest batch in flight, if any, and lends its records.
 static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     uint32_t index = trainer->next_slot;
-    struct batch_slot *slot = &trainer->slots[index];
+    struct vw_batch_slot *slot = &trainer->slots[index];
     *records = trainer->records;
     *count = 0;
     if (!slot->in_flight && trainer->failure) vw_error_restore(&trainer->why);
-    if (!slot->in_flight) return trainer->failure ? trainer->failure : submissions_check(trainer->submissions);
+    if (!slot->in_flight) return trainer->failure ? trainer->failure : vw_submissions_check(trainer->submissions);
     trainer->next_slot = (index + 1) % BATCHES_IN_FLIGHT;
-    enum vw_status status = submissions_wait(trainer->submissions, index);
+    enum vw_status status = vw_submissions_wait(trainer->submissions, index);
     slot->in_flight = false;
-    if (status != VW_OK) return status;
-    schedule_adapt_batches(&trainer->schedule, slot->row_count, trainer->submissions->took_s[index]);
+    if (status) return status;
+    vw_photo_order_adapt_batches(&trainer->schedule, slot->row_count, trainer->submissions->took_s[index]);
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)index * rows_per_slot(trainer);
     for (uint32_t i = 0; i < slot->row_count; i++)
         read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
     bool last_submitted = slot->first_step + slot->row_count == trainer->next_step;
     if (!last_submitted || !state_is_due(trainer)) return VW_OK;
-    return probes_take_state(&trainer->probes, trainer->submissions->batches[index],
-                             &trainer->records[slot->row_count - 1]);
+    return vw_probes_take_state(&trainer->probes, trainer->submissions->batches[index],
+                                &trainer->records[slot->row_count - 1]);
 }
 
 // Fills the slots from the oldest on, so that one batch runs while another's records are read.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && !status; i++) {
         uint32_t index = (trainer->next_slot + i) % BATCHES_IN_FLIGHT;
-        if (trainer_has_steps(trainer, index)) status = submissions_submit(trainer->submissions, index);
+        if (vw_trainer_has_steps(trainer, index)) status = vw_submissions_submit(trainer->submissions, index);
     }
-    return status == VW_OK ? hand_out(trainer, records, count) : status;
+    return !status ? hand_out(trainer, records, count) : status;
 }
 
 enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {

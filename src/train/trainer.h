@@ -29,9 +29,9 @@ struct vw_trainer_params {
     uint32_t left_out_count;
     const struct vw_effect_verdict *effects; // needed; decided, recorded or listed verdicts, in registry order; copied
     uint32_t effect_count;
-    bool validate;                        // render the validation rays after every step (`value`), or not (`train`)
-    const struct device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
-    struct vw_submissions *submissions;   // of trainers that take their steps together; outlives them. NULL: alone
+    bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
+    const struct vw_device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
+    struct vw_submissions *submissions;      // of trainers that take their steps together; outlives them. NULL: alone
     uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 
@@ -68,7 +68,7 @@ const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trai
 // The views validated on, in the order of vw_step_record.views: scene indices.
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
 // The field, borrowed: for src/detect, which renders rays of its own (train/field.h). When nothing is in flight.
-struct field *vw_trainer_field(struct vw_trainer *trainer);
+struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer);
 
 // What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they
 // choose, whether every step is validated, shaders, version, device and driver.

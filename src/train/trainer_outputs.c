@@ -16,10 +16,12 @@
 
 // ---- What it trains -------------------------------------------------------------------------------------------------
 
-uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) { return schedule_total_steps(&trainer->schedule); }
+uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) {
+    return vw_photo_order_total_steps(&trainer->schedule);
+}
 
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
-    return schedule_epoch_end(&trainer->schedule, step);
+    return vw_photo_order_epoch_end(&trainer->schedule, step);
 }
 
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
@@ -32,11 +34,11 @@ const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, ui
     return trainer->validation.views;
 }
 
-struct field *vw_trainer_field(struct vw_trainer *trainer) {
+struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer) {
     return &trainer->field;
 }
 
-const struct probe_context *vw_trainer_context(struct vw_trainer *trainer) { return &trainer->probes.context; }
+const struct vw_probe_context *vw_trainer_context(struct vw_trainer *trainer) { return &trainer->probes.context; }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
     *stats = (struct vw_trainer_stats){.param_count = trainer->model.param_count,
@@ -51,15 +53,15 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
 
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections) {
-    const struct schedule *schedule = &trainer->schedule;
-    return pose_measure(&trainer->field, schedule->train_views, schedule->train_count, corrections);
+    const struct vw_photo_order *schedule = &trainer->schedule;
+    return vw_pose_measure(&trainer->field, schedule->train_views, schedule->train_count, corrections);
 }
 
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                            uint32_t *count) {
-    const struct costed_passes passes = {
+    const struct vw_costed_passes passes = {
         .config = &trainer->config, .step = &trainer->step, .validation = &trainer->validation};
-    pass_costs_list(&passes, costs, count);
+    vw_pass_costs_list(&passes, costs, count);
 }
 
 // ---- Identity -------------------------------------------------------------------------------------------------------
@@ -85,7 +87,7 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
 }
 
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {
-    identity_subset_hash(trainer->scene, &trainer->schedule, hash);
+    vw_identity_subset_hash(trainer->scene, &trainer->schedule, hash);
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
@@ -96,7 +98,7 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; collect them first", path);
     if (trainer->next_step == 0) return vw_fail(VW_ERROR_USAGE, "%s: nothing to keep before the first step", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    return status == VW_OK ? checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step) : status;
+    return !status ? vw_checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step) : status;
 }
 
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
@@ -105,61 +107,62 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     if (vw_trainer_in_flight(trainer))
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    if (status == VW_OK) status = checkpoint_load(path, run_id, last_step, &trainer->step, step);
-    if (status != VW_OK) return status;
+    if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, step);
+    if (status) return status;
     trainer->next_step = *step + 1;
-    probes_resume_after(&trainer->probes, *step);
+    vw_probes_resume_after(&trainer->probes, *step);
     return VW_OK;
 }
 
-static struct trained_field trained_field_of(struct vw_trainer *trainer) {
-    return (struct trained_field){.field = &trainer->field,
-                                  .config = &trainer->config,
-                                  .effects = trainer->effects,
-                                  .effect_count = trainer->effect_count};
+static struct vw_trained_field trained_field_of(struct vw_trainer *trainer) {
+    return (struct vw_trained_field){.field = &trainer->field,
+                                     .config = &trainer->config,
+                                     .effects = trainer->effects,
+                                     .effect_count = trainer->effect_count};
 }
 
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path) {
-    const struct trained_field trained = trained_field_of(trainer);
-    return field_file_save(path, &trained);
+    const struct vw_trained_field trained = trained_field_of(trainer);
+    return vw_field_file_save(path, &trained);
 }
 
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
-    const struct trained_field trained = trained_field_of(trainer);
-    return field_file_load(path, &trained);
+    const struct vw_trained_field trained = trained_field_of(trainer);
+    return vw_field_file_load(path, &trained);
 }
 
 // ---- Views ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb) {
     const struct vw_image *image = &trainer->scene->views[view].image;
-    return render_view(&trainer->field, trainer->scene, view, (uint32_t[]){image->width_px, image->height_px}, rgb);
+    return vw_trainer_render_view(&trainer->field, trainer->scene, view,
+                                  (uint32_t[]){image->width_px, image->height_px}, rgb);
 }
 
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
                                        float **rgb) {
-    return render_view(&trainer->field, trainer->scene, view, size_px, rgb);
+    return vw_trainer_render_view(&trainer->field, trainer->scene, view, size_px, rgb);
 }
 
-static struct measured_field measured_field_of(struct vw_trainer *trainer) {
-    return (struct measured_field){.field = &trainer->field,
-                                   .scene = trainer->scene,
-                                   .masks = trainer->masks,
-                                   .fits = appearance_fits_views(&trainer->model)};
+static struct vw_measured_field measured_field_of(struct vw_trainer *trainer) {
+    return (struct vw_measured_field){.field = &trainer->field,
+                                      .scene = trainer->scene,
+                                      .masks = trainer->masks,
+                                      .fits = vw_appearance_fits_views(&trainer->model)};
 }
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
                                         uint32_t pixels_max, struct vw_view_error *errors) {
-    const struct measured_field measured = measured_field_of(trainer);
-    return measure_views(&measured, views, view_count, pixels_max, errors);
+    const struct vw_measured_field measured = measured_field_of(trainer);
+    return vw_measure_views(&measured, views, view_count, pixels_max, errors);
 }
 
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
-    const struct measured_field measured = measured_field_of(trainer);
-    return measure_whole_view(&measured, view, whole);
+    const struct vw_measured_field measured = measured_field_of(trainer);
+    return vw_measure_whole_view(&measured, view, whole);
 }
 
 enum vw_status vw_trainer_measure_coverage(struct vw_trainer *trainer, uint32_t passes, double *coverage) {
     enum { PASSES = 4 };
-    return coverage_measure(vw_trainer_context(trainer), passes ? passes : PASSES, coverage);
+    return vw_coverage_measure(vw_trainer_context(trainer), passes ? passes : PASSES, coverage);
 }

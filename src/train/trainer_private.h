@@ -3,14 +3,14 @@
 #define VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 
 #include "gpu/compute.h"
-#include "train/probes/probes.h"
 #include "train/photo_order.h"
-#include "train/step.h"
+#include "train/probes/probes.h"
 #include "train/shared_submissions.h"
+#include "train/step.h"
 #include "train/validation.h"
 
 // A trainer's part of the batch of the same index.
-struct batch_slot {
+struct vw_batch_slot {
     uint64_t first_step; // 0 in the run's first batch, which also measures the untrained field
     uint32_t row_count;  // steps it holds, step 0 included
     bool in_flight;      // submitted, and not handed out
@@ -25,17 +25,17 @@ struct vw_trainer {
     uint32_t effect_count;
     bool masks; // mask files are obeyed, or there are none
 
-    struct model model;
-    struct field field;
-    struct step_passes step;
-    struct schedule schedule;
-    struct validation validation;
-    struct probes probes;
+    struct vw_model model;
+    struct vw_radiance_field field;
+    struct vw_step_passes step;
+    struct vw_photo_order schedule;
+    struct vw_validation validation;
+    struct vw_probes probes;
 
     struct vw_buffer *pixels;  // UPLOAD: per batch slot and step, one or more draws of the step's rays
     struct vw_buffer *scalars; // READBACK: per batch slot and step (step 0 included), one or more measurements
     struct vw_submissions *submissions, *own_submissions; // own: NULL where they are shared
-    struct batch_slot slots[BATCHES_IN_FLIGHT];
+    struct vw_batch_slot slots[BATCHES_IN_FLIGHT];
     uint32_t next_slot;     // to hand out
     uint64_t next_step;     // the next to record; 0 before the first batch
     uint64_t stop_step;     // the last to record until told otherwise

@@ -11,21 +11,21 @@
 #include "train/view_fit.h"
 #include "viewworth/types.h"
 
-struct validation {              // all zero in a training without validation
+struct vw_validation {           // all zero in a training without validation
     uint32_t *views, view_count; // owned; scene indices
     uint32_t *pixel_counts;      // owned; pixels with weight, per view
     uint32_t ray_count;          // that are scored; those to fit views on lie behind them
-    struct evaluator evaluator;
-    struct view_fit view_fit;
+    struct vw_evaluator evaluator;
+    struct vw_view_fit view_fit;
     struct vw_buffer *ranges; // vw_ray_range per view
     struct vw_pass *reduce_views;
 };
 
 // The views of the split val. VW_ERROR_INPUT when there is none.
-enum vw_status validation_list_views(const struct vw_scene *scene, struct validation *validation);
+enum vw_status vw_validation_list_views(const struct vw_scene *scene, struct vw_validation *validation);
 
-struct validation_params {
-    struct field *field; // borrowed
+struct vw_validation_params {
+    struct vw_radiance_field *field; // borrowed
     const struct vw_scene *scene;
     uint32_t ray_count;        // in total, spread over the views
     uint64_t seed;             // of the choice of pixels; 0 in all runs that validate on the same ones
@@ -34,22 +34,22 @@ struct validation_params {
 };
 // Chooses the pixels and creates the passes for the views that are listed. VW_ERROR_INPUT, naming the view, when one
 // has no usable pixel.
-enum vw_status validation_create(const struct validation_params *params, struct validation *validation);
-void validation_destroy(struct validation *validation);
+enum vw_status vw_validation_create(const struct vw_validation_params *params, struct vw_validation *validation);
+void vw_validation_destroy(struct vw_validation *validation);
 
-uint32_t validation_rows_per_measurement(const struct validation *validation);
+uint32_t vw_validation_rows_per_measurement(const struct vw_validation *validation);
 
 // Records the validation of the field as it is, into the rows behind scalar_row. Nothing without validation.
-void validation_record(const struct validation *validation, struct vw_batch *batch, uint32_t scalar_row);
+void vw_validation_record(const struct vw_validation *validation, struct vw_submission *batch, uint32_t scalar_row);
 
 // What a measurement says.
-struct measurement {
+struct vw_field_measurement {
     double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record
     uint32_t floored_views;
     bool finite; // all sums are; else the values mean nothing
 };
 // `rows` are those of the measurement. `views` takes the error of each view; it may be NULL.
-struct measurement validation_read(const struct validation *validation, const vw_float4 *rows,
-                                   struct vw_view_error *views);
+struct vw_field_measurement vw_validation_read(const struct vw_validation *validation, const vw_float4 *rows,
+                                               struct vw_view_error *views);
 
 #endif

@@ -2,9 +2,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "ledger/find_image.h"
 #include "value/duplicate_scores.h"
-#include "base/memory.h"
 
 static const struct vw_ledger_score *find_score(const struct vw_ledger_score *scores, uint32_t score_count,
                                                 const char *method, uint32_t image_id) {

@@ -2,9 +2,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "value/matrix.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "value/matrix.h"
 
 enum { VIEWS_LEAST = 4 };        // with fewer views, none can be called an outlier
 enum { VISITS_LEAST = 5 };       // per photo on average: with fewer, deltas depend more on the steps than on the photos

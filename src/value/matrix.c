@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/memory.h"
 #include "base/psnr.h"
+#include "ledger/find_image.h"
 #include "viewworth/value.h"
 
 enum { NOT_IN_MATRIX = UINT32_MAX };

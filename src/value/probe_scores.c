@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "ledger/find_image.h"
 #include "value/measure.h"
-#include "base/memory.h"
 
 // The statistics of one image. Plain sums are used for the score itself, so that one SQL query gives the same value.
 struct statistics {

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/memory.h"
+#include "ledger/find_image.h"
 #include "viewworth/value.h"
 
 // A score with its provider and its sort keys.

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "ledger/find_image.h"
 #include "value/ranking.h"
 #include "viewworth/value.h"
 

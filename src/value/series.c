@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "ledger/find_image.h"
 #include "base/memory.h"
+#include "ledger/find_image.h"
 
 static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record,
                                  uint32_t *image) {

@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "value/lasting_scores.h"
 #include "value/methods.h"
 #include "value/probe_scores.h"
 #include "value/quality.h"
 #include "value/uncertainty.h"
-#include "base/memory.h"
 
 // The sums for one photo.
 struct statistics {

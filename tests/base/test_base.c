@@ -2,15 +2,15 @@
 #include "support/ledger_fixture.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <sodium.h>
-#include <errno.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 
-#include "support/temporary_folder.h"
 #include "base/file.h"
 #include "base/hash.h"
+#include "support/temporary_folder.h"
 #include "viewworth/log.h"
 
 static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) {

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
 #include "base/csv.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "support/temporary_folder.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

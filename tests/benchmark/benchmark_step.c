@@ -15,13 +15,13 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include "support/open_trainer.h"
-#include "support/synthetic_scene.h"
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "interface.h"
+#include "support/open_trainer.h"
+#include "support/synthetic_scene.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
@@ -148,16 +148,16 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
 }
 
 // By the kind of device, unless forced.
-static struct device_choices choose(const struct setup *setup, const struct vw_gpu *gpu) {
-    struct device_choices choices;
-    device_choose(vw_gpu_get_info(gpu), &choices);
+static struct vw_device_choices choose(const struct setup *setup, const struct vw_gpu *gpu) {
+    struct vw_device_choices choices;
+    vw_device_choose(vw_gpu_get_info(gpu), &choices);
     if (setup->chunk_samples != UNSET) choices.chunk_samples = setup->chunk_samples;
     if (setup->slice_samples != UNSET) choices.slice_samples = setup->slice_samples;
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
     if (setup->fold_rows != UNSET) choices.fold_rows = setup->fold_rows;
-    if (setup->scatter != UNSET) choices.scatter = (enum scatter_form)setup->scatter;
+    if (setup->scatter != UNSET) choices.scatter = (enum vw_scatter_form)setup->scatter;
     return choices;
 }
 
@@ -192,7 +192,7 @@ static double peak_resident_mib(void) {
 
 static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
                                    bool validate, struct vw_submissions *submissions, struct vw_trainer **trainer) {
-    const struct device_choices choices = choose(setup, gpu);
+    const struct vw_device_choices choices = choose(setup, gpu);
     return test_trainer_open((struct vw_trainer_params){.gpu = gpu,
                                                         .scene = scene,
                                                         .config = &setup->config,
@@ -359,7 +359,7 @@ static void print_limits(const struct vw_gpu_limits *l) {
 
 static enum vw_status describe(struct vw_gpu *gpu, const struct setup *setup) {
     static const char *const scatter_names[] = {"64-bit atomics", "split atomics", "walk"};
-    const struct device_choices choices = choose(setup, gpu);
+    const struct vw_device_choices choices = choose(setup, gpu);
     struct vw_gpu_peaks peaks = {0};
     enum vw_status status = vw_gpu_measure_peaks(gpu, &peaks);
     if (status != VW_OK) return status;

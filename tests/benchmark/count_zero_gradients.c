@@ -45,7 +45,7 @@ static float largest_weight(const float position[3], uint32_t resolution) {
 }
 
 static void count_grid(struct reading *reading, uint32_t slot) {
-    const struct model *model = &reading->trainer->model;
+    const struct vw_model *model = &reading->trainer->model;
     const struct vw_specialization *s = &model->specialization;
     const float *position = row_at(reading, model->grid_row_count - 1, slot);
     bool all = true, all_by_bound = true;

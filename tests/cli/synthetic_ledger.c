@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "viewworth/ledger.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "train/identity.h"
+#include "viewworth/ledger.h"
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 

@@ -13,8 +13,8 @@
 #include "experiment/retrain_run.h"
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
-#include "support/temporary_folder.h"
 #include "support/ledger_sql.h"
+#include "support/temporary_folder.h"
 #include "viewworth/run.h"
 
 enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3 };

@@ -49,7 +49,7 @@ void fuzz_open(const char *path, const char *format);
 // Writes a file that ends with its hash: behind an h, the hash of the other bytes is added to them, so that what the
 // hash protects is reached as well; behind any other byte, the rest is the file.
 const char *fuzz_write_hashed(const char *name, const uint8_t *data, size_t size_bytes);
-void fuzz_check_hashed(const struct hashed_file *file, uint64_t payload_bytes);
+void fuzz_check_hashed(const struct vw_hashed_file *file, uint64_t payload_bytes);
 // A scene of the eight photos, for the files that name photos; kept, as the folder is.
 struct vw_scene *fuzz_scene(void);
 // Reads a file of that name as a report does.

@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
-#include "support/tiny_scene.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 #include "run/outputs/report_files.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
 #include "viewworth/scene.h"
 
 static const char STALE[] = "no message yet";
@@ -134,7 +134,7 @@ const char *fuzz_write_hashed(const char *name, const uint8_t *data, size_t size
     return fuzz_write(name, bytes, kept_bytes + (rehashes ? VW_HASH_BYTES : 0));
 }
 
-void fuzz_check_hashed(const struct hashed_file *file, uint64_t payload_bytes) {
+void fuzz_check_hashed(const struct vw_hashed_file *file, uint64_t payload_bytes) {
     uint8_t sum = 0;
     CHECK(file->payload_bytes == payload_bytes);
     CHECK(file->description && strlen(file->description) < HASHED_BYTES_MAX);

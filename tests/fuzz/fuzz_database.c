@@ -6,9 +6,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "fuzz/fuzz.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "fuzz/fuzz.h"
 
 enum { EDIT_BYTES = 8, PAGE_BYTES = 4096, SECTOR_BYTES = 512, EDITS_MOST = 64 };
 

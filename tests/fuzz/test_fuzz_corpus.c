@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "fuzz/fuzz.h"
 #include "base/file.h"
+#include "fuzz/fuzz.h"
 
 enum { INPUT_LIMIT_BYTES = 1 << 20 };
 

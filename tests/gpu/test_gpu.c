@@ -6,16 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "gpu/result.h"
 #include "support/gpu_fixture.h"
-#include "base/memory.h"
 
 #include "count_atomically.h"
 #include "gather_texels.h"
-#include "halve_double.h"
-#include "scale_values.h"
 #include "gpu/compute.h"
 #include "gpu/peak_throughput.h"
+#include "halve_double.h"
+#include "scale_values.h"
 #include "sum_windows.h"
 
 static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
@@ -44,13 +44,13 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
 
 static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
                      uint64_t invocations) {
-    struct vw_batch *batch = NULL;
-    ASSERT_OK(vw_batch_create(gpu, &batch));
-    vw_batch_begin(batch);
-    vw_batch_dispatch(batch, pass, push, push_bytes, invocations);
-    ASSERT_OK(vw_batch_submit(batch));
-    ASSERT_OK(vw_batch_wait(batch));
-    vw_batch_destroy(&batch);
+    struct vw_submission *batch = NULL;
+    ASSERT_OK(vw_submission_create(gpu, &batch));
+    vw_submission_begin(batch);
+    vw_submission_dispatch(batch, pass, push, push_bytes, invocations);
+    ASSERT_OK(vw_submission_submit(batch));
+    ASSERT_OK(vw_submission_wait(batch));
+    vw_submission_destroy(&batch);
 }
 
 static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
@@ -153,17 +153,17 @@ static void a_validation_complaint_fails_submit_and_close(void **state) {
     struct vw_gpu *gpu = open_clamped(NULL);
     struct vw_buffer *value = make_buffer(gpu, "value", 4);
     struct vw_pass *pass = NULL;
-    struct vw_batch *batch = NULL;
+    struct vw_submission *batch = NULL;
     print_message("one validation message is expected here:\n");
     ASSERT_OK(vw_pass_create(gpu,
                              &(struct vw_pass_params){.shader = &halve_double,
                                                       .binding_count = 1,
                                                       .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
                              &pass));
-    ASSERT_OK(vw_batch_create(gpu, &batch));
-    vw_batch_begin(batch);
-    assert_fails(vw_batch_submit(batch), VW_ERROR_DEVICE, "validation complained");
-    vw_batch_destroy(&batch);
+    ASSERT_OK(vw_submission_create(gpu, &batch));
+    vw_submission_begin(batch);
+    assert_fails(vw_submission_submit(batch), VW_ERROR_DEVICE, "validation complained");
+    vw_submission_destroy(&batch);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&value);
     assert_fails(vw_gpu_close(&gpu), VW_ERROR_DEVICE, "validation complained");

@@ -5,16 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
-#include "base/memory.h"
 
 #include "base/clock.h"
 #include "gather_texels.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "interface.h"
 #include "scale_values.h"
-#include "gpu/compute.h"
 #include "sum_windows.h"
 
 static const struct vw_shader scale_values = {"scale_values", scale_values_code, sizeof scale_values_code};
@@ -38,7 +38,7 @@ struct bench {
     struct vw_gpu *gpu;
     struct vw_buffer *a, *b, *c;
     struct vw_pass *a_to_b, *a_to_c, *b_to_c, *b_to_a, *gather_b_to_c, *add_a_to_b;
-    struct vw_batch *batch;
+    struct vw_submission *batch;
 };
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
@@ -82,7 +82,7 @@ static struct bench open_bench(struct vw_gpu *gpu) {
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
     ASSERT_OK(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
-    ASSERT_OK(vw_batch_create(gpu, &bench.batch));
+    ASSERT_OK(vw_submission_create(gpu, &bench.batch));
     return bench;
 }
 
@@ -90,18 +90,18 @@ static void close_bench(struct bench *bench) {
     struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c,        &bench->b_to_c,
                                        &bench->b_to_a, &bench->gather_b_to_c, &bench->add_a_to_b};
     struct vw_buffer **const buffers[] = {&bench->a, &bench->b, &bench->c};
-    vw_batch_destroy(&bench->batch);
+    vw_submission_destroy(&bench->batch);
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
-static void scale(struct vw_batch *batch, const struct vw_pass *pass, uint32_t factor) {
-    vw_batch_dispatch(batch, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push), VALUES);
+static void scale(struct vw_submission *batch, const struct vw_pass *pass, uint32_t factor) {
+    vw_submission_dispatch(batch, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push), VALUES);
 }
 
-static void finish(struct vw_batch *batch) {
-    ASSERT_OK(vw_batch_submit(batch));
-    ASSERT_OK(vw_batch_wait(batch));
+static void finish(struct vw_submission *batch) {
+    ASSERT_OK(vw_submission_submit(batch));
+    ASSERT_OK(vw_submission_wait(batch));
 }
 
 static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
@@ -153,14 +153,14 @@ static void ranges_that_do_not_overlap_are_apart(void **state) {
 }
 
 static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t barriers) {
-    assert_int_equal(vw_batch_commands(bench->batch), commands);
-    assert_int_equal(vw_batch_barriers(bench->batch), barriers);
+    assert_int_equal(vw_submission_commands(bench->batch), commands);
+    assert_int_equal(vw_submission_barriers(bench->batch), barriers);
 }
 
 static void a_read_after_a_write_waits_once(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
     scale(bench.batch, bench.b_to_c, 5);
     scale(bench.batch, bench.b_to_a, 1); // beside it: b is visible already, and a was read before that barrier
@@ -175,7 +175,7 @@ static void a_read_after_a_write_waits_once(void **state) {
 static void a_write_after_a_read_or_a_write_waits(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.b_to_c, 1);
     scale(bench.batch, bench.a_to_b, 3); // b was read
     scale(bench.batch, bench.a_to_b, 4); // b was written
@@ -191,11 +191,11 @@ static void a_command_runs_as_early_as_it_may(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *d = make_buffer(bench.gpu, "d");
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
     scale(bench.batch, bench.b_to_c, 5);
-    scale(bench.batch, bench.a_to_b, 7);                       // third epoch
-    vw_batch_copy(bench.batch, bench.a, 0, d, 0, VALUE_BYTES); // recorded last, runs in the first epoch
+    scale(bench.batch, bench.a_to_b, 7);                            // third epoch
+    vw_submission_copy(bench.batch, bench.a, 0, d, 0, VALUE_BYTES); // recorded last, runs in the first epoch
     finish(bench.batch);
     assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 7);
@@ -210,19 +210,19 @@ static void slots_that_are_left_alone_wait_for_nobody(void **state) {
     struct bench bench = open_bench(test_gpu());
     struct vw_pass *to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .buffer = bench.b},
                                            (struct vw_binding){.slot = 3, .unused = true});
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     for (int i = 0; i < 3; i++) {
         scale(bench.batch, bench.a_to_b, 3);
-        vw_batch_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+        vw_submission_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
     }
     finish(bench.batch);
     assert_epochs(&bench, 6, 5); // b is written, read, written ...
     vw_pass_destroy(&to_nowhere);
     to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .unused = true},
                            (struct vw_binding){.slot = 3, .buffer = bench.c});
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
-    vw_batch_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+    vw_submission_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
     finish(bench.batch);
     assert_epochs(&bench, 2, 0);
     vw_pass_destroy(&to_nowhere);
@@ -232,9 +232,9 @@ static void slots_that_are_left_alone_wait_for_nobody(void **state) {
 static void accumulation_and_texel_reads_wait(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    vw_batch_begin(bench.batch);
-    for (int i = 0; i < 3; i++) vw_batch_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
-    vw_batch_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
+    vw_submission_begin(bench.batch);
+    for (int i = 0; i < 3; i++) vw_submission_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
+    vw_submission_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
     finish(bench.batch);
     assert_epochs(&bench, 4, 3);
     assert_values(bench.c, 3);
@@ -247,12 +247,12 @@ static void copies_wait(void **state) {
     struct vw_buffer *back = NULL;
     const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
     ASSERT_OK(vw_buffer_create(test_gpu(), &params, &back));
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
-    vw_batch_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
-    scale(bench.batch, bench.b_to_a, 2);                              // beside the copy
-    vw_batch_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
-    vw_batch_copy(bench.batch, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
+    vw_submission_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
+    scale(bench.batch, bench.b_to_a, 2);                                   // beside the copy
+    vw_submission_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
+    vw_submission_copy(bench.batch, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
     finish(bench.batch);
     assert_epochs(&bench, 5, 2);
     const uint32_t *values = vw_buffer_map(back);
@@ -264,20 +264,20 @@ static void copies_wait(void **state) {
 static void batches_in_flight_run_in_order(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    struct vw_batch *second = NULL;
-    ASSERT_OK(vw_batch_create(test_gpu(), &second));
+    struct vw_submission *second = NULL;
+    ASSERT_OK(vw_submission_create(test_gpu(), &second));
     for (int round = 0; round < 4; round++) { // each batch is recorded again and again
-        vw_batch_begin(bench.batch);
+        vw_submission_begin(bench.batch);
         scale(bench.batch, bench.a_to_b, 2);
-        ASSERT_OK(vw_batch_submit(bench.batch));
-        vw_batch_begin(second);
+        ASSERT_OK(vw_submission_submit(bench.batch));
+        vw_submission_begin(second);
         scale(second, bench.b_to_a, 3);
-        ASSERT_OK(vw_batch_submit(second));
-        ASSERT_OK(vw_batch_wait(bench.batch));
-        ASSERT_OK(vw_batch_wait(second));
+        ASSERT_OK(vw_submission_submit(second));
+        ASSERT_OK(vw_submission_wait(bench.batch));
+        ASSERT_OK(vw_submission_wait(second));
     }
     assert_values(bench.a, 6 * 6 * 6 * 6);
-    vw_batch_destroy(&second);
+    vw_submission_destroy(&second);
     close_bench(&bench);
 }
 
@@ -290,7 +290,7 @@ static void a_dispatch_folds_into_y(void **state) {
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 9);
     finish(bench.batch);
     assert_values(bench.b, 9);
@@ -306,22 +306,22 @@ static void a_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 2);
     finish(bench.batch);
     assert_values(bench.b, 2);
-    vw_batch_begin(bench.batch);
-    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
-                      VALUES + 1);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
+    vw_submission_begin(bench.batch);
+    vw_submission_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
+                           VALUES + 1);
+    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
     close_bench(&bench);
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups,
                             uint64_t offset_bytes) {
-    vw_batch_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push), groups,
-                               offset_bytes);
+    vw_submission_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push),
+                                    groups, offset_bytes);
 }
 
 // Runs a_to_b over as many workgroups of 64 as b's neighbour c says, and expects the first `count` values.
@@ -330,7 +330,7 @@ static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t co
     const uint32_t groups[] = {9, x, y, z};
     uint32_t values[VALUES];
     ASSERT_OK(vw_buffer_write(bench.c, 0, groups, sizeof groups));
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     dispatch_listed(&bench, bench.a_to_b, bench.c, 4);
     finish(bench.batch);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
@@ -352,7 +352,7 @@ static void listed_workgroups_wait_for_who_lists_them(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
     uint32_t values[VALUES];
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_c, 1); // 1, 2, 3
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0);
     scale(bench.batch, bench.a_to_c, 2); // overwrites what was read, so it waits: 2, 4, 6
@@ -374,23 +374,23 @@ static void listed_workgroups_out_of_place_are_refused(void **state) {
         const char *part;
     } wrong[] = {{2, "no multiple of 4"}, {VALUE_BYTES - 8, "buffer c"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
-        vw_batch_begin(bench.batch);
+        vw_submission_begin(bench.batch);
         dispatch_listed(&bench, bench.a_to_b, bench.c, wrong[i].offset_bytes);
-        assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
+        assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
     }
-    vw_batch_begin(bench.batch);
-    vw_batch_dispatch_indirect(bench.batch, bench.a_to_b, NULL, 0, bench.c, 0);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
+    vw_submission_begin(bench.batch);
+    vw_submission_dispatch_indirect(bench.batch, bench.a_to_b, NULL, 0, bench.c, 0);
+    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
     close_bench(&bench);
 }
 
 static void nothing_to_do_is_done(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    ASSERT_OK(vw_batch_wait(bench.batch)); // never submitted
-    vw_batch_begin(bench.batch);
-    vw_batch_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
-    vw_batch_copy(bench.batch, bench.a, VALUE_BYTES, bench.b, 0, 0);
+    ASSERT_OK(vw_submission_wait(bench.batch)); // never submitted
+    vw_submission_begin(bench.batch);
+    vw_submission_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
+    vw_submission_copy(bench.batch, bench.a, VALUE_BYTES, bench.b, 0, 0);
     finish(bench.batch);
     assert_values(bench.b, 0);
     close_bench(&bench);
@@ -399,19 +399,19 @@ static void nothing_to_do_is_done(void **state) {
 static void the_first_failure_sticks_until_submit(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    vw_batch_begin(bench.batch);
-    vw_batch_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
-    vw_batch_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    vw_submission_begin(bench.batch);
+    vw_submission_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
+    vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
     scale(bench.batch, bench.a_to_b, 3);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE,
+    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE,
                  "pass scale_values: 4 push constant bytes given, the shader has 8");
     assert_values(bench.b, 0);
 
-    vw_batch_begin(bench.batch);
-    vw_batch_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
+    vw_submission_begin(bench.batch);
+    vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
 
-    vw_batch_begin(bench.batch); // begin forgives
+    vw_submission_begin(bench.batch); // begin forgives
     scale(bench.batch, bench.a_to_b, 3);
     finish(bench.batch);
     assert_values(bench.b, 3);
@@ -421,21 +421,21 @@ static void the_first_failure_sticks_until_submit(void **state) {
 static void one_batch_records_at_a_time(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    struct vw_batch *second = NULL;
-    ASSERT_OK(vw_batch_create(test_gpu(), &second));
-    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "vw_batch_begin"); // never begun
-    vw_batch_begin(bench.batch);
-    vw_batch_begin(second);
+    struct vw_submission *second = NULL;
+    ASSERT_OK(vw_submission_create(test_gpu(), &second));
+    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE, "vw_submission_begin"); // never begun
+    vw_submission_begin(bench.batch);
+    vw_submission_begin(second);
     scale(second, bench.a_to_b, 2);
-    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE, "one batch at a time");
+    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE, "one batch at a time");
     scale(bench.batch, bench.a_to_b, 3);
-    ASSERT_OK(vw_batch_submit(bench.batch));
-    vw_batch_begin(bench.batch);
-    assert_fails(vw_batch_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
-    ASSERT_OK(vw_batch_wait(bench.batch));
-    vw_batch_begin(second);
-    vw_batch_destroy(&second); // an abandoned recording makes room
-    vw_batch_begin(bench.batch);
+    ASSERT_OK(vw_submission_submit(bench.batch));
+    vw_submission_begin(bench.batch);
+    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
+    ASSERT_OK(vw_submission_wait(bench.batch));
+    vw_submission_begin(second);
+    vw_submission_destroy(&second); // an abandoned recording makes room
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.b_to_c, 2);
     finish(bench.batch);
     assert_values(bench.c, 6);
@@ -454,9 +454,9 @@ static void timers_add_up_by_pass_name(void **state) {
     vw_gpu_timers(gpu, &count);
     assert_int_equal(count, 0);
     for (int round = 0; round < 2; round++) {
-        vw_batch_begin(bench.batch);
+        vw_submission_begin(bench.batch);
         scale(bench.batch, bench.a_to_b, 2);
-        vw_batch_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
+        vw_submission_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
         scale(bench.batch, bench.b_to_c, 2);
         finish(bench.batch);
     }
@@ -474,7 +474,7 @@ static void timers_add_up_by_pass_name(void **state) {
 static void there_are_no_timers_unless_asked(void **state) {
     (void)state;
     struct bench bench = open_bench(test_gpu());
-    vw_batch_begin(bench.batch);
+    vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 2);
     finish(bench.batch);
     uint32_t count = 99;
@@ -506,7 +506,7 @@ static void a_device_that_hangs_is_reported_and_closed(void **state) {
     enum { INVOCATIONS = 1 << 19 };
     static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
     struct vw_gpu *gpu = NULL;
-    struct vw_batch *batch = NULL, *second = NULL;
+    struct vw_submission *batch = NULL, *second = NULL;
     struct vw_pass *pass = NULL;
     assert_int_equal(setenv(LIMIT_NAME, "0.002", 1), 0);
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu));
@@ -518,20 +518,20 @@ static void a_device_that_hangs_is_reported_and_closed(void **state) {
                                                 .bindings = &(struct vw_binding){.slot = VW_SLOT_PEAK_TO, .buffer = to},
                                                 .binding_count = 1},
                        &pass));
-    ASSERT_OK(vw_batch_create(gpu, &batch));
-    ASSERT_OK(vw_batch_create(gpu, &second));
-    vw_batch_begin(batch);
-    vw_batch_dispatch(batch, pass, &push, sizeof push, INVOCATIONS);
-    ASSERT_OK(vw_batch_submit(batch));
+    ASSERT_OK(vw_submission_create(gpu, &batch));
+    ASSERT_OK(vw_submission_create(gpu, &second));
+    vw_submission_begin(batch);
+    vw_submission_dispatch(batch, pass, &push, sizeof push, INVOCATIONS);
+    ASSERT_OK(vw_submission_submit(batch));
     double started_s = vw_now_s();
-    assert_fails(vw_batch_wait(batch), VW_ERROR_DEVICE_LOST,
+    assert_fails(vw_submission_wait(batch), VW_ERROR_DEVICE_LOST,
                  "did not finish a batch of 1 commands in 0.002 s; if it only is slow");
-    vw_batch_begin(second);
-    assert_fails(vw_batch_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
+    vw_submission_begin(second);
+    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
     uint32_t word;
     assert_fails(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
-    vw_batch_destroy(&batch);
-    vw_batch_destroy(&second);
+    vw_submission_destroy(&batch);
+    vw_submission_destroy(&second);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&to);
     ASSERT_OK(vw_gpu_close(&gpu));

@@ -1,14 +1,14 @@
 // What is kept of compiled shaders from run to run: by device, driver and vector width, never trusted when damaged.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
 #include <dirent.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
 #include "base/file.h"
+#include "support/temporary_folder.h"
 #include "viewworth/gpu.h"
 
 static void open_and_close(void) {

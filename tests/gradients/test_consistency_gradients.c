@@ -65,8 +65,8 @@ static void take_gradients(struct step_bench *bench) {
         step_bench_write(bench, bench->step.d_grid, zeros);
         free(zeros);
     }
-    vw_batch_begin(bench->batch);
-    step_record_gradients(&bench->step, bench->batch, STEP, 0);
+    vw_submission_begin(bench->batch);
+    vw_step_record_gradients(&bench->step, bench->batch, STEP, 0);
     step_bench_submit(bench);
 }
 
@@ -80,9 +80,9 @@ static void compare(struct step_bench *bench, const char *what, const float *fou
 
 // The colours, from the samples that the device holds; where a sample stands for a stratum.
 static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
-    const struct consistency *it = bench->step.consistency;
+    const struct vw_consistency_effect *it = bench->step.consistency;
     const struct vw_specialization *s = &bench->model.specialization;
-    const vw_uint4 key = model_key_of_step(&bench->model, STEP);
+    const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
     struct vw_ray *rays = step_bench_read(bench, it->rays);
     vw_float4 *samples = step_bench_read(bench, bench->step.samples);
     struct reference_point *points = vw_allocate(s->samples, sizeof *points);
@@ -114,7 +114,7 @@ static void read_thumbnail(struct step_bench *bench, struct reference_photo_enco
 }
 
 static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) {
-    const struct consistency *it = bench->step.consistency;
+    const struct vw_consistency_effect *it = bench->step.consistency;
     double(*exact)[3] = vw_allocate(it->ray_count, sizeof *exact);
     struct reference_photo_encoding *found = vw_allocate(1, sizeof *found), *expected = vw_allocate(1, sizeof *found);
     for (uint32_t i = 0; i < it->ray_count; i++) {
@@ -134,7 +134,7 @@ static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) 
 // What the slopes and the encoder's gradients must be, given the codes that the device found.
 static void check_back(struct step_bench *bench, const double *network, const struct reference_photo_encoding *seen,
                        const struct reference_photo_encoding *given) {
-    const struct consistency *it = bench->step.consistency;
+    const struct vw_consistency_effect *it = bench->step.consistency;
     const uint32_t columns[] = {0, ENCODER_LAYER2, ENCODER_LAYER3, ENCODER_CODE, ENCODER_SHIFT};
     static double d_thumbnail[THUMBNAIL_PIXELS][4];
     float *own = step_bench_read(bench, it->d_weights),
@@ -164,14 +164,14 @@ static void check_back(struct step_bench *bench, const double *network, const st
 }
 
 static void check_codes(struct step_bench *bench) {
-    const struct consistency *it = bench->step.consistency;
+    const struct vw_consistency_effect *it = bench->step.consistency;
     float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->seen.rows),
           *given_rows = step_bench_read(bench, bench->field.encoder.rows);
     double *network = encoder_network(bench, params);
     struct reference_photo_encoding *seen = vw_allocate(1, sizeof *seen), *given;
     read_thumbnail(bench, seen);
     reference_encode_photo(network, 4 * bench->model.specialization.width4, seen);
-    given = encoder_reference(bench, network, consistency_given_view(&bench->step, STEP));
+    given = encoder_reference(bench, network, vw_consistency_given_view(&bench->step, STEP));
     compare(bench, "code of the picture", seen_rows + 4 * ENCODER_ROW_CODE, seen->code, REFERENCE_CODE, 2e-5);
     compare(bench, "code given", given_rows + 4 * ENCODER_ROW_CODE, given->code, REFERENCE_CODE, 2e-5);
     check_back(bench, network, seen, given);
@@ -232,7 +232,7 @@ static void check_slope(struct step_bench *bench, const char *what, const double
 }
 
 static double *read_gradient(struct step_bench *bench) {
-    const struct model *model = &bench->model;
+    const struct vw_model *model = &bench->model;
     size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)model->pair_count;
     double *gradient = vw_allocate(count, sizeof *gradient);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
@@ -256,7 +256,7 @@ static void gradients_are_slopes(void **state) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         if (cases[i].importance_samples) continue; // whose places move with the params
         struct step_bench *bench = open_case(i, WEIGHT);
-        const struct model *model = &bench->model;
+        const struct vw_model *model = &bench->model;
         size_t weights = model->weights.offset_bytes / 4, sky = model->sky.offset_bytes / 4,
                sky_end = sky + model->sky.size_bytes / 4, shift = model->encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
                shift_end = (model->encoder.offset_bytes + model->encoder.size_bytes) / 4;
@@ -347,10 +347,10 @@ static void given_photos_are_those_of_earlier_steps(void **state) {
     (void)state;
     struct step_bench *bench = open_case(0, WEIGHT);
     uint32_t seen = 0;
-    assert_int_equal(consistency_given_view(&bench->step, 1), schedule_view_of_step(&bench->schedule, 1));
+    assert_int_equal(vw_consistency_given_view(&bench->step, 1), vw_photo_order_view_of_step(&bench->schedule, 1));
     for (uint64_t number = 1; number <= 40; number++) {
-        uint32_t view = consistency_given_view(&bench->step, number);
-        assert_int_equal(view, consistency_given_view(&bench->step, number));
+        uint32_t view = vw_consistency_given_view(&bench->step, number);
+        assert_int_equal(view, vw_consistency_given_view(&bench->step, number));
         seen |= 1u << view;
     }
     assert_int_equal(seen, 3);

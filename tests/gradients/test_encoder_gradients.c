@@ -70,8 +70,8 @@ static void check_thumbnail(uint32_t width_px, uint32_t height_px, bool masked) 
     if (masked) view->mask = vw_allocate((size_t)width_px * height_px, 1); // bytes to be chosen
     for (uint32_t i = 0; masked && i < width_px * height_px; i++) view->mask[i] = i % 3 ? VW_MASK_KEEP : VW_MASK_HIDE;
     for (int half = 0; half < 2; half++) {
-        const struct thumbnail_choice choice = {{half ? width_px / 2 : 0, width_px}, half == 0};
-        thumbnail_make(view, &choice, found);
+        const struct vw_thumbnail_choice choice = {{half ? width_px / 2 : 0, width_px}, half == 0};
+        vw_thumbnail_make(view, &choice, found);
         reference_thumbnail(view, choice.columns.begin, width_px, choice.masks, expected);
         for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
             check_value("thumbnail", "red", i, found[i].x, expected[i][0], 1e-6);
@@ -154,8 +154,8 @@ static void fold_code(struct step_bench *with, struct step_bench *without) {
 }
 
 static void render(struct step_bench *bench, vw_float4 *colours) {
-    struct evaluator *evaluator = step_bench_evaluator(bench);
-    assert_int_equal(evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
 }
 
 // Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.

@@ -88,7 +88,7 @@ struct mlp_step { // the reference of a step
 
 static uint32_t sample_count(const struct mlp_step *step) { return step->rays->ray_count * step->s.samples; }
 
-static struct reference_params *read_others(const struct model *model, const float *params) {
+static struct reference_params *read_others(const struct vw_model *model, const float *params) {
     struct reference_params *others = vw_allocate(1, sizeof *others);
     reference_sky_read(model, params, others->sky);
     uint32_t photos = reference_photo_count(model);
@@ -105,9 +105,9 @@ static void take_step(struct step_bench *bench, bool coarse) {
     step_bench_gradients(bench, STEP);
     if (!coarse) return;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
-    vw_batch_begin(bench->batch);
-    importance_record(&bench->model, &bench->step.gradient.importance, bench->batch, &push);
-    step_record_loss(&bench->step, bench->batch, 0);
+    vw_submission_begin(bench->batch);
+    vw_importance_record(&bench->model, &bench->step.gradient.importance, bench->batch, &push);
+    vw_step_record_loss(&bench->step, bench->batch, 0);
     step_bench_submit(bench);
 }
 
@@ -167,7 +167,7 @@ static void list_points(const struct mlp_step *step, uint32_t ray, struct refere
 // `training`: jittered samples of step STEP, the photo's gain, bias and code, and the loss.
 static void forward(struct mlp_step *step, bool training) {
     struct vw_specialization s = step->s;
-    vw_uint4 key = model_key_of_step(&step->bench->model, STEP);
+    vw_uint4 key = vw_model_key_of_step(&step->bench->model, STEP);
     const struct reference_photo *photo =
         training && step->others->photos ? &step->others->photos[step->bench->view] : NULL;
     struct reference_point points[64];
@@ -363,10 +363,10 @@ static void rendering_matches_the_reference(void **state) {
     (void)state;
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
-        struct evaluator *evaluator = step_bench_evaluator(bench);
+        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
         vw_float4 *colours = vw_allocate(bench->config.rays, sizeof *colours);
         step_bench_gradients(bench, STEP); // makes the rays, too
-        assert_int_equal(evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
+        assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
         struct mlp_step *step = open_step(bench, false);
         struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
         free(step->rays->sample_places);
@@ -433,8 +433,8 @@ static void what_is_not_finite_marks_the_step(void **state) {
 // Every field of the registry is laid out, learns and renders: the first part here, the others in tests/train.
 static void every_field_has_a_name_of_its_own(void **state) {
     (void)state;
-    assert_string_equal(field_kind_of(VW_FIELD_HASH)->name, vw_field_name(VW_FIELD_HASH));
-    assert_string_equal(field_kind_of(VW_FIELD_MLP)->name, vw_field_name(VW_FIELD_MLP));
+    assert_string_equal(vw_field_kind_of(VW_FIELD_HASH)->name, vw_field_name(VW_FIELD_HASH));
+    assert_string_equal(vw_field_kind_of(VW_FIELD_MLP)->name, vw_field_name(VW_FIELD_MLP));
 }
 
 int main(int argc, char **argv) {

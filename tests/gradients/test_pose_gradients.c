@@ -135,7 +135,7 @@ static double offset_of(const struct taken *it, uint32_t ray) {
 
 static double place_of(const struct taken *it, uint32_t ray, uint32_t sample) {
     const struct vw_specialization *s = &it->bench->model.specialization;
-    vw_uint4 key = model_key_of_step(&it->bench->model, STEP);
+    vw_uint4 key = vw_model_key_of_step(&it->bench->model, STEP);
     if (it->step->sample_places) return it->step->sample_places[(size_t)ray * s->samples + sample];
     return sample + reference_stratum_offset(s, ray, sample, key);
 }
@@ -254,7 +254,8 @@ static double loss_of(const struct taken *it, const double pose[REFERENCE_POSE],
                                ? reference_listed_length(s, base, &it->step->sample_places[(size_t)ray * s->samples], i)
                                : reference_stratum_length(s, base, i);
     }
-    reference_backdrop(s, it->params->sky, base->direction, ray, model_key_of_step(&it->bench->model, STEP), backdrop);
+    reference_backdrop(s, it->params->sky, base->direction, ray, vw_model_key_of_step(&it->bench->model, STEP),
+                       backdrop);
     reference_composite(points, s->samples, backdrop, colour);
     for (int c = 0; c < 3; c++) {
         double error = colour[c] - base->target[c];

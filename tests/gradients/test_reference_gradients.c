@@ -10,10 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "reference/reference.h"
 #include "base/memory.h"
-#include "detect/decide.h"
 #include "base/random.h"
+#include "detect/decide.h"
+#include "reference/reference.h"
 
 static const double STEP = 1e-5;
 // Of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 / STEP
@@ -37,7 +37,7 @@ static const enum vw_loss all_losses[] = {VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER}
 
 struct fixture {
     char where[192]; // case, seed, loss and effects, for messages
-    struct model model;
+    struct vw_model model;
     struct reference_params *params;
     struct reference_step *step, *moved;
 };
@@ -53,7 +53,8 @@ static struct vw_view empty_views[2];
 static const struct vw_scene empty_scene = {
     .background = {0.9f, 0.4f, 0.1f}, .views = empty_views, .view_count = VW_ARRAY_COUNT(empty_views)};
 
-static void make_model(const struct reference_case *setup, enum vw_loss loss, const char *choice, struct model *model) {
+static void make_model(const struct reference_case *setup, enum vw_loss loss, const char *choice,
+                       struct vw_model *model) {
     struct vw_config config = vw_config_default;
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct vw_gpu_limits limits = vw_gpu_floor_limits;
@@ -69,9 +70,9 @@ static void make_model(const struct reference_case *setup, enum vw_loss loss, co
     if (loss == VW_LOSS_HUBER) config.background = VW_BACKGROUND_RANDOM; // the other form under the other losses
     assert_int_equal(vw_config_check(&config), VW_OK);
     assert_int_equal(vw_effects_find_facts(&empty_scene, choice, effects, &count), VW_OK);
-    struct device_choices choices;
-    device_choose(&(struct vw_gpu_info){.kind = VW_GPU_CPU}, &choices);
-    assert_int_equal(model_create(&config, &empty_scene, NULL, 0, effects, &choices, &limits, model), VW_OK);
+    struct vw_device_choices choices;
+    vw_device_choose(&(struct vw_gpu_info){.kind = VW_GPU_CPU}, &choices);
+    assert_int_equal(vw_model_create(&config, &empty_scene, NULL, 0, effects, &choices, &limits, model), VW_OK);
 }
 
 static void make_rays(uint64_t seed, const struct vw_specialization *s, struct vw_ray rays[RAYS]) {
@@ -109,7 +110,7 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     make_model(setup, loss, choice, &f->model);
     make_rays(setup->seed, &f->model.specialization, rays);
     float *params = vw_allocate(f->model.param_bytes, 1);
-    model_initialise(&f->model, setup->seed, params);
+    vw_model_initialise(&f->model, setup->seed, params);
     size_t grid = f->model.grid.size_bytes / sizeof *params;
     for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
     size_t sky = f->model.sky.offset_bytes / sizeof *params, sky_end = sky + f->model.sky.size_bytes / sizeof *params;
@@ -259,7 +260,7 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     struct fixture f;
     int skipped = 0;
     open_fixture(setup, loss, choice, &f);
-    const struct model *m = &f.model;
+    const struct vw_model *m = &f.model;
     uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + m->sky.size_bytes + m->appearance.size_bytes +
                       m->code_weights.size_bytes + m->codes.size_bytes + m->visibility.size_bytes +
                       m->visibility_codes.size_bytes;

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "reference/reference.h"
 #include "reference/step_bench.h"
 #include "support/full.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 // Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to
 // 4e-4 of its entries; coarser levels are better. These bounds are about ten times what was seen over the cases.
@@ -370,12 +370,12 @@ static void rendering_matches_the_reference(void **state) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i])) continue;
         struct step_bench *bench = step_bench_open(&step_cases[i]);
-        struct evaluator *evaluator = step_bench_evaluator(bench);
-        assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-        vw_batch_begin(bench->batch);
-        evaluator_record(evaluator, bench->batch);
-        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+        assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+        vw_submission_begin(bench->batch);
+        vw_evaluator_record(evaluator, bench->batch);
+        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
         struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
         vw_float4 *colours = step_bench_read(bench, evaluator->colours);
         struct reference_params *params = reference_params_create(&bench->model, bench->params);

@@ -143,7 +143,7 @@ static void read_samples(struct transient_step *step) {
 
 static void read_rays(struct transient_step *step) {
     const struct step_bench *bench = step->bench;
-    vw_uint4 key = model_key_of_step(&bench->model, STEP);
+    vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
     double sky[VW_SKY_COLUMNS][3];
     reference_sky_read(&bench->model, bench->params, sky);
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
@@ -370,7 +370,7 @@ static void the_code_moves_as_the_loss_says(void **state) {
     (void)state;
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
-        const struct param_range *codes = &bench->model.transient_codes;
+        const struct vw_param_range *codes = &bench->model.transient_codes;
         step_bench_step(bench, STEP);
         struct transient_step *step = open_step(bench);
         float *after = step_bench_read(bench, bench->field.params);
@@ -450,7 +450,7 @@ static void features_of_the_hash_take_the_head_s_gradient(void **state) {
 static double mlp_loss(struct transient_step *step, const struct reference_mlp *mlp, struct reference_mlp_sample *it,
                        const double *shift) {
     const struct vw_specialization *s = &step->bench->model.specialization;
-    vw_uint4 key = model_key_of_step(&step->bench->model, STEP);
+    vw_uint4 key = vw_model_key_of_step(&step->bench->model, STEP);
     for (uint32_t i = 0; i < step->sample_count; i++) {
         uint32_t ray = i / s->samples, sample = i % s->samples;
         const struct reference_ray *line = &step->rays->rays[ray];
@@ -466,7 +466,7 @@ static double mlp_loss(struct transient_step *step, const struct reference_mlp *
 }
 
 static void find_shift(const struct step_bench *bench, double *shift) {
-    const struct model *model = &bench->model;
+    const struct vw_model *model = &bench->model;
     double *code_weights = vw_allocate(model->code_weights.size_bytes / sizeof(float), sizeof *code_weights);
     const float *values = bench->params + model->code_weights.offset_bytes / sizeof(float);
     for (size_t i = 0; i < model->code_weights.size_bytes / sizeof(float); i++) code_weights[i] = values[i];

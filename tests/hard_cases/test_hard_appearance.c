@@ -6,15 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "support/gpu_fixture.h"
-#include "support/open_trainer.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
+#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
-#include "train/view_fit.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/memory.h"
+#include "train/view_fit.h"
 
 enum {
     WIDTH_PX = 12,
@@ -150,7 +150,7 @@ static void one_usable_pixel(struct hard_finding *finding) {
 static void few_columns(struct hard_finding *finding) {
     for (uint32_t width_px = 1; width_px <= 9; width_px++) {
         open_scene(width_px);
-        struct pixel_columns left = view_fit_left_half(scene, 0), right = view_fit_right_half(scene, 0);
+        struct vw_pixel_columns left = vw_view_fit_left_half(scene, 0), right = vw_view_fit_right_half(scene, 0);
         hard_equal(finding, "columns left and right", width_px, left.end - left.begin, right.end - right.begin);
         hard_equal(finding, "columns in both halves or none", width_px, right.begin - left.end, width_px % 2);
         hard_equal(finding, "columns in all", width_px, left.begin == 0 && right.end == width_px, 1.0);

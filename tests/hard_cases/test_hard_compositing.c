@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/hard_step.h"
 #include "base/memory.h"
+#include "support/hard_step.h"
 
 // Of the light that the medium holds back: near an optical thickness of 0.03, where the series ends, 1 - exp(-tau) is
 // good to 1.3e-7 / 0.03, and the gradient takes its difference with what is behind.
@@ -99,7 +99,7 @@ static void check_gradient(struct hard_finding *finding, const struct inputs *in
 
 static void check_medium(struct hard_finding *finding, struct step_bench *bench, thickness *medium, double tolerance) {
     struct inputs in = make_inputs(bench, medium);
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct reference_point *points = vw_allocate(in.samples, sizeof *points);
     struct vw_push_samples push = step_bench_push(bench, STEP);
     assert_true(push.ray_count <= evaluator->chunk_rays);

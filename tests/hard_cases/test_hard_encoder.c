@@ -38,8 +38,8 @@ static void make_scene(uint32_t width_px, uint32_t height_px) {
 // A step on photo 1 of the scene, as far as the encoder sees it; then a training of the scene.
 static void check_photo(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
-    const struct thumbnail_choice whole = {pixels_all_columns(scene, 1), true};
-    assert_int_equal(encoder_set_thumbnail(&bench->field.encoder, scene, 1, &whole), VW_OK);
+    const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, 1), true};
+    assert_int_equal(vw_encoder_set_thumbnail(&bench->field.encoder, scene, 1, &whole), VW_OK);
     encoder_check(finding, bench, 1);
     step_bench_close(bench);
     struct vw_config config = hard_run_config();
@@ -55,7 +55,8 @@ static void masked_photo(struct hard_finding *finding) {
     make_scene(12, 8);
     scene->views[1].image.unusable = vw_allocate(12 * 8, 1);
     memset(scene->views[1].image.unusable, 1, 12 * 8);
-    thumbnail_make(&scene->views[1], &(struct thumbnail_choice){pixels_all_columns(scene, 1), true}, thumbnail);
+    vw_thumbnail_make(&scene->views[1], &(struct vw_thumbnail_choice){vw_pixels_all_columns(scene, 1), true},
+                      thumbnail);
     hard_same_bits(finding, "thumbnail", thumbnail, nothing, sizeof nothing);
     check_photo(finding);
 }
@@ -167,7 +168,7 @@ static void equal_codes(struct hard_finding *finding) {
     memset(network + 4 * ENCODER_CODE, 0, 4 * sizeof *network * (ENCODER_CODE_BIAS - ENCODER_CODE));
     step_bench_write_params(bench);
     step_bench_gradients(bench, 1);
-    struct consistency *it = bench->step.consistency;
+    struct vw_consistency_effect *it = bench->step.consistency;
     float *own = step_bench_read(bench, it->d_weights);
     struct vw_ray *rays = step_bench_read(bench, it->rays);
     for (uint32_t i = 0; i < 4 * bench->model.moved_columns; i++) hard_equal(finding, "gradient", i, own[i], 0.0);

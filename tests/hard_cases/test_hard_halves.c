@@ -6,10 +6,10 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
-#include "base/memory.h"
 
 static const struct step_case setup = {.name = "halves",
                                        .seed = 361,

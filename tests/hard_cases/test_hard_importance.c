@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/hard_step.h"
 #include "base/memory.h"
+#include "support/hard_step.h"
 #include "train/fields/mlp.h"
 
 // A share of the whole weight is a sum of floats near 1; a stratum's own weight magnifies what that is off by.
@@ -69,7 +69,7 @@ static void check_ray(struct hard_finding *finding, const struct vw_specializati
 
 static void check_placing(struct hard_finding *finding, struct step_bench *bench, thickness *medium, bool training) {
     struct vw_specialization s = bench->model.specialization;
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = step_bench_push(bench, STEP);
     struct vw_buffer *places = training ? bench->step.places : evaluator->places;
     struct vw_ray *rays = make_rays(bench, push.ray_count);
@@ -161,8 +161,8 @@ static const struct step_case coarse_setup = {.name = "coarse network",
 
 // All params of the coarse network are 0, and then the bias of its raw density: the same density everywhere.
 static void make_coarse_network(struct step_bench *bench, float bias) {
-    struct mlp_list list;
-    mlp_list(&bench->model, false, bench->model.coarse_column, &list);
+    struct vw_mlp_list list;
+    vw_mlp_list(&bench->model, false, bench->model.coarse_column, &list);
     memset((char *)bench->params + bench->model.coarse.offset_bytes, 0, bench->model.coarse.size_bytes);
     for (uint32_t i = 0; i < list.count; i++)
         if (list.matrices[i].out == 1) bench->params[4 * (size_t)list.matrices[i].first_bias] = bias;
@@ -187,7 +187,7 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
 
 static void coarse_network_of(struct hard_finding *finding, float bias, bool learns) {
     struct step_bench *bench = step_bench_open(&coarse_setup);
-    const struct param_range *field = &bench->model.weights, *coarse = &bench->model.coarse;
+    const struct vw_param_range *field = &bench->model.weights, *coarse = &bench->model.coarse;
     make_coarse_network(bench, bias);
     step_bench_step(bench, STEP);
     check_places(finding, bench, exp(bias));
@@ -212,7 +212,7 @@ static void off(struct hard_finding *finding) {
     struct step_case plain = setup;
     plain.importance_samples = 0;
     struct step_bench *bench = step_bench_open(&plain);
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     hard_require(finding, !bench->step.places && !bench->step.gradient.importance.place, "a step has nothing of it");
     hard_require(finding, !evaluator->places && !evaluator->importance.place, "an evaluator has nothing of it");
     for (int i = 0; i < FIELD_PASSES_MAX; i++)

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/hard_step.h"
 #include "base/memory.h"
+#include "support/hard_step.h"
 
 enum { STEP = 300, REFRESHING_STEP = 320 };
 static const float DENSE = 10.0f;
@@ -48,7 +48,7 @@ static uint32_t slot_count(struct step_bench *bench) {
 // ---- Nothing, one, all ----------------------------------------------------------------------------------------------
 
 static void nothing_kept(struct hard_finding *finding) {
-    for (enum scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
+    for (enum vw_scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
         struct step_case empty = setup;
         empty.scatter = scatter;
         struct step_bench *bench = step_bench_open(&empty);
@@ -79,7 +79,7 @@ static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *ben
         double position[3];
         uint32_t line = i / s->samples, sample = i % s->samples;
         reference_sample_position(s, &ray, sample,
-                                  reference_stratum_offset(s, line, sample, model_key_of_step(&bench->model, STEP)),
+                                  reference_stratum_offset(s, line, sample, vw_model_key_of_step(&bench->model, STEP)),
                                   position);
         visits[reference_cell(position)]++;
     }
@@ -124,7 +124,7 @@ static void compare_with_off(struct hard_finding *finding, const struct step_cas
 }
 
 static void everything_kept(struct hard_finding *finding) {
-    for (enum scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
+    for (enum vw_scatter_form scatter = SCATTER_ATOMICS; scatter <= SCATTER_WALK; scatter++) {
         struct step_case full = setup;
         full.scatter = scatter;
         compare_with_off(finding, &full);

@@ -9,14 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/image.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/file.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 enum {
     WIDTH_PX = 12,

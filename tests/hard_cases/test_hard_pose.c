@@ -45,7 +45,7 @@ static struct step_bench *open_at(const double position[3], float size) {
     rays_look(view, &bench->model.box, position, (const double[3]){0.5, 0.5, 0.5});
     view->camera.focal_x_px = view->camera.focal_y_px = 20.0 * far;
     struct vw_gpu_camera *cameras = step_bench_read(bench, bench->field.cameras);
-    cameras[bench->view] = field_camera(&bench->model, view, &bench->model.box);
+    cameras[bench->view] = vw_field_camera(&bench->model, view, &bench->model.box);
     step_bench_write(bench, bench->field.cameras, cameras);
     free(cameras);
     return bench;
@@ -139,7 +139,7 @@ static void rays_that_miss(struct hard_finding *finding) {
     struct vw_view *view = &bench->scene->views[bench->view];
     rays_look(view, &bench->model.box, (const double[3]){3.0, 3.0, 3.0}, (const double[3]){9.0, 9.0, 9.0});
     struct vw_gpu_camera *cameras = step_bench_read(bench, bench->field.cameras);
-    cameras[bench->view] = field_camera(&bench->model, view, &bench->model.box);
+    cameras[bench->view] = vw_field_camera(&bench->model, view, &bench->model.box);
     step_bench_write(bench, bench->field.cameras, cameras);
     free(cameras);
     double before[REFERENCE_POSE], after[REFERENCE_POSE];

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "scene/lens_mask.h"
 #include "support/box_geometry.h"
 #include "support/hard_step.h"
 #include "train/pixels.h"
-#include "base/memory.h"
 
 static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: origin and direction are floats, lines run up to 5 edges
@@ -215,7 +215,7 @@ static void rays_of_no_extent(struct hard_finding *finding) {
     look(bench, position, target, 60.0);
     hard_require(finding, check_rays(finding, bench) == RAYS, "without known depths every ray hits");
     for (size_t i = 0; i < VW_ARRAY_COUNT(depths); i++) {
-        // pixels_camera() takes nine tenths of near and eleven tenths of far.
+        // vw_pixels_camera() takes nine tenths of near and eleven tenths of far.
         view->near_world = depths[i][0] * 2.0 * bench->scene->box.half_extent_world / 0.9;
         view->far_world = depths[i][1] * 2.0 * bench->scene->box.half_extent_world / 1.1;
         struct vw_ray *rays = rays_make(bench);
@@ -336,7 +336,7 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
         for (uint32_t k = 0; k < bench->config.rays; k++) {
             uint32_t x_px = k % SIDE_PX * (view->camera.width_px - 1) / (SIDE_PX - 1);
             uint32_t y_px = k / SIDE_PX * (view->camera.height_px - 1) / (SIDE_PX - 1);
-            bench->pixels[k] = pixels_at(bench->scene, 0, x_px, y_px);
+            bench->pixels[k] = vw_pixels_at(bench->scene, 0, x_px, y_px);
             weightless += bench->pixels[k].weight == 0.0f;
         }
         hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2,

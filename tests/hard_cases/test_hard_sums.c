@@ -7,14 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "base/psnr.h"
 #include "generate_errors.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "interface.h"
 #include "support/gpu_fixture.h"
 #include "support/hard_case.h"
-#include "base/memory.h"
-#include "gpu/compute.h"
-#include "base/psnr.h"
 
 static const double SUM_TOLERANCE =
     0x1p-40; // relative: what a valuation asks for, since it subtracts nearly equal sums
@@ -29,7 +29,7 @@ enum { PIXELS_EACH = 64 };
 struct reduction {
     struct vw_buffer *rays, *colours, *views, *scalars;
     struct vw_pass *generate, *reduce;
-    struct vw_batch *batch;
+    struct vw_submission *batch;
     uint32_t capacity; // pixels
 };
 static struct reduction reduction; // of the case that runs
@@ -60,13 +60,13 @@ static struct reduction *open_reduction(uint32_t capacity) {
     ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->generate));
     params.shader = &vw_shader_reduce_views;
     ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->reduce));
-    ASSERT_OK(vw_batch_create(test_gpu(), &r->batch));
+    ASSERT_OK(vw_submission_create(test_gpu(), &r->batch));
     return r;
 }
 
 static void close_reduction(void) {
     struct reduction *r = &reduction;
-    vw_batch_destroy(&r->batch);
+    vw_submission_destroy(&r->batch);
     vw_pass_destroy(&r->reduce);
     vw_pass_destroy(&r->generate);
     vw_buffer_destroy(&r->rays);
@@ -84,12 +84,12 @@ static void reduce(struct reduction *r, const struct errors *errors, uint32_t vi
                 view_count <= VIEWS_MAX);
     for (uint32_t i = 0; i < view_count; i++) views[i] = (struct vw_ray_range){.first = i * pixels, .count = pixels};
     ASSERT_OK(vw_buffer_write(r->views, 0, views, view_count * sizeof *views));
-    vw_batch_begin(r->batch);
-    vw_batch_dispatch(r->batch, r->generate, errors, sizeof *errors,
-                      (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
-    vw_batch_dispatch(r->batch, r->reduce, &push, sizeof push, 64ull * view_count);
-    ASSERT_OK(vw_batch_submit(r->batch));
-    ASSERT_OK(vw_batch_wait(r->batch));
+    vw_submission_begin(r->batch);
+    vw_submission_dispatch(r->batch, r->generate, errors, sizeof *errors,
+                           (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
+    vw_submission_dispatch(r->batch, r->reduce, &push, sizeof push, 64ull * view_count);
+    ASSERT_OK(vw_submission_submit(r->batch));
+    ASSERT_OK(vw_submission_wait(r->batch));
     ASSERT_OK(vw_buffer_read(r->scalars, sizeof *sums, sums, view_count * sizeof *sums));
 }
 

@@ -8,11 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 static const struct step_case setup = {.name = "training",
                                        .seed = 341,
@@ -198,13 +198,13 @@ enum { SPOKEN_STEPS = 20, SILENT_STEPS = 10000, BATCH_STEPS = 500 };
 
 static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     for (uint32_t step = 0; step < SILENT_STEPS; step += BATCH_STEPS) {
-        vw_batch_begin(bench->batch);
+        vw_submission_begin(bench->batch);
         for (uint32_t i = 0; i < BATCH_STEPS; i++) {
             struct vw_push_update push = {.count = bench->model.pair_count, .step_low = first_step + step + i};
-            vw_batch_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
+            vw_submission_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
         }
-        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
     }
 }
 
@@ -286,8 +286,8 @@ static void extreme_seeds(struct hard_finding *finding) {
     hard_require(finding, last[0].val_l1 != last[1].val_l1, "the seeds make two runs");
 }
 
-// As step_record() is given them; jitter is keyed by 56 bits of the number. The optimisers count with 31 bits and stay
-// there.
+// As vw_step_record_passes() is given them; jitter is keyed by 56 bits of the number. The optimisers count with 31 bits
+// and stay there.
 static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       UINT32_MAX,
                                    UINT64_C(1) << 32, (UINT64_C(1) << 32) + 1, UINT64_C(0x123456789ab)};
 

@@ -1,16 +1,16 @@
 // Hard cases of the effect unbounded: points that the contraction must not lose, strata that are next to nothing or
 // next to infinite, and cameras at the centre, far away, and in worlds of any place. Rays are held against the
 // reference's line through the pixel, in double, and then a whole training step and a rendering with these rays.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"
-#include "base/memory.h"
 
 static const double POSITION_TOLERANCE = 4e-7; // of the field's cube: eight roundings next to 1
 static const double DISTANCE_TOLERANCE = 2e-6; // relative: thirty roundings, of a sum over strata
@@ -116,7 +116,7 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
                                          {1e4f, 1e7f}, {0.1f, 1e3f},    {1e-6f, 1e6f},       {1e-3f, 1e30f},
                                          {1e6f, 1e6f}, {0.0625f, 1e12f}};
     struct step_bench *bench = step_bench_open(&setup);
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     struct vw_ray rays[RAYS] = {0};
     vw_float4 field[RAYS * 16] = {0};

@@ -10,11 +10,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "support/temporary_folder.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
+#include "support/temporary_folder.h"
 
 static int make_folder(void **state) {
     vw_decoder_hold();

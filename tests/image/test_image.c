@@ -9,11 +9,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "support/temporary_folder.h"
 #include "base/file.h"
+#include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
-#include "base/memory.h"
+#include "support/temporary_folder.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

@@ -5,8 +5,8 @@
 
 #include <math.h>
 
-#include "reference/reference.h"
 #include "gpu/compute.h"
+#include "reference/reference.h"
 #include "reference/step_bench.h"
 
 // ---- Inputs ---------------------------------------------------------------------------------------------------------
@@ -99,7 +99,7 @@ extern const struct vw_ray_range reduced_ranges[REDUCED_VIEWS];
 struct view_reduction {
     struct vw_buffer *rays, *colours, *views, *scalars, *fits;
     struct vw_pass *pass, *fit_pass;
-    struct vw_batch *batch;
+    struct vw_submission *batch;
     struct vw_ray *ray_data; // targets and weights
     vw_float4 *colour_data;  // what was rendered
 };

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "kernels/check.h"
 
 static const double STEP_TOLERANCE = 5e-4; // of a step's length: see check_optimizer.c
 static const double MOMENT_TOLERANCE = 1e-6;
@@ -19,13 +19,13 @@ enum {
     CODE_WORDS = sizeof(struct vw_code_moments) / 4
 };
 
-static uint32_t count_of(const struct param_range *range) { return (uint32_t)(range->size_bytes / sizeof(float)); }
-static const float *values_of(const struct param_range *range, const float *params) {
+static uint32_t count_of(const struct vw_param_range *range) { return (uint32_t)(range->size_bytes / sizeof(float)); }
+static const float *values_of(const struct vw_param_range *range, const float *params) {
     return params + range->offset_bytes / sizeof(float);
 }
 
 // An effect that is off has nothing of its own.
-static bool is_off(const struct vw_pass *pass, const struct param_range *range, const struct vw_buffer *buffer) {
+static bool is_off(const struct vw_pass *pass, const struct vw_param_range *range, const struct vw_buffer *buffer) {
     if (pass) return false;
     assert_int_equal(range->size_bytes, 0);
     assert_null(buffer);
@@ -112,7 +112,7 @@ void check_fit_views(struct step_bench *bench, enum input_kind kind) {
 // ---- mix_code -------------------------------------------------------------------------------------------------------
 
 // Puts numbers of the kind into a range of the params on the device.
-static float *write_range(struct step_bench *bench, const struct param_range *range, enum input_kind kind,
+static float *write_range(struct step_bench *bench, const struct vw_param_range *range, enum input_kind kind,
                           struct test_random *random) {
     float *params = step_bench_read(bench, bench->field.params);
     input_fill(kind, random, params + range->offset_bytes / sizeof *params, count_of(range));
@@ -121,8 +121,8 @@ static float *write_range(struct step_bench *bench, const struct param_range *ra
 }
 
 void check_mix_code(struct step_bench *bench, enum input_kind kind) {
-    const struct appearance *it = &bench->step.appearance;
-    const struct model *model = &bench->model;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
+    const struct vw_model *model = &bench->model;
     if (is_off(it->mix_code, &model->codes, it->code_shift)) return;
     struct test_random random = {.seed = bench->config.seed};
     step_bench_write_params(bench);
@@ -232,8 +232,8 @@ static void write_visits(struct step_bench *bench, struct vw_buffer *moments, ui
 }
 
 static void update_photo(struct step_bench *bench, const float *shares) {
-    const struct appearance *it = &bench->step.appearance;
-    const struct param_range *range = &bench->model.appearance;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
+    const struct vw_param_range *range = &bench->model.appearance;
     struct vw_push_update push = {.count = bench->step.padded_rays};
     float *before = step_bench_read(bench, bench->field.params), *moments = step_bench_read(bench, it->moments);
     step_bench_write(bench, it->d_appearance, shares);
@@ -254,7 +254,7 @@ static void update_photo(struct step_bench *bench, const float *shares) {
 }
 
 void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
-    const struct appearance *it = &bench->step.appearance;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
     if (is_off(it->update_appearance, &bench->model.appearance, it->moments)) return;
     struct test_random random = {.seed = bench->config.seed};
     float *shares = vw_allocate(AFFINE * (size_t)bench->step.padded_rays, sizeof *shares);
@@ -291,7 +291,7 @@ struct code_state {
 };
 
 static struct code_state read_code(struct step_bench *bench) {
-    const struct appearance *it = &bench->step.appearance;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
     return (struct code_state){step_bench_read(bench, bench->field.params),
                                step_bench_read(bench, it->code_weight_moments),
                                step_bench_read(bench, it->code_moments)};
@@ -305,7 +305,7 @@ static void free_code(struct code_state *state) {
 
 static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step,
                                const struct code_state *before, const struct code_state *after) {
-    const struct param_range *range = &bench->model.code_weights;
+    const struct vw_param_range *range = &bench->model.code_weights;
     const float *code = values_of(&bench->model.codes, before->params) + REFERENCE_CODE * bench->view;
     uint32_t count = count_of(range);
     for (uint32_t i = 0; i < count; i++) {
@@ -359,8 +359,8 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
 }
 
 static void update_code(struct step_bench *bench, const float *d_weights, uint32_t step) {
-    const struct appearance *it = &bench->step.appearance;
-    const struct param_range *codes = &bench->model.codes;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
+    const struct vw_param_range *codes = &bench->model.codes;
     struct vw_push_update push = {.step_low = step};
     double d_shift[REFERENCE_WIDTH_MAX];
     for (uint32_t i = 0; i < bench->config.width; i++)
@@ -385,7 +385,7 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
 }
 
 void check_update_code(struct step_bench *bench, enum input_kind kind) {
-    const struct appearance *it = &bench->step.appearance;
+    const struct vw_appearance_effect *it = &bench->step.appearance;
     if (is_off(it->update_code, &bench->model.code_weights, it->code_moments)) return;
     struct test_random random = {.seed = bench->config.seed};
     uint32_t count = 4 * bench->model.weight_columns;

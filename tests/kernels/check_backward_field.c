@@ -1,14 +1,14 @@
 // backward_field against the reference, on random gradients of the samples. check_forward_field holds the device's
 // activations and decisions against the reference; here the reference starts from them.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
 #include "base/memory.h"
+#include "kernels/check.h"
 
 struct device {
     float *rows, *samples, *d_samples;

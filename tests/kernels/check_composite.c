@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "kernels/check.h"
 #include "base/memory.h"
+#include "kernels/check.h"
 
 enum { SAMPLES_MAX = 64 };
 static const double SKY_TOLERANCE = 2e-6; // of the device's exp, relative
@@ -99,7 +99,7 @@ static void stand_behind(const struct step_bench *bench, const struct inputs *in
     struct reference_ray line = reference_ray_of(&in->rays[ray]);
     s.training = training;
     reference_sky_read(&bench->model, bench->params, sky);
-    reference_backdrop(&s, sky, line.direction, ray, model_key_of_step(&bench->model, STEP), reference->backdrop);
+    reference_backdrop(&s, sky, line.direction, ray, vw_model_key_of_step(&bench->model, STEP), reference->backdrop);
     for (int c = 0; c < 3; c++) {
         double terms = 0.0;
         for (int k = 0; k < VW_SKY_COLUMNS; k++) terms += fabs(sky[k][c]);
@@ -140,7 +140,7 @@ static void composite(const struct step_bench *bench, const struct inputs *in, u
 // ---- composite_rays -------------------------------------------------------------------------------------------------
 
 void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct inputs in = make_inputs(bench, kind, evaluator->ray_count);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     step_bench_write(bench, evaluator->rays, in.rays);

@@ -1,15 +1,15 @@
 // forward_field against the reference. In training, stage by stage: each stage of the reference starts from what the
 // device found before it, so that a tolerance is the rounding of few stages. In validation, where stages leave nothing
 // behind, from the rays to the end.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
 #include "base/memory.h"
+#include "kernels/check.h"
 
 static const double POSITION_TOLERANCE = 1e-6;      // box edges: a few roundings of ray parameters up to 4 edges
 static const double ENCODING_ROUNDINGS = 16.0;      // of the largest entry: weights of three factors each, eight terms
@@ -109,7 +109,7 @@ static void check_training_sample(const struct step_bench *bench, const struct r
     struct errors errors = {0};
     reference_sample_position(
         s, &ray, index % s->samples,
-        reference_stratum_offset(s, index / s->samples, index % s->samples, model_key_of_step(&bench->model, STEP)),
+        reference_stratum_offset(s, index / s->samples, index % s->samples, vw_model_key_of_step(&bench->model, STEP)),
         sample.position);
     for (uint32_t axis = 0; axis < 3; axis++)
         check_value(bench->where, "position", slot, step_bench_row(bench, out->rows, rows.position, slot)[axis],
@@ -169,10 +169,10 @@ static void check_validation_sample(const struct step_bench *bench, const struct
 }
 
 static void check_validation(struct step_bench *bench, const struct reference *reference) {
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     struct vw_push_samples push = {.ray_count = evaluator->ray_count};
     assert_true(evaluator->chunk_rays == evaluator->ray_count);
-    assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
     step_bench_dispatch(bench, evaluator->passes.passes[HASH_FORWARD], &push, sizeof push,
                         (uint64_t)push.ray_count * bench->config.samples);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
@@ -220,7 +220,7 @@ static void mix(const struct step_bench *bench, struct reference *reference, dou
 
 void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
-    const vw_uint4 key = model_key_of_step(&bench->model, STEP); // of the jitter
+    const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP); // of the jitter
     assert_true(((uint64_t)key.y << 32 | key.x) == bench->config.seed && ((uint64_t)key.w << 32 | key.z) == STEP);
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
 #include "base/memory.h"
+#include "kernels/check.h"
 
 static const double POSITION_TOLERANCE = 1e-6;      // box edges, as for forward_field
 static const double ENCODING_ROUNDINGS = 16.0;      // likewise
@@ -23,7 +23,7 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
     struct reference_matrix matrices[REFERENCE_MATRICES];
     double encoding[REFERENCE_ENCODING_MAX], encoding_error[REFERENCE_ENCODING_MAX], hidden[REFERENCE_WIDTH_MAX],
         hidden_error[REFERENCE_WIDTH_MAX], raw = 0.0, position[3];
-    double expected = reference_cell_density(s, params, cell, model_key_of_step(&bench->model, STEP), position);
+    double expected = reference_cell_density(s, params, cell, vw_model_key_of_step(&bench->model, STEP), position);
     reference_matrices(s, &params->weights, matrices);
     reference_grid_encode(s, params->grid, position, encoding);
     for (uint32_t i = 0; i < REFERENCE_ENCODING_MAX; i++)
@@ -46,7 +46,7 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
 }
 
 void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
-    struct vw_push_refresh push = {.key = model_key_of_step(&bench->model, STEP), .remains = 0.75f};
+    struct vw_push_refresh push = {.key = vw_model_key_of_step(&bench->model, STEP), .remains = 0.75f};
     struct test_random random = {.seed = bench->config.seed + 3};
     if (!bench->field.occupancy) return;
     float *before = step_bench_read(bench, bench->field.occupancy), *old = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
@@ -162,7 +162,7 @@ static void check_groups(const struct step_bench *bench, const struct vw_kept *k
 }
 
 void check_place_rays(struct step_bench *bench, enum input_kind kind) {
-    const struct occupancy *occupancy = &bench->step.occupancy;
+    const struct vw_occupancy_effect *occupancy = &bench->step.occupancy;
     struct vw_push_samples push = step_bench_push(bench, 1);
     uint32_t rays = push.ray_count, total = 0, slots = bench->padded_samples;
     if (!occupancy->kept) return;
@@ -203,7 +203,7 @@ static uint32_t draw_bits(enum input_kind kind, struct test_random *random) {
 }
 
 void check_list_samples(struct step_bench *bench, enum input_kind kind) {
-    const struct occupancy *occupancy = &bench->step.occupancy;
+    const struct vw_occupancy_effect *occupancy = &bench->step.occupancy;
     struct vw_push_samples push = step_bench_push(bench, 1);
     struct test_random random = {.seed = bench->config.seed + 5};
     uint32_t rays = push.ray_count, per_ray = bench->config.samples, words = (per_ray + 31) / 32, next = 0;

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "kernels/check.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "kernels/check.h"
 
 // Of a step's length: the device's exp2 and log2 in the bias correction may be off by 2^-21 (Vulkan's bound), and 1 -
 // beta^n magnifies that at the first visits by 1 / (1 - beta).

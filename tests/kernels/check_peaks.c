@@ -4,10 +4,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/check.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 enum { INVOCATIONS = 640, CHAINS = 8 };
 static const float FACTOR = 0.75f;

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "kernels/check.h"
 #include "train/effects/contraction.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins are floats, rays run up to 5 edges
@@ -40,15 +40,15 @@ void rays_look(struct vw_view *view, const struct vw_box *box, const double posi
 struct vw_box rays_box(const struct step_bench *bench) {
     struct vw_box box = bench->scene->box;
     if (bench->model.specialization.effect_unbounded)
-        assert_int_equal(contraction_box(bench->scene, NULL, 0, &box), VW_OK);
+        assert_int_equal(vw_contraction_box(bench->scene, NULL, 0, &box), VW_OK);
     return box;
 }
 
 struct vw_ray *rays_make(struct step_bench *bench) {
     struct vw_gpu_camera cameras[3];
     struct vw_box box = rays_box(bench);
-    for (uint32_t i = 0; i < 3; i++) cameras[i] = field_camera(&bench->model, &bench->scene->views[i], &box);
-    struct vw_push_rays push = {.ray_count = bench->config.rays, .key = model_key_of_step(&bench->model, STEP)};
+    for (uint32_t i = 0; i < 3; i++) cameras[i] = vw_field_camera(&bench->model, &bench->scene->views[i], &box);
+    struct vw_push_rays push = {.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, STEP)};
     step_bench_write(bench, bench->field.cameras, cameras);
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
     step_bench_dispatch(bench, bench->step.gradient.generate, &push, sizeof push, bench->step.padded_rays);
@@ -150,7 +150,7 @@ static void check_target(const struct step_bench *bench, uint32_t index, const s
     const struct vw_pixel *pixel = &bench->pixels[index < bench->config.rays ? index : bench->config.rays - 1];
     const double found[3] = {device->target_weight.x, device->target_weight.y, device->target_weight.z};
     double target[3];
-    reference_target(&bench->model.specialization, pixel, index, model_key_of_step(&bench->model, STEP), target);
+    reference_target(&bench->model.specialization, pixel, index, vw_model_key_of_step(&bench->model, STEP), target);
     for (int c = 0; c < 3; c++) check_value(bench->where, "target", index, found[c], target[c], TARGET_TOLERANCE);
     check_value(bench->where, "weight", index, device->target_weight.w,
                 index < bench->config.rays ? pixel->weight : 0.0, 0.0);

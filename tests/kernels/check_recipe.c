@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/check.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 static const double COLOUR_TOLERANCE =
     1e-3; // noise changes by some 10 per box edge and cell, places are good to 1e-6 of what is in view

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/check.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative: two floats carry 48 bits, n additions lose log2(n) of them
 static const float GUARD = 12345.0f;         // stands in the rows of the scalars that are none of the pass's business
@@ -49,14 +49,14 @@ void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
                                  .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
                                  .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance))};
     make_passes(gpu, fitted, r);
-    ASSERT_OK(vw_batch_create(gpu, &r->batch));
+    ASSERT_OK(vw_submission_create(gpu, &r->batch));
     ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
     r->ray_data = vw_allocate(REDUCED_RAYS, sizeof *r->ray_data);
     r->colour_data = vw_allocate(REDUCED_RAYS, sizeof *r->colour_data);
 }
 
 void reduction_close(struct view_reduction *r) {
-    vw_batch_destroy(&r->batch);
+    vw_submission_destroy(&r->batch);
     vw_pass_destroy(&r->pass);
     vw_pass_destroy(&r->fit_pass);
     vw_buffer_destroy(&r->fits);
@@ -89,10 +89,10 @@ void reduction_run(struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     ASSERT_OK(vw_buffer_write(r->scalars, 0, rows, sizeof rows));
     ASSERT_OK(vw_buffer_write(r->rays, 0, r->ray_data, REDUCED_RAYS * sizeof *r->ray_data));
     ASSERT_OK(vw_buffer_write(r->colours, 0, r->colour_data, REDUCED_RAYS * sizeof *r->colour_data));
-    vw_batch_begin(r->batch);
-    vw_batch_dispatch(r->batch, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
-    ASSERT_OK(vw_batch_submit(r->batch));
-    ASSERT_OK(vw_batch_wait(r->batch));
+    vw_submission_begin(r->batch);
+    vw_submission_dispatch(r->batch, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
+    ASSERT_OK(vw_submission_submit(r->batch));
+    ASSERT_OK(vw_submission_wait(r->batch));
     ASSERT_OK(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
     for (size_t i = 0; i < SCALAR_ROWS; i++)
         if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS)

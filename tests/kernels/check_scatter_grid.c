@@ -1,13 +1,13 @@
 // scatter_grid against the reference: sums of fixed-point gradients, and what is clamped is counted.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "kernels/check.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "kernels/check.h"
 
 // A contribution is rounded to a whole quantum, and its weight (three float factors) and product carry four float
 // roundings.
@@ -56,9 +56,9 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     clear_gradient(bench);
     step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    vw_batch_begin(bench->batch);
-    hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->batch,
-                        &(struct field_chunk){.kept = bench->step.occupancy.kept}, samples);
+    vw_submission_begin(bench->batch);
+    vw_hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->batch,
+                           &(struct vw_field_chunk){.kept = bench->step.occupancy.kept}, samples);
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;

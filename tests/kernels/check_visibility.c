@@ -16,7 +16,7 @@ static const double STEP_TOLERANCE = 5e-4;     // of a step's length: see check_
 enum { CODE_WORDS = sizeof(struct vw_visibility_moments) / 4, UPDATES = 3 };
 
 static bool is_off(const struct step_bench *bench) {
-    const struct visibility *it = &bench->step.visibility;
+    const struct vw_visibility_effect *it = &bench->step.visibility;
     if (it->predict) return false;
     assert_int_equal(bench->model.visibility.size_bytes + bench->model.visibility_codes.size_bytes, 0);
     assert_null(it->of_rays);
@@ -27,7 +27,7 @@ static bool is_off(const struct step_bench *bench) {
 }
 
 static struct vw_push_rays push_of(const struct step_bench *bench) {
-    return (struct vw_push_rays){.ray_count = bench->config.rays, .key = model_key_of_step(&bench->model, 1)};
+    return (struct vw_push_rays){.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, 1)};
 }
 
 // The network with a code of the kind, in double; the device's params likewise.
@@ -97,7 +97,7 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
 void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed + 4};
-    const struct visibility *it = &bench->step.visibility;
+    const struct vw_visibility_effect *it = &bench->step.visibility;
     size_t count = vw_buffer_size_bytes(it->partials) / sizeof(float);
     const struct vw_push_reduce push = {.count = (uint32_t)(count / REFERENCE_VISIBILITY)};
     float *partials = vw_allocate(count, sizeof *partials), *before = step_bench_read(bench, bench->step.d_weights);
@@ -123,7 +123,7 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
 }
 
 static void update_code(struct step_bench *bench, const float *d_weights) {
-    const struct visibility *it = &bench->step.visibility;
+    const struct vw_visibility_effect *it = &bench->step.visibility;
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_push_update push = {0};
     float *before = step_bench_read(bench, bench->field.params), *moments = step_bench_read(bench, it->moments);
@@ -171,7 +171,7 @@ static void update_code(struct step_bench *bench, const float *d_weights) {
 void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed};
-    const struct visibility *it = &bench->step.visibility;
+    const struct vw_visibility_effect *it = &bench->step.visibility;
     float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
     uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(it->moments), 1);
     zeros[CODE_WORDS * bench->view + CODE_WORDS - 1] = kind == INPUT_SATURATING ? INT32_MAX - 1 : 0;

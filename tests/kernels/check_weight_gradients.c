@@ -1,14 +1,14 @@
 // gradient_weights and reduce_weights against the reference, on random activation rows and slices.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "kernels/check.h"
 
 static uint32_t slice_count(const struct step_bench *bench) {
     return bench->padded_samples / bench->model.specialization.slice_samples;

@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "reference/step_bench.h"
 #include "support/gpu_fixture.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 // Tables of 2^14 entries on 8 levels, and 2,048 samples: beyond 65,536 texels in both the grid and the activations. The
 // other has so many samples that its gradient takes wide words.
@@ -129,13 +129,13 @@ static void the_chunk_size_changes_no_bit(void **state) {
     }
 }
 
-static vw_float4 *render(struct step_bench *bench, struct evaluator *evaluator, const struct vw_pixel *pixels,
+static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluator, const struct vw_pixel *pixels,
                          uint32_t count) {
-    assert_int_equal(evaluator_set_pixels(evaluator, pixels, count), VW_OK);
-    vw_batch_begin(bench->batch);
-    evaluator_record(evaluator, bench->batch);
-    assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-    assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, pixels, count), VW_OK);
+    vw_submission_begin(bench->batch);
+    vw_evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
     return step_bench_read(bench, evaluator->colours);
 }
 
@@ -146,16 +146,16 @@ static void rendering_in_chunks_changes_no_bit(void **state) {
         .name = "many samples", .seed = 113, .samples = 512, .rays = 192, .levels = 2, .log2_table = 8, .width = 16};
     enum { BEHIND = 70 };
     struct step_bench *bench = step_bench_open(&many);
-    struct evaluator *whole = step_bench_evaluator(bench), part;
+    struct vw_evaluator *whole = step_bench_evaluator(bench), part;
     assert_true(whole->chunk_rays < many.rays && whole->chunk_rays > BEHIND);
-    assert_int_equal(evaluator_create(&bench->field, many.rays - BEHIND, &part), VW_OK);
+    assert_int_equal(vw_evaluator_create(&bench->field, many.rays - BEHIND, &part), VW_OK);
     assert_int_equal(part.chunk_rays, part.ray_count);
     vw_float4 *expected = render(bench, &part, bench->pixels + BEHIND, many.rays - BEHIND);
     vw_float4 *found = render(bench, whole, bench->pixels, many.rays);
     check_same_bits(bench->where, "colours", found + BEHIND, expected, (many.rays - BEHIND) * sizeof *found);
     free(expected);
     free(found);
-    evaluator_destroy(&part);
+    vw_evaluator_destroy(&part);
     step_bench_close(bench);
 }
 

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
 #include "base/memory.h"
+#include "kernels/check.h"
 
 static const double LINE_TOLERANCE = 1e-6;  // box edges, as in check_rays.c
 static const double REPROJECTION_PX = 0.01; // what generate_rays is held to

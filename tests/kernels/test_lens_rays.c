@@ -7,14 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "support/gpu_fixture.h"
 #include "train/effects/registry.h"
 #include "train/pixels.h"
 #include "viewworth/gpu.h"
-#include "gpu/compute.h"
-#include "detect/decide.h"
-#include "base/memory.h"
 
 static const double REPROJECTION_PX = 0.01;  // the bound that pinholes and OPENCV lenses keep
 enum { SIDE = 25, RAYS = 640, SAMPLES = 8 }; // 25 x 25 positions, padded to a whole number of workgroups
@@ -79,7 +79,7 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
     struct vw_specialization specialization = {.samples = SAMPLES, .strata = SAMPLES, .effect_distortion = distortion};
     uint32_t words[VW_SPECIALIZATION_COUNT];
     memcpy(words, &specialization, sizeof words);
-    struct vw_gpu_camera camera = pixels_camera(view, box);
+    struct vw_gpu_camera camera = vw_pixels_camera(view, box);
     struct vw_pixel pixels[RAYS];
     for (uint32_t i = 0; i < RAYS; i++) {
         pixels[i] = (struct vw_pixel){.weight = 1};
@@ -98,21 +98,21 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
                                           .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
     struct vw_pass *pass = NULL;
-    struct vw_batch *batch = NULL;
+    struct vw_submission *batch = NULL;
     const struct vw_push_rays push = {.ray_count = RAYS};
     enum vw_status status = vw_buffer_write(buffers[0], 0, &camera, sizeof camera);
     if (!status) status = vw_buffer_write(buffers[1], 0, pixels, sizeof pixels);
     if (!status) status = vw_pass_create(test_gpu(), &params, &pass);
-    if (!status) status = vw_batch_create(test_gpu(), &batch);
+    if (!status) status = vw_submission_create(test_gpu(), &batch);
     if (!status) {
-        vw_batch_begin(batch);
-        vw_batch_dispatch(batch, pass, &push, sizeof push, RAYS);
-        status = vw_batch_submit(batch);
+        vw_submission_begin(batch);
+        vw_submission_dispatch(batch, pass, &push, sizeof push, RAYS);
+        status = vw_submission_submit(batch);
     }
-    if (!status) status = vw_batch_wait(batch);
+    if (!status) status = vw_submission_wait(batch);
     if (!status) status = vw_buffer_read(buffers[2], 0, rays, RAYS * sizeof *rays);
     if (status) fail_msg("%s", vw_error_message());
-    vw_batch_destroy(&batch);
+    vw_submission_destroy(&batch);
     vw_pass_destroy(&pass);
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(&buffers[i]);
 }
@@ -189,7 +189,7 @@ static void samples_lie_between_near_and_far(void **state) {
         uint32_t cut_count = 0;
         generate(&view, &box, DISTORTION_NONE, whole);
         double near_edges = fmax(distances[i] - margin, 0.1), far_edges = distances[i] + margin;
-        view.near_world = near_edges * edge / 0.9; // the margins of pixels_camera(): nine tenths and eleven tenths
+        view.near_world = near_edges * edge / 0.9; // the margins of vw_pixels_camera(): nine tenths and eleven tenths
         view.far_world = far_edges * edge / 1.1;
         generate(&view, &box, DISTORTION_NONE, cut);
         for (uint32_t k = 0; k < RAYS; k++) check_depths(&view, &whole[k], &cut[k], near_edges, far_edges, &cut_count);
@@ -219,7 +219,7 @@ static void the_cheapest_sufficient_variant_is_chosen(void **state) {
         struct vw_specialization specialization = {0};
         uint32_t count;
         assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
-        effects_specialize(verdicts, &scene, &specialization);
+        vw_effects_specialize(verdicts, &scene, &specialization);
         assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
     }
 }

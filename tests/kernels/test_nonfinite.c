@@ -1,16 +1,16 @@
 // Decision 8 on the device: one parameter that is not finite marks the step, changes nothing else, and is hidden
 // nowhere on its way, neither in training nor in validation.
-#include "train/fields/hash.h"
 #include "support/cmocka_test.h"
+#include "train/fields/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 static const struct step_case setup = {
     .name = "poisoned", .seed = 101, .log2_table = 8, .levels = 4, .width = 16, .rays = 24, .samples = 32};
@@ -128,13 +128,13 @@ static void validation_shows_a_poisoned_field(void **state) {
     (void)state;
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
         struct step_bench *bench = step_bench_open(&setup);
-        struct evaluator *evaluator = step_bench_evaluator(bench);
+        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
         poison_params(bench, &poisons[i]);
-        assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-        vw_batch_begin(bench->batch);
-        evaluator_record(evaluator, bench->batch);
-        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+        vw_submission_begin(bench->batch);
+        vw_evaluator_record(evaluator, bench->batch);
+        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
         struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
         float *samples = step_bench_read(bench, evaluator->samples);
         vw_float4 *colours = step_bench_read(bench, evaluator->colours);
@@ -153,16 +153,16 @@ static void a_poisoned_sky_is_flagged_and_shown(void **state) {
     struct step_case with_sky = setup;
     with_sky.sky = true;
     struct step_bench *bench = step_bench_open(&with_sky);
-    struct evaluator *evaluator = step_bench_evaluator(bench);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     step_bench_step(bench, 1);
     float *params = step_bench_read(bench, bench->field.params);
     params[bench->model.sky.offset_bytes / sizeof *params + 4 * 5 + 1] = NAN;
     step_bench_write(bench, bench->field.params, params);
     void *moments = step_bench_read(bench, bench->step.weight_moments);
-    assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_batch_begin(bench->batch);
-    step_record(&bench->step, bench->batch, 2, 0, 0);
-    evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    vw_submission_begin(bench->batch);
+    vw_step_record_passes(&bench->step, bench->batch, 2, 0, 0);
+    vw_evaluator_record(evaluator, bench->batch);
     step_bench_submit(bench);
     float *params_after = step_bench_read(bench, bench->field.params);
     void *moments_after = step_bench_read(bench, bench->step.weight_moments);

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "kernels/check.h"
 
 enum { SILENT_STEPS = 10000, USUAL_QUANTA = 100000 };
 
@@ -20,13 +20,13 @@ static float entry(struct step_bench *bench, uint64_t feature) {
 
 static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     for (uint32_t step = 0; step < SILENT_STEPS;) {
-        vw_batch_begin(bench->batch);
+        vw_submission_begin(bench->batch);
         for (uint32_t i = 0; i < 500; i++, step++) {
             struct vw_push_update push = {.count = bench->model.pair_count, .step_low = first_step + step};
-            vw_batch_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
+            vw_submission_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
         }
-        assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
     }
 }
 

@@ -7,22 +7,22 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "gpu/spirv.h"
 #include "kernels/check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
-#include "gpu/compute.h"
-#include "detect/decide.h"
 #include "train/effects/registry.h"
-#include "base/memory.h"
 
 static const struct pass {
     const char *name; // with _half behind it: on a grid of halves
     const struct vw_shader *shader;
     pass_check *check;
-    enum scatter_form scatter;
+    enum vw_scatter_form scatter;
 } passes[] = {
     {"mix_code", &vw_shader_mix_code, check_mix_code, SCATTER_ATOMICS},
     {"predict_visibility", &vw_shader_predict_visibility, check_predict_visibility, SCATTER_ATOMICS},
@@ -236,7 +236,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
         for (uint32_t k = 0; k < count; k++) on[k] += verdicts[k].on;
     }
     assert_true(count > 0);
-    const struct effect *effects = effects_get(&count);
+    const struct vw_effect *effects = vw_effects_get(&count);
     for (uint32_t k = 0; k < count; k++)
         if (strcmp(effects[k].name, "transient") && strcmp(effects[k].name, "pose") &&
             strcmp(effects[k].name, "appearance_encoder") && effects[k].constant != SIZE_MAX &&

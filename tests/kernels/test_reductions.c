@@ -7,10 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernels/check.h"
-#include "support/gpu_fixture.h"
 #include "base/memory.h"
 #include "base/psnr.h"
+#include "kernels/check.h"
+#include "support/gpu_fixture.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative, of the sums themselves
 enum { LAST_VIEW = REDUCED_VIEWS - 1 };      // the largest

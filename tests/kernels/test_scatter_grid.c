@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "kernels/check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
-#include "gpu/compute.h"
-#include "base/memory.h"
 
 // A gradient scattered by one 64-bit atomic per feature.
 struct scattered {
@@ -33,7 +33,8 @@ static struct scattered scatter_by_atomics(const struct step_case *setup) {
 }
 
 // Two 32-bit atomics with a carry, or none.
-static void gives_the_bits_of_atomics(struct step_case setup, enum scatter_form form, const struct scattered *atomics) {
+static void gives_the_bits_of_atomics(struct step_case setup, enum vw_scatter_form form,
+                                      const struct scattered *atomics) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics = false;
     setup.scatter = form;
@@ -71,10 +72,11 @@ static void only_short_chunks_are_walked(void **state) {
     vw_effects_list(none, &effect_count);
     struct vw_scene scene = {0};
     for (config.samples = 1; config.samples <= 1024; config.samples++) {
-        struct model model;
+        struct vw_model model;
         if (vw_config_check(&config) != VW_OK) continue;
-        const struct device_choices choices = {.chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128};
-        if (model_create(&config, &scene, NULL, 0, none, &choices, vw_gpu_get_limits(test_gpu()), &model)) continue;
+        const struct vw_device_choices choices = {
+            .chunk_samples = 1 << 18, .scatter = SCATTER_WALK, .slice_samples = 128};
+        if (vw_model_create(&config, &scene, NULL, 0, none, &choices, vw_gpu_get_limits(test_gpu()), &model)) continue;
         assert_true(model.scatter != SCATTER_WALK || model.specialization.chunk_samples <= 65535 / 2);
     }
 }
@@ -183,14 +185,14 @@ static void no_step_size_can_wrap(void **state) {
     struct vw_scene scene = {0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(sample_counts); i++) {
         for (config.rays = 1; config.rays <= 65536; config.rays += 1 + config.rays / 7) {
-            struct model model;
+            struct vw_model model;
             config.samples = sample_counts[i];
             if (vw_config_check(&config) != VW_OK) continue;
-            const struct device_choices choices = {.chunk_samples = 1 << 14, .slice_samples = 128};
-            assert_int_equal(model_create(&config, &scene, NULL, 0, none, &choices, &vw_gpu_floor_limits, &model),
+            const struct vw_device_choices choices = {.chunk_samples = 1 << 14, .slice_samples = 128};
+            assert_int_equal(vw_model_create(&config, &scene, NULL, 0, none, &choices, &vw_gpu_floor_limits, &model),
                              VW_OK);
             const struct vw_specialization *s = &model.specialization;
-            double samples = (double)model_pad_rays(&model, config.rays) * config.samples,
+            double samples = (double)vw_model_pad_rays(&model, config.rays) * config.samples,
                    most = s->gradient_clamp / (double)s->gradient_quantum;
             if (!(samples * (most * (1.0 + 32.0 * FLOAT_ROUNDING) + 4.0) < (s->wide_gradient ? 0x1p63 : 0x1p31)))
                 fail_msg("%u rays of %u samples may wrap", config.rays, config.samples);

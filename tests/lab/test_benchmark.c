@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lab/scorers.h"
-#include "lab/evaluation/leave_one_out.h"
-#include "value/evaluation/worth_regression.h"
 #include "base/random.h"
+#include "lab/evaluation/leave_one_out.h"
+#include "lab/scorers.h"
+#include "value/evaluation/worth_regression.h"
 #include "viewworth/status.h"
 
 enum { PHOTOS = 12, SEEDS = 2, FIRST_SEED = 40 };

@@ -26,7 +26,7 @@ export VIEWWORTH=$folder/stand_in
 photos() { "$program" info "$1" --pilot-steps 0 --json --quiet --device llvmpipe | sed -n 's/.*"train": \([0-9]*\).*/\1/p'; }
 row() { grep -c "^3 scenes,lds/val_psnr,$1,.*,3\$" "$folder/figure/pooled/benchmark.csv"; }
 
-methods() { run "$root/scripts/benchmark_methods" 11 3 "$folder/figure" --rays 8; }
+methods() { run "$root/scripts/lab/benchmark_methods" 11 3 "$folder/figure" --rays 8; }
 check "the figure of three scenes" methods
 for scene in "$folder"/figure/scenes/*.json; do
     name=$(basename "$scene" .json) n=$(photos "$scene")
@@ -41,19 +41,19 @@ cp "$folder/figure/pooled/benchmark.csv" "$folder/first"
 check "the same command" methods
 check "gives the same table" cmp "$folder/first" "$folder/figure/pooled/benchmark.csv"
 
-other() { ! "$root/scripts/benchmark_methods" 12 3 "$folder/figure" 2>"$folder/stderr" && grep -q 'holds other scenes' "$folder/stderr"; }
+other() { ! "$root/scripts/lab/benchmark_methods" 12 3 "$folder/figure" 2>"$folder/stderr" && grep -q 'holds other scenes' "$folder/stderr"; }
 check "scenes of another seed are refused" other
 broken=$(cd "$folder/figure" && ls scenes/*.json | sed -n 2p)
 echo "$broken" >"$folder/broken"
 fails_once() {
-    ! "$root/scripts/benchmark_methods" 11 3 "$folder/partly" >"$folder/stdout" 2>"$folder/stderr" &&
+    ! "$root/scripts/lab/benchmark_methods" 11 3 "$folder/partly" >"$folder/stdout" 2>"$folder/stderr" &&
         grep -q "^$(basename "$broken" .json): see .*/partly/.*[.]log$" "$folder/stderr"
 }
 check "a scene that fails is named with its log" fails_once
 check "the others are evaluated" test "$(ls -d "$folder"/partly/drawn_*/ | wc -l)" = 2
 check "and nothing is pooled" test ! -e "$folder/partly/pooled/benchmark.csv"
 rm "$folder/broken"
-check "the same command makes up for it" eval 'run "$root/scripts/benchmark_methods" 11 3 "$folder/partly" --rays 8 &&
+check "the same command makes up for it" eval 'run "$root/scripts/lab/benchmark_methods" 11 3 "$folder/partly" --rays 8 &&
     cmp "$folder/first" "$folder/partly/pooled/benchmark.csv"'
-check "wrong words are refused" eval '! "$root/scripts/benchmark_methods" 11 2>"$folder/stderr" && grep -q usage "$folder/stderr"'
+check "wrong words are refused" eval '! "$root/scripts/lab/benchmark_methods" 11 2>"$folder/stderr" && grep -q usage "$folder/stderr"'
 conclude "$@"

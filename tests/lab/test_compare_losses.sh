@@ -5,7 +5,7 @@ set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 
-compare() { VIEWWORTH=$program "$root/scripts/compare_losses" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+compare() { VIEWWORTH=$program "$root/scripts/lab/compare_losses" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 tiny() { compare "$folder/out" 4 huber:0.3 "$root/tests/support/tiny.json" -- --epochs 2 "${small[@]}" --val-rays 64 --device llvmpipe; }
 value() { sqlite3 :memory: ".mode csv" ".import '$folder/out/losses.csv' t" ".mode list" \
     "SELECT value FROM t WHERE loss = '$1' AND measure = '$2'"; } # value LOSS MEASURE
@@ -29,7 +29,7 @@ check "longer means are as reliable as Spearman and Brown say" near \
 trainings() { recorded huber-0.3/retrainings.db 'SELECT count(*) FROM retraining'; }
 before=$(trainings)
 check "the runs are swept" test "$(value huber:0.3 'lasting_psnr: agreement of two seeds')" != ''
-scores() { "$root/scripts/compare_scores" "$folder/out/tiny/huber-0.3" >"$folder/scores"; }
+scores() { "$root/scripts/lab/compare_scores" "$folder/out/tiny/huber-0.3" >"$folder/scores"; }
 check "scores are compared by the same benchmark" scores
 check "by the mean of the seeds" test "$(awk -F' \\| ' '/^\| lasting_psnr/ { print $3 }' "$folder/scores")" = \
     "$(printf %.2f "$(value huber:0.3 'lasting_psnr, mean of seeds: Spearman, validation')")"

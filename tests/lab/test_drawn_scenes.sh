@@ -6,7 +6,7 @@ set -uo pipefail
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 cd "$folder" || exit 1
 
-draw() { "$root/scripts/draw_scenes" "$@"; }
+draw() { "$root/scripts/lab/draw_scenes" "$@"; }
 has_photos() { # has_photos SCENE: as many of each split as there should be
     run "$program" info "$1" --pilot-steps 0 --json --device llvmpipe || return
     grep -qE '"train": (2[4-9]|3[0-9]|40)\b' stdout && grep -q '"val": 8\b' stdout && grep -q '"test": 8\b' stdout && return

@@ -10,9 +10,9 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "support/trainer_fixture.h"
 #include "lab/gradients/gradient_methods.h"
 #include "lab/gradients/influence_private.h"
+#include "support/trainer_fixture.h"
 
 enum { TRAINS = 5, EPOCHS = 12, STEPS = EPOCHS * TRAINS }; // photos of test_scene()
 
@@ -82,19 +82,20 @@ static double sum_of(const double *values, uint32_t count) {
 
 // The first order is by the gradient before the step, one step after the other.
 static void check_first_order(const struct opened *opened, const struct vw_in_run_credit *credits) {
-    struct gradient_sweep sweep;
-    ASSERT_OK(gradient_sweep_create(&opened->params, &sweep));
+    struct vw_gradient_replay sweep;
+    ASSERT_OK(vw_gradient_replay_create(&opened->params, &sweep));
     for (uint64_t step = 2; step <= 30; step += 14) {
-        ASSERT_OK(gradient_sweep_go_to(&sweep, step - 1));
-        vw_batch_begin(sweep.replay.batch);
-        gradient_sweep_record_validation(&sweep, 0);
-        sweep_record_own_step(&sweep.passes, sweep.replay.batch, step, step_replay_draw(&sweep.replay, step, 0), 0);
-        sweep_record_multiply(&sweep.passes, sweep.replay.batch, false, 0);
-        ASSERT_OK(step_replay_run(&sweep.replay));
+        ASSERT_OK(vw_gradient_replay_go_to(&sweep, step - 1));
+        vw_submission_begin(sweep.replay.batch);
+        vw_gradient_replay_record_validation(&sweep, 0);
+        vw_adjoint_record_own_step(&sweep.passes, sweep.replay.batch, step, vw_step_replay_draw(&sweep.replay, step, 0),
+                                   0);
+        vw_adjoint_record_multiply(&sweep.passes, sweep.replay.batch, false, 0);
+        ASSERT_OK(vw_step_replay_run(&sweep.replay));
         sweep.step = step;
-        assert_true(test_same_bits(gradient_sweep_read(&sweep, 0), credits[step - 1].first_order));
+        assert_true(test_same_bits(vw_gradient_replay_read(&sweep, 0), credits[step - 1].first_order));
     }
-    gradient_sweep_destroy(&sweep);
+    vw_gradient_replay_destroy(&sweep);
 }
 
 static void credit_training(double learning_rate, double beta1, const char *effects, double *first, double *second,
@@ -154,17 +155,17 @@ static void the_second_order_is_nearer_to_what_long_steps_change(void **state) {
 // ---- TracIn ---------------------------------------------------------------------------------------------------------
 
 // U with the params moved by `factor` times `towards` from the saved state.
-static double psnr_towards(struct gradient_sweep *sweep, const float *from, const double *towards, double factor) {
-    const struct probe_context *context = sweep->replay.context;
+static double psnr_towards(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
+    const struct vw_probe_context *context = sweep->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
     float *moved = vw_allocate(count, sizeof *moved);
     for (uint64_t i = 0; i < count; i++) moved[i] = (float)(from[i] + factor * towards[i]);
     ASSERT_OK(vw_buffer_write(context->field->params, 0, moved, count * sizeof *moved));
-    vw_batch_begin(sweep->replay.batch);
-    validation_record(context->validation, sweep->replay.batch, 0);
-    ASSERT_OK(step_replay_run(&sweep->replay));
+    vw_submission_begin(sweep->replay.batch);
+    vw_validation_record(context->validation, sweep->replay.batch, 0);
+    ASSERT_OK(vw_step_replay_run(&sweep->replay));
     free(moved);
-    return validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
+    return vw_validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
 }
 
 static float *read_block(struct vw_buffer *buffer, uint64_t count) {
@@ -173,22 +174,22 @@ static float *read_block(struct vw_buffer *buffer, uint64_t count) {
     return values;
 }
 
-static double derivative_of(struct gradient_sweep *sweep, const float *from, const double *towards, double factor) {
+static double derivative_of(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
     return (psnr_towards(sweep, from, towards, factor) - psnr_towards(sweep, from, towards, -factor)) / (2 * factor);
 }
 
 // What a small part of a photo's step, and of plain descent, really changes.
-static void measure_photo(struct gradient_sweep *sweep, uint32_t photo, uint64_t number, double rate,
+static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint64_t number, double rate,
                           struct vw_tracin_score *measured) {
-    const struct probe_context *context = sweep->replay.context;
+    const struct vw_probe_context *context = sweep->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
-    struct vw_batch *batch = sweep->replay.batch;
+    struct vw_submission *batch = sweep->replay.batch;
     uint32_t pixel =
-        step_replay_draw_photo(&sweep->replay, context->schedule->train_views[photo], number, 1 + photo, 0);
-    vw_batch_begin(batch);
-    sweep_record_own_step(&sweep->passes, batch, number, pixel, 0);
-    snapshot_record_restore(&sweep->state, batch);
-    ASSERT_OK(step_replay_run(&sweep->replay));
+        vw_step_replay_draw_photo(&sweep->replay, context->schedule->train_views[photo], number, 1 + photo, 0);
+    vw_submission_begin(batch);
+    vw_adjoint_record_own_step(&sweep->passes, batch, number, pixel, 0);
+    vw_snapshot_record_restore(&sweep->state, batch);
+    ASSERT_OK(vw_step_replay_run(&sweep->replay));
     float *before = read_block(sweep->passes.blocks.before, count),
           *after = read_block(sweep->passes.blocks.after, count),
           *gradient = read_block(sweep->passes.blocks.gradient, count);
@@ -212,24 +213,25 @@ static void tracin_is_what_small_steps_change(void **state) {
     (void)state;
     struct vw_config config = gradient_config();
     struct opened opened;
-    struct gradient_sweep sweep;
+    struct vw_gradient_replay sweep;
     struct vw_tracin_score scores[TRAINS], again[TRAINS], measured[TRAINS] = {0};
-    struct photo_products products[TRAINS];
+    struct vw_photo_products products[TRAINS];
     config.burn_in_epochs = 2;
     config.learning_rate_decay = 0.5;
     open_training(&opened, &config);
     ASSERT_OK(vw_tracin_scores(&opened.params, 2, scores));
     ASSERT_OK(vw_tracin_scores(&opened.params, 2, again));
     assert_memory_equal(scores, again, sizeof scores);
-    ASSERT_OK(gradient_sweep_create(&opened.params, &sweep));
+    ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
     const uint64_t checkpoints[] = {7 * TRAINS, 12 * TRAINS};
     for (size_t c = 0; c < VW_ARRAY_COUNT(checkpoints); c++) {
-        double rate = config.learning_rate * model_rate_of_step(sweep.replay.context->field->model, checkpoints[c] + 1);
-        ASSERT_OK(gradient_sweep_go_to(&sweep, checkpoints[c]));
-        ASSERT_OK(gradient_sweep_try_photos(&sweep, checkpoints[c] + 1, products)); // saves the state
+        double rate =
+            config.learning_rate * vw_model_rate_of_step(sweep.replay.context->field->model, checkpoints[c] + 1);
+        ASSERT_OK(vw_gradient_replay_go_to(&sweep, checkpoints[c]));
+        ASSERT_OK(vw_gradient_replay_try_photos(&sweep, checkpoints[c] + 1, products)); // saves the state
         for (uint32_t i = 0; i < TRAINS; i++) measure_photo(&sweep, i, checkpoints[c] + 1, rate, &measured[i]);
     }
-    gradient_sweep_destroy(&sweep);
+    vw_gradient_replay_destroy(&sweep);
     for (uint32_t i = 0; i < TRAINS; i++) {
         printf("tracin: %.5g for %.5g, preconditioned %.5g for %.5g\n", scores[i].plain, measured[i].plain,
                scores[i].preconditioned, measured[i].preconditioned);
@@ -242,7 +244,7 @@ static void tracin_is_what_small_steps_change(void **state) {
 
 // ---- Influence functions --------------------------------------------------------------------------------------------
 
-static double product_of(const struct influence *influence, const double *a, const double *b) {
+static double product_of(const struct vw_influence *influence, const double *a, const double *b) {
     double sum = 0;
     for (uint64_t i = 0; i < influence->count; i++)
         if (influence->rates[i] > 0) sum += a[i] * b[i] / influence->rates[i];
@@ -250,14 +252,14 @@ static double product_of(const struct influence *influence, const double *a, con
 }
 
 // (P H + damping scale) of `values`, H the mean of the products that iterations have counted.
-static void apply(struct influence *influence, const double *values, double *result) {
+static void apply(struct vw_influence *influence, const double *values, double *result) {
     uint32_t first = influence->first_counted, end = influence->settings.iterations;
     for (uint64_t i = 0; i < influence->count; i++) {
         influence->x[i] = values[i];
         result[i] = influence->settings.damping * influence->scale * values[i];
     }
     for (uint32_t k = first; k < end; k++) {
-        ASSERT_OK(influence_multiply(influence, k));
+        ASSERT_OK(vw_influence_multiply(influence, k));
         for (uint64_t i = 0; i < influence->count; i++)
             result[i] += influence->rates[i] * influence->block[i] / (end - first);
     }
@@ -265,7 +267,7 @@ static void apply(struct influence *influence, const double *values, double *res
 
 // Conjugate gradients in the metric of P, where P H + damping scale is symmetric. Leaves the solution in `solution`;
 // returns the residual's share of P grad U.
-static double solve_by_conjugate_gradients(struct influence *influence, double *solution) {
+static double solve_by_conjugate_gradients(struct vw_influence *influence, double *solution) {
     uint64_t count = influence->count;
     double *residual = vw_allocate(count, sizeof *residual), *towards = vw_allocate(count, sizeof *towards),
            *applied = vw_allocate(count, sizeof *applied);
@@ -302,20 +304,21 @@ static void influence_knows_the_rates(void **state) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct vw_config config = test_config_of(cases[c].field);
         struct opened opened;
-        struct influence influence;
-        struct gradient_sweep sweep;
+        struct vw_influence influence;
+        struct vw_gradient_replay sweep;
         uint64_t moved = 0, wrong = 0;
         config.optimizer = cases[c].optimizer;
         config.learning_rate_decay = 0.5;
         strcpy(config.effects, "none");
         open_training(&opened, &config);
-        ASSERT_OK(influence_create(&opened.params, &(struct vw_influence_settings){0}, &influence));
-        ASSERT_OK(gradient_sweep_create(&opened.params, &sweep));
+        ASSERT_OK(vw_influence_create(&opened.params, &(struct vw_influence_settings){0}, &influence));
+        ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
         uint64_t last = sweep.replay.total_steps;
-        ASSERT_OK(gradient_sweep_go_to(&sweep, last - 1));
-        vw_batch_begin(sweep.replay.batch);
-        sweep_record_own_step(&sweep.passes, sweep.replay.batch, last, step_replay_draw(&sweep.replay, last, 0), 0);
-        ASSERT_OK(step_replay_run(&sweep.replay));
+        ASSERT_OK(vw_gradient_replay_go_to(&sweep, last - 1));
+        vw_submission_begin(sweep.replay.batch);
+        vw_adjoint_record_own_step(&sweep.passes, sweep.replay.batch, last, vw_step_replay_draw(&sweep.replay, last, 0),
+                                   0);
+        ASSERT_OK(vw_step_replay_run(&sweep.replay));
         float *before = read_block(sweep.passes.blocks.before, influence.count),
               *after = read_block(sweep.passes.blocks.after, influence.count),
               *gradient = read_block(sweep.passes.blocks.gradient, influence.count);
@@ -329,8 +332,8 @@ static void influence_knows_the_rates(void **state) {
         free(before);
         free(after);
         free(gradient);
-        gradient_sweep_destroy(&sweep);
-        influence_destroy(&influence);
+        vw_gradient_replay_destroy(&sweep);
+        vw_influence_destroy(&influence);
         close_training(&opened);
     }
 }
@@ -340,24 +343,24 @@ static void a_photo_that_helps_has_influence_above_zero(void **state) {
     (void)state;
     struct vw_config config = gradient_config();
     struct opened opened;
-    struct influence influence;
-    struct gradient_sweep sweep;
-    struct photo_products products[TRAINS];
+    struct vw_influence influence;
+    struct vw_gradient_replay sweep;
+    struct vw_photo_products products[TRAINS];
     double scores[TRAINS], size = 0;
     config.optimizer = VW_OPTIMIZER_SGD;
     config.learning_rate = 0.1;
     open_training(&opened, &config);
-    ASSERT_OK(influence_create(&opened.params, &(struct vw_influence_settings){.draws = 1}, &influence));
+    ASSERT_OK(vw_influence_create(&opened.params, &(struct vw_influence_settings){.draws = 1}, &influence));
     memcpy(influence.mean, influence.pull, influence.count * sizeof *influence.pull);
-    ASSERT_OK(influence_score(&influence, scores));
-    influence_destroy(&influence);
-    ASSERT_OK(gradient_sweep_create(&opened.params, &sweep));
-    ASSERT_OK(gradient_sweep_go_to(&sweep, STEPS));
-    vw_batch_begin(sweep.replay.batch);
-    gradient_sweep_record_validation(&sweep, 0);
-    ASSERT_OK(step_replay_run(&sweep.replay));
-    ASSERT_OK(gradient_sweep_try_photos(&sweep, STEPS + 1, products));
-    gradient_sweep_destroy(&sweep);
+    ASSERT_OK(vw_influence_score(&influence, scores));
+    vw_influence_destroy(&influence);
+    ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
+    ASSERT_OK(vw_gradient_replay_go_to(&sweep, STEPS));
+    vw_submission_begin(sweep.replay.batch);
+    vw_gradient_replay_record_validation(&sweep, 0);
+    ASSERT_OK(vw_step_replay_run(&sweep.replay));
+    ASSERT_OK(vw_gradient_replay_try_photos(&sweep, STEPS + 1, products));
+    vw_gradient_replay_destroy(&sweep);
     for (uint32_t i = 0; i < TRAINS; i++) size += fabs(products[i].by_step) / TRAINS;
     for (uint32_t i = 0; i < TRAINS; i++) assert_true(fabs(TRAINS * scores[i] - products[i].by_step) < 0.01 * size);
     close_training(&opened);
@@ -365,11 +368,11 @@ static void a_photo_that_helps_has_influence_above_zero(void **state) {
 
 static void check_solution(const struct opened *opened, double scale) {
     const struct vw_influence_settings settings = {.iterations = 300, .damping = 0.05, .scale = scale};
-    struct influence influence;
+    struct vw_influence influence;
     struct vw_influence_result result = {0};
     double scores[TRAINS], exact[TRAINS], difference = 0;
-    ASSERT_OK(influence_create(&opened->params, &settings, &influence));
-    ASSERT_OK(influence_solve(&influence, &result));
+    ASSERT_OK(vw_influence_create(&opened->params, &settings, &influence));
+    ASSERT_OK(vw_influence_solve(&influence, &result));
     assert_true(result.found && result.scale == scale);
     double *found = vw_allocate(influence.count, sizeof *found), *solved = vw_allocate(influence.count, sizeof *solved);
     memcpy(found, influence.mean, influence.count * sizeof *found);
@@ -382,13 +385,13 @@ static void check_solution(const struct opened *opened, double scale) {
            difference, residual);
     assert_true(residual < 0.02);
     assert_true(difference < 0.05);
-    ASSERT_OK(influence_score(&influence, scores));
-    influence_destroy(&influence);
+    ASSERT_OK(vw_influence_score(&influence, scores));
+    vw_influence_destroy(&influence);
 
-    ASSERT_OK(influence_create(&opened->params, &settings, &influence)); // whose params are those of the end
+    ASSERT_OK(vw_influence_create(&opened->params, &settings, &influence)); // whose params are those of the end
     memcpy(influence.mean, solved, influence.count * sizeof *solved);
-    ASSERT_OK(influence_score(&influence, exact));
-    influence_destroy(&influence);
+    ASSERT_OK(vw_influence_score(&influence, exact));
+    vw_influence_destroy(&influence);
     assert_true(vw_pearson(scores, exact, TRAINS) > 0.98);
     free(found);
     free(solved);

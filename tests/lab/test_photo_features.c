@@ -8,13 +8,13 @@
 
 #include "base/memory.h"
 #include "base/random.h"
+#include "image/image.h"
 #include "lab/baselines.h"
 #include "lab/methods/consistent_residual.h"
 #include "lab/methods/optimal_transport.h"
 #include "lab/methods/photo_features.h"
 #include "lab/methods/photo_pixels.h"
 #include "lab/methods/photo_sightings.h"
-#include "image/image.h"
 #include "support/synthetic_scene.h"
 
 enum { TRAIN = 8, VAL = 3, WIDTH_PX = 24, HEIGHT_PX = 18, POINTS = 60 };

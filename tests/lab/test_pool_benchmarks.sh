@@ -10,7 +10,7 @@ scene() {
     mkdir -p "$folder/$1"
     printf '%s\n' "$header" "$1,lds/val_psnr,dv_psnr,$2,,,9" "\"$1, again\",lds/val_psnr,other,$3,0.1,0.9,9" >"$folder/$1/benchmark.csv"
 }
-pool() { "$root/scripts/pool_benchmarks" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+pool() { "$root/scripts/lab/pool_benchmarks" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 field() { awk -F, -v method="$1" -v field="$2" '$2 == method {print $field}' "$folder/stdout"; } # field METHOD NUMBER
 between() { awk -v x="$1" -v low="$2" -v high="$3" 'BEGIN {exit !(x >= low && x <= high)}'; }
 refused() { ! pool "${@:2}" && [[ ! -s $folder/stdout ]] && grep -q "^pool_benchmarks: .*$1" "$folder/stderr"; }

@@ -25,7 +25,7 @@ for scene in range(5):
     (out / "worths.csv").write_text("\n".join(worths) + "\n")
 END
 
-fit() { "$root/scripts/train_predictor" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+fit() { "$root/scripts/lab/train_predictor" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 row() { awk -F, -v key="$1" '$1 "," $2 == key {print $3, $4, $5, $6}' "$folder/stdout"; } # row TRUTH,METRIC: its numbers
 weight() { sed -n "s/^ *{\"$1\", \(.*\)},$/\1/p" "$folder/weights.h"; }
 within() { awk -v x="$1" -v low="$2" -v high="$3" 'BEGIN {exit !(x != "" && x >= low && x <= high)}'; }

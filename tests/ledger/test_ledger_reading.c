@@ -11,15 +11,15 @@
 
 // ---- A folder: its names, and the bytes and times of its files -----------------------------------------------------
 
-struct snapshot {
+struct vw_snapshot {
     char *text;
     size_t size_bytes;
 };
 
 static int is_name(const struct dirent *entry) { return entry->d_name[0] != '.' || strlen(entry->d_name) > 2; }
 
-static struct snapshot look_at(const char *folder) {
-    struct snapshot snapshot = {0};
+static struct vw_snapshot look_at(const char *folder) {
+    struct vw_snapshot snapshot = {0};
     FILE *stream = open_memstream(&snapshot.text, &snapshot.size_bytes);
     struct dirent **entries = NULL;
     int count = scandir(folder, &entries, is_name, alphasort);
@@ -43,8 +43,8 @@ static struct snapshot look_at(const char *folder) {
     return snapshot;
 }
 
-static void assert_unchanged(const char *folder, struct snapshot before) {
-    struct snapshot after = look_at(folder);
+static void assert_unchanged(const char *folder, struct vw_snapshot before) {
+    struct vw_snapshot after = look_at(folder);
     assert_int_equal(after.size_bytes, before.size_bytes);
     assert_memory_equal(after.text, before.text, before.size_bytes);
     free(after.text);
@@ -79,7 +79,7 @@ static enum vw_status read_all(const char *path, uint64_t *step_count) {
 static void reading_changes_nothing(void **state) {
     uint64_t step_count = 0;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    struct snapshot before = look_at(*state);
+    struct vw_snapshot before = look_at(*state);
     ASSERT_OK(read_all(path, &step_count));
     assert_unchanged(*state, before);
     free(before.text);
@@ -99,7 +99,7 @@ static void reading_changes_nothing(void **state) {
 // A reader's handle cannot write at all, whatever it is asked to do.
 static void a_reader_cannot_write(void **state) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    struct snapshot before = look_at(*state);
+    struct vw_snapshot before = look_at(*state);
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(path, &ledger));
     assert_int_equal(vw_ledger_finish(ledger, "failed", "2026-11-21T04:00:00Z", NULL, 0), VW_ERROR_IO);
@@ -184,7 +184,7 @@ static void after_a_kill_only_who_appends_repairs(void **state) {
     int result = 0;
     assert_int_equal(waitpid(child, &result, 0), child);
     assert_true(WIFSIGNALED(result) && vw_file_exists(journal)); // or this test shows nothing
-    struct snapshot before = look_at(*state);
+    struct vw_snapshot before = look_at(*state);
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), path));
     assert_non_null(strstr(vw_error_message(), "--resume"));

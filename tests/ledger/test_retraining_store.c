@@ -1,8 +1,8 @@
 // The file of retrainings: what is appended comes back after it is opened again, and what is no such file is refused.
 #include "support/ledger_fixture.h"
 
-#include "support/ledger_sql.h"
 #include "ledger/retraining_store.h"
+#include "support/ledger_sql.h"
 
 static struct vw_retrainings *open_retrainings(const char *folder) {
     struct vw_retrainings *retrainings = NULL;

@@ -2,8 +2,8 @@
 // table, and another kind of file is refused.
 #include "support/ledger_fixture.h"
 
-#include "support/ledger_sql.h"
 #include "ledger/sweeps.h"
+#include "support/ledger_sql.h"
 
 static char *path_in(void **state) { return vw_path_join(*state, "tradeoff.db"); }
 

@@ -7,12 +7,12 @@ const double reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
 
 double reference_photo_rate(uint64_t visits) { return 20.0 / sqrt((double)visits); }
 
-uint32_t reference_photo_count(const struct model *model) {
+uint32_t reference_photo_count(const struct vw_model *model) {
     if (model->appearance.size_bytes) return (uint32_t)(model->appearance.size_bytes / (8 * sizeof(float)));
     return (uint32_t)(model->codes.size_bytes / (REFERENCE_CODE * sizeof(float)));
 }
 
-struct reference_photo reference_photo_of(const struct model *model, const float *params, uint32_t view) {
+struct reference_photo reference_photo_of(const struct vw_model *model, const float *params, uint32_t view) {
     struct reference_photo photo = {0};
     const float *affine = params + model->appearance.offset_bytes / sizeof *params + 8 * view;
     const float *code = params + model->codes.offset_bytes / sizeof *params + REFERENCE_CODE * view;

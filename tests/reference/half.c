@@ -20,7 +20,7 @@ double reference_half_value(uint16_t bits) {
     return bits >> 15 ? -size : size;
 }
 
-double reference_feature(const struct model *model, const void *params, uint64_t index) {
+double reference_feature(const struct vw_model *model, const void *params, uint64_t index) {
     if (model->pair_bytes == 4) return reference_half_value(((const uint16_t *)params)[index]);
     return ((const float *)params)[index];
 }

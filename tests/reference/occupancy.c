@@ -1,8 +1,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "reference.h"
 #include "base/random.h"
+#include "reference.h"
 
 static const double EMPTY_OPACITY = 0.01; // of the longest stratum, a diagonal's
 

@@ -9,14 +9,14 @@ const double reference_pose_ridge = 0.01;
 
 double reference_pose_rate(uint64_t visits) { return 0.5 / sqrt((double)visits); }
 
-void reference_pose_of(const struct model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]) {
+void reference_pose_of(const struct vw_model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]) {
     const float *own = params + model->poses.offset_bytes / sizeof *params + 8 * (size_t)view;
     for (int i = 0; i < REFERENCE_POSE; i++) pose[i] = own[i / 3 * 4 + i % 3];
 }
 
 // Of a camera far from the box turns are in box edges.
 static double turn_unit(const struct vw_view *view, const struct vw_box *box) {
-    return 1.0 / fmax(1.0, pixels_camera(view, box).reference.w);
+    return 1.0 / fmax(1.0, vw_pixels_camera(view, box).reference.w);
 }
 
 // By the angle 2 atan(|turn| / 2) about its axis (Rodrigues' formula).

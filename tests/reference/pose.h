@@ -12,7 +12,7 @@ double reference_pose_rate(uint64_t visits); // times the learning rate
 enum { REFERENCE_POSE_WARM_UP = 32 };        // steps that move no camera
 
 // The numbers of a view in a params block.
-void reference_pose_of(const struct model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]);
+void reference_pose_of(const struct vw_model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]);
 // The view as its corrected camera sees it.
 struct vw_view reference_pose_apply(const struct vw_view *view, const struct vw_box *box,
                                     const double pose[REFERENCE_POSE]);

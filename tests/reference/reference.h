@@ -89,7 +89,7 @@ double reference_half(double value);
 // What the bits of a half say.
 double reference_half_value(uint16_t bits);
 // Feature `index` of the grid in a params block, in either precision.
-double reference_feature(const struct model *model, const void *params, uint64_t index);
+double reference_feature(const struct vw_model *model, const void *params, uint64_t index);
 
 // ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------
 
@@ -98,7 +98,7 @@ void reference_spherical_harmonics(const double direction[3], double values[9]);
 // ---- sky.c: what stands behind the field and behind transparent pixels ----------------------------------------------
 
 // The coefficients from the whole params block; left as they are without the effect.
-void reference_sky_read(const struct model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
+void reference_sky_read(const struct vw_model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
 void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]);
 // The gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`, and what it adds to
 // the coefficients'.
@@ -199,8 +199,8 @@ struct reference_photo {     // what belongs to one photo, or its gradient; 0 wh
     double gain[3], bias[3]; // gain: beyond 1
     double code[REFERENCE_CODE];
 };
-uint32_t reference_photo_count(const struct model *model);
-struct reference_photo reference_photo_of(const struct model *model, const float *params, uint32_t view);
+uint32_t reference_photo_count(const struct vw_model *model);
+struct reference_photo reference_photo_of(const struct vw_model *model, const float *params, uint32_t view);
 void reference_appear(const struct reference_photo *photo, const double rendered[3], double seen[3]);
 // Accumulates into d_photo.
 void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
@@ -260,7 +260,7 @@ void reference_picture_gradient(uint32_t side, double d_thumbnail[THUMBNAIL_PIXE
 void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding,
                                   int64_t *quanta);
 // The integer gradient of every feature from the device's words.
-void reference_unpack_grid(const struct model *model, const uint64_t *words, int64_t *quanta);
+void reference_unpack_grid(const struct vw_model *model, const uint64_t *words, int64_t *quanta);
 
 // ---- adam.c ---------------------------------------------------------------------------------------------------------
 
@@ -316,7 +316,7 @@ struct reference_params {
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's
 // ReLU decisions in the place of the reference's (reference_adopt_gates).
 struct reference_step {
-    const struct model *model;
+    const struct vw_model *model;
     uint32_t ray_count;
     struct reference_ray *rays;
     struct reference_sample *samples; // ray by ray
@@ -343,10 +343,11 @@ struct reference_step {
 // In the place of a slot: the sample is skipped, as if it had density 0.
 #define REFERENCE_SKIPPED UINT32_MAX
 
-struct reference_params *reference_params_create(const struct model *model,
+struct reference_params *reference_params_create(const struct vw_model *model,
                                                  const float *params); // of the whole params block
 void reference_params_destroy(struct reference_params *params);
-struct reference_step *reference_step_create(const struct model *model, const struct vw_ray *rays, uint32_t ray_count);
+struct reference_step *reference_step_create(const struct vw_model *model, const struct vw_ray *rays,
+                                             uint32_t ray_count);
 void reference_step_destroy(struct reference_step *step);
 // `training`: jittered samples of step `number`; otherwise the strata's centres.
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,

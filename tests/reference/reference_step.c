@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 
-struct reference_params *reference_params_create(const struct model *model, const float *params) {
+struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = vw_allocate(1, sizeof *reference);
     reference->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
     for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = reference_feature(model, params, i);
@@ -35,7 +35,8 @@ void reference_params_destroy(struct reference_params *params) {
     free(params);
 }
 
-struct reference_step *reference_step_create(const struct model *model, const struct vw_ray *rays, uint32_t ray_count) {
+struct reference_step *reference_step_create(const struct vw_model *model, const struct vw_ray *rays,
+                                             uint32_t ray_count) {
     struct reference_step *step = vw_allocate(1, sizeof *step);
     size_t samples = (size_t)ray_count * model->specialization.samples;
     *step = (struct reference_step){.model = model, .ray_count = ray_count};
@@ -125,7 +126,7 @@ static struct reference_weights *mix_weights(const struct reference_step *step, 
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
                             uint64_t number) {
     struct vw_specialization s = step->model->specialization;
-    vw_uint4 key = model_key_of_step(step->model, number);
+    vw_uint4 key = vw_model_key_of_step(step->model, number);
     struct reference_point *points = vw_allocate(s.samples, sizeof *points);
     struct reference_weights *weights = mix_weights(step, params, training);
     const struct reference_photo *photo = training && params->photos ? &params->photos[step->view] : NULL;

@@ -6,14 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "base/random.h"
+#include "detect/decide.h"
+#include "gpu/compute.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
 #include "train/half.h"
 #include "train/pixels.h"
-#include "base/memory.h"
-#include "gpu/compute.h"
-#include "detect/decide.h"
-#include "base/random.h"
 
 static void stop_unless(const struct step_bench *bench, enum vw_status status) {
     if (status != VW_OK) fail_msg("%s: %s", bench->where, vw_error_message());
@@ -79,8 +79,9 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(bench->gpu);
     bool can = c->scatter == SCATTER_WALK ? limits->int64 : limits->int64_atomics;
     bench->model.scatter = can ? c->scatter : SCATTER_SPLIT_ATOMICS;
-    s->chunk_samples = c->chunk_samples ? c->chunk_samples
-                                        : model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
+    s->chunk_samples = c->chunk_samples
+                           ? c->chunk_samples
+                           : vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.ray_samples;
     if (c->slice_samples) s->slice_samples = c->slice_samples;
     s->rows_texel = !c->as_on_gpus && VW_ROWS_SIZE((uint64_t)bench->model.row_count, s->chunk_samples) <=
                                           vw_gpu_get_limits(bench->gpu)->texel_elements;
@@ -91,7 +92,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
 }
 
 // Photos start at 0; here they have come some way.
-static void draw_photos(struct step_bench *bench, const struct param_range *range, float scale,
+static void draw_photos(struct step_bench *bench, const struct vw_param_range *range, float scale,
                         struct test_random *random) {
     float *values = bench->params + range->offset_bytes / sizeof(float);
     bool padded = range == &bench->model.appearance || range == &bench->model.poses;
@@ -104,7 +105,7 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f,
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = vw_allocate(bench->model.param_bytes, 1);
-    model_initialise(&bench->model, c->seed, bench->params);
+    vw_model_initialise(&bench->model, c->seed, bench->params);
     size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
     float *features = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
@@ -130,9 +131,9 @@ static void make_pixels(struct step_bench *bench) {
     bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
                   bench->model.visibility_codes.size_bytes || bench->model.transient_codes.size_bytes ||
                   bench->model.poses.size_bytes || bench->model.encoder.size_bytes; // not 0, where it matters
-    const struct pixel_draw first = {bench->config.seed, 1, 0, 0}, second = {bench->config.seed, 2, 0, 0};
-    pixels_draw(bench->scene, bench->view, &first, rays / 2, bench->pixels);
-    pixels_draw(bench->scene, 1 - bench->view, &second, rays - rays / 2, bench->pixels + rays / 2);
+    const struct vw_pixel_draw first = {bench->config.seed, 1, 0, 0}, second = {bench->config.seed, 2, 0, 0};
+    vw_pixels_draw(bench->scene, bench->view, &first, rays / 2, bench->pixels);
+    vw_pixels_draw(bench->scene, 1 - bench->view, &second, rays - rays / 2, bench->pixels + rays / 2);
 }
 
 static struct step_bench *open_benches[32]; // so that a failed test's objects can be destroyed before the device
@@ -158,11 +159,11 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
     stop_unless(bench, vw_effects_find_facts(bench->scene, bench->config.effects, verdicts, &count));
     struct vw_gpu_info device = *vw_gpu_get_info(bench->gpu);
     if (c->as_on_gpus) device.kind = VW_GPU_DISCRETE;
-    struct device_choices choices;
-    device_choose(&device, &choices);
-    stop_unless(bench, model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
-                                    vw_gpu_get_limits(bench->gpu), &bench->model));
-    bench->padded_samples = model_pad_rays(&bench->model, bench->config.rays) * bench->model.specialization.samples;
+    struct vw_device_choices choices;
+    vw_device_choose(&device, &choices);
+    stop_unless(bench, vw_model_create(&bench->config, bench->scene, NULL, 0, verdicts, &choices,
+                                       vw_gpu_get_limits(bench->gpu), &bench->model));
+    bench->padded_samples = vw_model_pad_rays(&bench->model, bench->config.rays) * bench->model.specialization.samples;
     override_model(c, bench);
     make_params(c, bench);
     make_pixels(bench);
@@ -182,7 +183,7 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
     list_open(bench);
     describe(bench, c);
     uint64_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
-    stop_unless(bench, field_create(gpu, &bench->model, bench->scene, c->seed, &bench->field));
+    stop_unless(bench, vw_field_create(gpu, &bench->model, bench->scene, c->seed, &bench->field));
     stop_unless(bench, vw_buffer_create(gpu,
                                         &(struct vw_buffer_params){
                                             .name = "pixels", .size_bytes = pixel_bytes, .memory = VW_BUFFER_UPLOAD},
@@ -190,10 +191,10 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, pixel_bytes);
     stop_unless(
         bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
-    stop_unless(bench, schedule_create(bench->scene, NULL, 0, &bench->config, &bench->schedule));
-    stop_unless(bench, step_create(&bench->field, &bench->config, &bench->schedule, bench->pixel_buffer, bench->scalars,
-                                   &bench->step));
-    stop_unless(bench, vw_batch_create(gpu, &bench->batch));
+    stop_unless(bench, vw_photo_order_create(bench->scene, NULL, 0, &bench->config, &bench->schedule));
+    stop_unless(bench, vw_step_create(&bench->field, &bench->config, &bench->schedule, bench->pixel_buffer,
+                                      bench->scalars, &bench->step));
+    stop_unless(bench, vw_submission_create(gpu, &bench->batch));
     step_bench_write_params(bench);
     if (c->occupancy) empty_some_cells(bench);
     return bench;
@@ -210,18 +211,18 @@ struct step_bench *step_bench_open_clamped(const struct step_case *c, const stru
     return open_on(gpu, true, c);
 }
 
-struct evaluator *step_bench_evaluator(struct step_bench *bench) {
+struct vw_evaluator *step_bench_evaluator(struct step_bench *bench) {
     if (bench->evaluator.field) return &bench->evaluator;
-    stop_unless(bench, evaluator_create(&bench->field, bench->step.padded_rays, &bench->evaluator));
+    stop_unless(bench, vw_evaluator_create(&bench->field, bench->step.padded_rays, &bench->evaluator));
     return &bench->evaluator;
 }
 
 static enum vw_status destroy(struct step_bench *bench) {
-    evaluator_destroy(&bench->evaluator);
-    vw_batch_destroy(&bench->batch);
-    step_destroy(&bench->step);
-    schedule_destroy(&bench->schedule);
-    field_destroy(&bench->field);
+    vw_evaluator_destroy(&bench->evaluator);
+    vw_submission_destroy(&bench->batch);
+    vw_step_destroy(&bench->step);
+    vw_photo_order_destroy(&bench->schedule);
+    vw_field_destroy(&bench->field);
     vw_buffer_destroy(&bench->pixel_buffer);
     vw_buffer_destroy(&bench->scalars);
     vw_scene_close(&bench->scene);
@@ -254,11 +255,11 @@ void step_bench_put_grid(const struct step_bench *bench, const float *features, 
     uint16_t *halves = params;
     if (!bench->model.half_grid) memcpy(params, features, count * sizeof *features);
     for (size_t i = 0; i < count && bench->model.half_grid; i++)
-        halves[i] = half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
+        halves[i] = vw_half_nearest(fmaxf(fminf(features[i], 65504.0f), -65504.0f));
 }
 
 float *step_bench_read_params(struct step_bench *bench) {
-    const struct model *model = &bench->model;
+    const struct vw_model *model = &bench->model;
     size_t features = 2 * (size_t)model->pair_count, rest_bytes = model->param_bytes - model->grid.size_bytes;
     char *block = step_bench_read(bench, bench->field.params);
     float *params = vw_allocate(features * sizeof *params + rest_bytes, 1);
@@ -271,41 +272,41 @@ float *step_bench_read_params(struct step_bench *bench) {
 void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }
 
 void step_bench_submit(struct step_bench *bench) {
-    stop_unless(bench, vw_batch_submit(bench->batch));
-    stop_unless(bench, vw_batch_wait(bench->batch));
+    stop_unless(bench, vw_submission_submit(bench->batch));
+    stop_unless(bench, vw_submission_wait(bench->batch));
 }
 
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number) {
     return (struct vw_push_samples){.ray_count = bench->step.padded_rays,
-                                    .key = model_key_of_step(&bench->model, number)};
+                                    .key = vw_model_key_of_step(&bench->model, number)};
 }
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     assert_int_equal(bench->step.chunk_rays, bench->step.padded_rays); // so that activations of all samples are left
-    vw_batch_begin(bench->batch);
-    step_record_gradients(&bench->step, bench->batch, number, 0);
-    step_record_loss(&bench->step, bench->batch, 0);
+    vw_submission_begin(bench->batch);
+    vw_step_record_gradients(&bench->step, bench->batch, number, 0);
+    vw_step_record_loss(&bench->step, bench->batch, 0);
     step_bench_submit(bench);
 }
 
 void step_bench_step(struct step_bench *bench, uint64_t number) {
-    vw_batch_begin(bench->batch);
-    step_record(&bench->step, bench->batch, number, 0, 0);
+    vw_submission_begin(bench->batch);
+    vw_step_record_passes(&bench->step, bench->batch, number, 0, 0);
     step_bench_submit(bench);
 }
 
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations) {
-    vw_batch_begin(bench->batch);
-    vw_batch_dispatch(bench->batch, pass, push, push_bytes, invocations);
+    vw_submission_begin(bench->batch);
+    vw_submission_dispatch(bench->batch, pass, push, push_bytes, invocations);
     step_bench_submit(bench);
 }
 
 void step_bench_keep_all(struct step_bench *bench) {
     if (!bench->step.occupancy.kept) return;
     struct vw_push_samples push = step_bench_push(bench, 1); // warming up
-    vw_batch_begin(bench->batch);
-    occupancy_record_chunk(&bench->step.occupancy, bench->batch, &push);
+    vw_submission_begin(bench->batch);
+    vw_occupancy_record_chunk(&bench->step.occupancy, bench->batch, &push);
     step_bench_submit(bench);
 }
 

@@ -3,9 +3,9 @@
 #ifndef VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
 #define VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
 
+#include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
-#include "gpu/compute.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"
 #include "train/step.h"
@@ -32,15 +32,15 @@ struct step_case {
     bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks, appearance_encoder;
     bool random_background; // its form
     bool transient, pose;
-    double beta_min;           // of it [0.1]
-    double consistency_weight; // beside appearance_encoder [0]
-    bool occupancy;            // on, and every other cell empty, in no order
-    bool wide;                 // 64-bit gradient words
-    bool half_grid;            // --table-precision float16
-    enum scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
-    bool as_on_gpus;           // the other choices as on GPUs (src/train/device_choices.c)
-    uint32_t slice_samples;    // [by these choices]
-    float grid_scale;          // the grid is uniform in +-this [0.5]
+    double beta_min;              // of it [0.1]
+    double consistency_weight;    // beside appearance_encoder [0]
+    bool occupancy;               // on, and every other cell empty, in no order
+    bool wide;                    // 64-bit gradient words
+    bool half_grid;               // --table-precision float16
+    enum vw_scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
+    bool as_on_gpus;              // the other choices as on GPUs (src/train/device_choices.c)
+    uint32_t slice_samples;       // [by these choices]
+    float grid_scale;             // the grid is uniform in +-this [0.5]
     float weight_scale; // the networks' initial weights times this [1]; the sky's coefficients are uniform in +-this
     uint32_t chunk_samples; // [the whole step in one chunk]
 };
@@ -51,17 +51,17 @@ struct step_bench {
     bool owns_gpu;
     struct vw_config config;
     struct vw_scene *scene;
-    struct model model;
-    struct field field;
-    struct schedule schedule; // of both photos
-    struct step_passes step;
+    struct vw_model model;
+    struct vw_radiance_field field;
+    struct vw_photo_order schedule; // of both photos
+    struct vw_step_passes step;
     struct vw_buffer *pixel_buffer, *scalars;
-    struct vw_batch *batch;
-    struct evaluator evaluator; // after step_bench_evaluator
-    struct vw_pixel *pixels;    // config.rays of them, of view 0 and 1
-    uint32_t view;              // of the first, whose photo the step takes for its own
-    float *params;              // what the params block was set to; its grid may be halves
-    uint32_t padded_samples;    // of the step
+    struct vw_submission *batch;
+    struct vw_evaluator evaluator; // after step_bench_evaluator
+    struct vw_pixel *pixels;       // config.rays of them, of view 0 and 1
+    uint32_t view;                 // of the first, whose photo the step takes for its own
+    float *params;                 // what the params block was set to; its grid may be halves
+    uint32_t padded_samples;       // of the step
 };
 
 // One case per thing that may break on its own: every sample count kind, width, features, table, loss and effect; see
@@ -77,7 +77,7 @@ void step_bench_close(struct step_bench *bench);
 // The group teardown of programs with benches: closes what a failed test left open, then the device.
 int step_bench_teardown(void **state);
 // The evaluator over the bench's field for its padded rays, made at the first call.
-struct evaluator *step_bench_evaluator(struct step_bench *bench);
+struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
 
 // Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);

@@ -5,9 +5,9 @@
 #include <jansson.h>
 #include <sys/mman.h>
 
-#include "report/html_parts.h"
-#include "image/image.h"
 #include "base/json.h"
+#include "image/image.h"
+#include "report/html_parts.h"
 #include "report/page.h"
 #include "value/lasting_scores.h"
 

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "run/plan/budget.h"
 #include "base/memory.h"
+#include "run/plan/budget.h"
 
 static void times_are_read(void **state) {
     (void)state;

@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "scene/lens_mask.h"
 #include "base/memory.h"
+#include "scene/lens_mask.h"
 #include "viewworth/scene.h"
 
 static const struct vw_camera plain = {

@@ -8,11 +8,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

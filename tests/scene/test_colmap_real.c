@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/memory.h"
 
 static const double SAME_RAY_PX = 1e-4; // the bound
 

@@ -2,11 +2,11 @@
 // are worth; and how far validation views are from what is trained on.
 #include "support/ledger_fixture.h"
 
-#include "support/synthetic_scene.h"
-#include "value/duplicate_scores.h"
 #include "report/tables.h"
 #include "scene/duplicates.h"
 #include "scene/view_distance.h"
+#include "support/synthetic_scene.h"
+#include "value/duplicate_scores.h"
 
 enum { TRAIN = 32, VAL = 4, SIDE_PX = 64 };
 

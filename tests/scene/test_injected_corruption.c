@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/file.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 enum { PHOTOS = 16, TRAIN = 12 }; // views 0 and 8 validate, 4 and 12 test
 

@@ -7,14 +7,14 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/decoder.h"
+#include "image/image.h"
 #include "scene/mask.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 #include "train/pixels.h"
-#include "base/file.h"
-#include "image/decoder.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 
@@ -210,8 +210,8 @@ static void hidden_pixels_weigh_nothing(void **state) {
     struct vw_scene *scene = open_scene(*state);
     assert_int_equal(vw_scene_decode_all(scene), VW_OK);
     for (uint32_t i = 0; i < 48; i++) {
-        assert_true(pixels_at(scene, 1, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
-        assert_true(pixels_at(scene, 0, i % 8, i / 8).weight == 1);
+        assert_true(vw_pixels_at(scene, 1, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
+        assert_true(vw_pixels_at(scene, 0, i % 8, i / 8).weight == 1);
     }
     vw_scene_close(&scene);
 }

@@ -7,10 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "scene/bounds.h"
 #include "scene/near_far.h"
 #include "support/synthetic_scene.h"
-#include "base/memory.h"
 
 // Two views: the first sees every point, the second every `stride`th. Points are owned by the scene.
 static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, double offset_world) {

@@ -5,10 +5,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "scene/formats/nerfw_tsv.h"
-#include "support/temporary_folder.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "support/temporary_folder.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

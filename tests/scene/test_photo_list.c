@@ -11,12 +11,12 @@
 
 #include <jansson.h>
 
-#include "support/colmap_files.h"
-#include "support/temporary_folder.h"
-#include "support/tiny_scene.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "scene/formats/photo_list.h"
+#include "support/colmap_files.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
 
 enum { PHOTOS_MOST = 16 };
 

@@ -7,10 +7,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/memory.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/memory.h"
 
 enum { PHOTOS = 8 };
 static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",

@@ -5,8 +5,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "support/gpu_fixture.h"
 #include "image/image.h"
+#include "support/gpu_fixture.h"
 #include "support/recipe_fixture.h"
 
 static const double sphere_centre[3] = {0.2, -0.1, 0.3}, sphere_radius = 0.5; // of RECIPE_SPHERE

@@ -8,11 +8,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/hash.h"
+#include "base/memory.h"
+#include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/hash.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

@@ -9,9 +9,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/memory.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/memory.h"
 
 static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
 

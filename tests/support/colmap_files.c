@@ -5,9 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/file.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
-#include "base/file.h"
 
 // The rotation by `angle` about an axis of any length.
 static void turn(double angle, double x, double y, double z, double rotation[4]) {

@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "detect/decide.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/temporary_folder.h"
-#include "base/memory.h"
-#include "detect/decide.h"
 #include "train/effects/registry.h"
 #include "viewworth/train.h"
 
@@ -190,7 +190,7 @@ void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots) {
     struct confusion confusions[VW_EFFECT_COUNT_MAX];
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count = 0, mistakes = 0;
-    const struct effect *effects = effects_get(&count);
+    const struct vw_effect *effects = vw_effects_get(&count);
     for (size_t e = 0; e < VW_EFFECT_COUNT_MAX; e++)
         confusions[e] = (struct confusion){.lowest_on = 1e9, .highest_off = 0.0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {

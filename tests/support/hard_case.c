@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "reference/step_bench.h"
 #include "base/memory.h"
+#include "reference/step_bench.h"
 
 struct row {
     const struct hard_case *hard_case;

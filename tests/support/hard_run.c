@@ -5,14 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "base/psnr.h"
+#include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
 #include "support/open_trainer.h"
-#include "train/trainer_private.h"
-#include "base/memory.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/psnr.h"
+#include "train/trainer_private.h"
 
 // Root mean squares and means of errors differ by no more than the largest error of a colour: see
 // hard_check_rendering().

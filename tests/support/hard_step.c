@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
 
 // The bounds of tests/gradients and tests/kernels, where their reasons are given: positions are good to 2e-7 box edges,
 // which fine levels magnify; the device's exp2 and log2 enter the bias correction.
@@ -293,12 +293,12 @@ void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uin
 // ---- Rendering ------------------------------------------------------------------------------------------------------
 
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench) {
-    struct evaluator *evaluator = step_bench_evaluator(bench);
-    assert_int_equal(evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_batch_begin(bench->batch);
-    evaluator_record(evaluator, bench->batch);
-    assert_int_equal(vw_batch_submit(bench->batch), VW_OK);
-    assert_int_equal(vw_batch_wait(bench->batch), VW_OK);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    vw_submission_begin(bench->batch);
+    vw_evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     float *params = step_bench_read(bench, bench->field.params);

@@ -14,9 +14,9 @@
 #include <unistd.h>
 
 #include "base/file.h"
-#include "viewworth/ledger.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "viewworth/ledger.h"
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
 #define HEX_B "bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb"
@@ -214,7 +214,8 @@ static inline void test_ledger_finish(struct vw_ledger *ledger, const char *stat
     if (score_count) ASSERT_OK(vw_ledger_set_field(ledger, HEX_B));
     ASSERT_OK(vw_ledger_finish(ledger, status, "2026-11-21T04:00:00Z", test_scores, score_count));
     if (score_count)
-        ASSERT_OK(vw_ledger_add_retrainings(ledger, test_retraining_store, TEST_RETRAINING_COUNT, test_scores, score_count));
+        ASSERT_OK(
+            vw_ledger_add_retrainings(ledger, test_retraining_store, TEST_RETRAINING_COUNT, test_scores, score_count));
 }
 
 // Appends a corrupted run in batches of `batch` steps.

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
 #include "base/memory.h"
+#include "support/temporary_folder.h"
 #include "viewworth/scene.h"
 
 #define RECIPE_GREY "{\"kind\": \"plain\", \"colour\": [0.5, 0.5, 0.5]}"

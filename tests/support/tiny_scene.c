@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
+#include "base/file.h"
 #include "image/decoder.h"
 #include "image/image.h"
-#include "base/file.h"
+#include "support/temporary_folder.h"
 
 // One start of the decoder for all tests of a program.
 static void hold_decoder(void) {

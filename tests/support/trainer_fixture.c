@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 struct vw_config test_config(void) {
     struct vw_config config = vw_config_default;

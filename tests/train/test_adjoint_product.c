@@ -23,7 +23,7 @@ static const double SCORE_TOLERANCE = 0.05; // the same without the kinks within
 static const uint64_t STEP = 47;
 
 static void add_params(struct reference_params *to, const struct reference_params *direction, double factor,
-                       const struct model *model) {
+                       const struct vw_model *model) {
     double *weights = (double *)&to->weights;
     const double *towards = (const double *)&direction->weights;
     for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) to->grid[i] += factor * direction->grid[i];
@@ -62,9 +62,10 @@ static double *samples_placed(struct vw_buffer *buffer) {
 }
 
 // J^T L'' J direction, at `params`, with samples held fixed. Takes `sample_places` over.
-static struct reference_step *reference_product(const struct model *model, const float *before, const float *direction,
-                                                const struct vw_ray *rays, const double (*places)[2],
-                                                double *sample_places, uint32_t ray_count, uint32_t view) {
+static struct reference_step *reference_product(const struct vw_model *model, const float *before,
+                                                const float *direction, const struct vw_ray *rays,
+                                                const double (*places)[2], double *sample_places, uint32_t ray_count,
+                                                uint32_t view) {
     struct reference_params *params = reference_params_create(model, before),
                             *towards = reference_params_create(model, direction);
     struct reference_step *step = reference_step_create(model, rays, ray_count);
@@ -92,7 +93,7 @@ static struct reference_step *reference_product(const struct model *model, const
         for (int c = 0; c < 3; c++) // the slope of a squared error is twice the error
             step->errors[ray][c] =
                 slopes[ray][c] * reference_curvature(&model->specialization, step->errors[ray][c]) / 2;
-    struct model squared = *model;
+    struct vw_model squared = *model;
     squared.specialization.loss = LOSS_L2;
     step->model = &squared;
     reference_step_backward(step, params);
@@ -104,7 +105,7 @@ static struct reference_step *reference_product(const struct model *model, const
 }
 
 // The reference's gradients as a block.
-static double *as_block(const struct model *model, struct reference_step *step) {
+static double *as_block(const struct vw_model *model, struct reference_step *step) {
     const struct vw_specialization *s = &model->specialization;
     double *block = vw_allocate(model->param_bytes / 4, sizeof *block);
     double *weights = block + model->weights.offset_bytes / 4, *photos = block + model->appearance.offset_bytes / 4,
@@ -129,7 +130,7 @@ static double *as_block(const struct model *model, struct reference_step *step) 
 }
 
 // Where in their photo pixels lie, -1 to 1 across it.
-static double (*places_of(const struct probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
+static double (*places_of(const struct vw_probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
     double(*places)[2] = vw_allocate(count, sizeof *places);
     const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
     const struct vw_image *image = &context->scene->views[view].image;
@@ -142,21 +143,21 @@ static double (*places_of(const struct probe_context *context, uint32_t first, u
 
 // One step back from a random adjoint: what it added against the reference.
 static void check_step(struct vw_lasting *lasting, const char *where) {
-    const struct model *model = lasting->replay.context->field->model;
-    const struct step_passes *step = lasting->replay.context->step;
-    const struct adjoint_blocks *adjoint =
+    const struct vw_model *model = lasting->replay.context->field->model;
+    const struct vw_step_passes *step = lasting->replay.context->step;
+    const struct vw_adjoint_blocks *adjoint =
         &lasting->sweep.kept[lasting->sweep.measure_count - 1]; // whose direction is left
     uint64_t count = model->param_bytes / 4;
     float *lambda = vw_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
     for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
     ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
-    uint32_t pixel = step_replay_draw(&lasting->replay, STEP, 0),
-             view = schedule_view_of_step(lasting->replay.context->schedule, STEP);
-    vw_batch_begin(lasting->replay.batch);
-    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    sweep_record_step(&lasting->sweep, lasting->replay.batch, STEP, pixel, 0);
-    ASSERT_OK(step_replay_run(&lasting->replay));
+    uint32_t pixel = vw_step_replay_draw(&lasting->replay, STEP, 0),
+             view = vw_photo_order_view_of_step(lasting->replay.context->schedule, STEP);
+    vw_submission_begin(lasting->replay.batch);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    vw_adjoint_record_step(&lasting->sweep, lasting->replay.batch, STEP, pixel, 0);
+    ASSERT_OK(vw_step_replay_run(&lasting->replay));
     float *before = read_all(lasting->sweep.blocks.before), *after = read_all(lasting->sweep.blocks.after),
           *gradient = read_all(lasting->sweep.blocks.gradient), *direction = read_all(lasting->sweep.direction),
           *moved = read_all(adjoint->lambda);
@@ -171,10 +172,10 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     }
     check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
     const struct vw_push_rays push = {
-        .first_pixel = pixel, .ray_count = lasting->sweep.rays, .key = model_key_of_step(model, STEP)};
-    vw_batch_begin(lasting->replay.batch);
-    vw_batch_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
-    ASSERT_OK(step_replay_run(&lasting->replay));
+        .first_pixel = pixel, .ray_count = lasting->sweep.rays, .key = vw_model_key_of_step(model, STEP)};
+    vw_submission_begin(lasting->replay.batch);
+    vw_submission_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
+    ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
     double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->sweep.rays);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
@@ -203,7 +204,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
 // ---- The gradient of U ----------------------------------------------------------------------------------------------
 
 struct score_case {
-    const struct validation *validation;
+    const struct vw_validation *validation;
     const struct vw_ray *rays;
     const struct vw_ray_range *scored, *fitted; // fitted: NULL where nothing is fitted
     bool loss;                                  // minus L1 instead of PSNR
@@ -252,24 +253,24 @@ static void slope_range(const struct score_case *score, double (*colours)[3], ui
 
 // Of the last state's share of 1 / `states`, from an adjoint of 0.
 static void check_score_gradient(struct vw_lasting *lasting, const char *where, uint32_t measure) {
-    const struct validation *validation = lasting->replay.context->validation;
-    const struct model *model = lasting->replay.context->field->model;
+    const struct vw_validation *validation = lasting->replay.context->validation;
+    const struct vw_model *model = lasting->replay.context->field->model;
     const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
     uint64_t count = model->param_bytes / 4;
     float *zero = vw_allocate(count, sizeof *zero);
     for (uint32_t i = 0; i < lasting->sweep.measure_count; i++)
         ASSERT_OK(vw_buffer_write(lasting->sweep.kept[i].lambda, 0, zero, model->param_bytes));
-    vw_batch_begin(lasting->replay.batch);
-    kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    sweep_record_state(&lasting->sweep, lasting->replay.batch, 0, states);
-    ASSERT_OK(step_replay_run(&lasting->replay));
+    vw_submission_begin(lasting->replay.batch);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
+    vw_adjoint_record_state(&lasting->sweep, lasting->replay.batch, 0, states);
+    ASSERT_OK(vw_step_replay_run(&lasting->replay));
     float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.kept[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);
     struct vw_ray_range *scored = read_all(validation->ranges),
                         *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
     const struct score_case score = {validation, rays, scored, fitted, measure == SWEEP_LOSS};
 
-    struct model plain = *model; // validation takes nobody's code, gain or bias, and skips nothing
+    struct vw_model plain = *model; // validation takes nobody's code, gain or bias, and skips nothing
     plain.specialization.loss = LOSS_L2;
     plain.specialization.effect_appearance = plain.specialization.effect_appearance_code = 0;
     struct reference_params *params = reference_params_create(model, after);

@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
-#include "gpu/compute.h"
 #include "train/code_fit.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
 
@@ -28,7 +28,7 @@ static void what_is_off_takes_no_room(void **state) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("none");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
-    static const struct appearance nothing;
+    static const struct vw_appearance_effect nothing;
     assert_memory_equal(&trainer->step.appearance, &nothing, sizeof nothing);
     assert_null(trainer->validation.view_fit.pass);
     assert_null(trainer->validation.view_fit.fits);
@@ -160,19 +160,19 @@ static void a_code_is_fitted_and_taken_away(void **state) {
     darken(&scene->views[view], 0.5);
     struct vw_pixel pixels[CODE_FIT_RAYS_MAX];
     vw_float4 colours[2][CODE_FIT_RAYS_MAX];
-    uint32_t count = pixels_stratify(scene, view, view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, pixels);
+    uint32_t count = vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, pixels);
     size_t bytes = trainer->model.param_bytes;
     uint8_t *before = vw_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
     double squares[2] = {0};
-    struct evaluator evaluator;
-    struct code_fit fit;
-    ASSERT_OK(evaluator_create(&trainer->field, count, &evaluator));
+    struct vw_evaluator evaluator;
+    struct vw_code_fit fit;
+    ASSERT_OK(vw_evaluator_create(&trainer->field, count, &evaluator));
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, before, bytes));
-    ASSERT_OK(evaluator_render(&evaluator, pixels, count, colours[0]));
-    ASSERT_OK(code_fit_apply(&trainer->field, pixels, count, &fit));
-    ASSERT_OK(evaluator_render(&evaluator, pixels, count, colours[1]));
+    ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count, colours[0]));
+    ASSERT_OK(vw_code_fit_apply(&trainer->field, pixels, count, &fit));
+    ASSERT_OK(vw_evaluator_render(&evaluator, pixels, count, colours[1]));
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, fitted, bytes));
-    ASSERT_OK(code_fit_undo(&trainer->field, &fit));
+    ASSERT_OK(vw_code_fit_undo(&trainer->field, &fit));
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
     assert_memory_not_equal(before, fitted, bytes);
     assert_memory_equal(before, after, bytes);
@@ -186,7 +186,7 @@ static void a_code_is_fitted_and_taken_away(void **state) {
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
     assert_memory_equal(before, after, bytes);
     vw_whole_view_free(&whole);
-    evaluator_destroy(&evaluator);
+    vw_evaluator_destroy(&evaluator);
     free(before);
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);

@@ -22,9 +22,9 @@ static struct vw_config config_with(const char *effects) {
 
 static void what_is_off_takes_no_room(void **state) {
     (void)state;
-    static const struct appearance_encoder nothing;
-    static const struct encoder_passes no_passes;
-    static const struct encoder_gradient no_gradient;
+    static const struct vw_appearance_encoder_effect nothing;
+    static const struct vw_encoder_passes no_passes;
+    static const struct vw_encoder_gradient no_gradient;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("appearance_encoder");
     off.consistency_weight = 0.001; // of an effect that is off
@@ -76,8 +76,8 @@ static struct vw_trainer *train(const struct vw_scene *scene, const struct vw_co
 }
 
 static void read_colours(struct vw_trainer *trainer, vw_float4 *colours, uint32_t count) {
-    struct evaluator *evaluator = &trainer->validation.evaluator;
-    ASSERT_OK(evaluator_run(evaluator));
+    struct vw_evaluator *evaluator = &trainer->validation.evaluator;
+    ASSERT_OK(vw_evaluator_run(evaluator));
     ASSERT_OK(vw_buffer_read(evaluator->colours, 0, colours, count * sizeof *colours));
 }
 
@@ -96,16 +96,16 @@ static void every_view_has_the_code_of_its_photo(void **state) {
         vw_float4 *before = vw_allocate(count, sizeof *before), *after = vw_allocate(count, sizeof *after),
                   colour = {0};
         const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
-        struct evaluator one = {0};
-        ASSERT_OK(evaluator_create(&trainer->field, 1, &one));
+        struct vw_evaluator one = {0};
+        ASSERT_OK(vw_evaluator_create(&trainer->field, 1, &one));
         read_colours(trainer, before, count);
         for (uint32_t i = 0; i < count; i += 5) {
-            ASSERT_OK(evaluator_render(&one, &pixels[i], 1, &colour));
+            ASSERT_OK(vw_evaluator_render(&one, &pixels[i], 1, &colour));
             assert_memory_equal(&colour, &before[i], sizeof colour);
         }
         uint32_t view = trainer->validation.views[1];
-        const struct thumbnail_choice corner = {{0, 1}, true};
-        ASSERT_OK(encoder_set_thumbnail(&trainer->field.encoder, scene, view, &corner));
+        const struct vw_thumbnail_choice corner = {{0, 1}, true};
+        ASSERT_OK(vw_encoder_set_thumbnail(&trainer->field.encoder, scene, view, &corner));
         read_colours(trainer, after, count);
         for (uint32_t i = 0; i < count; i++) {
             bool differs = memcmp(&before[i], &after[i], sizeof *before) != 0;
@@ -113,7 +113,7 @@ static void every_view_has_the_code_of_its_photo(void **state) {
             changed += differs;
         }
         assert_true(changed > 20);
-        evaluator_destroy(&one);
+        vw_evaluator_destroy(&one);
         vw_trainer_destroy(&trainer);
         free(before);
         free(after);
@@ -217,9 +217,9 @@ static void the_sweep_refuses_it(void **state) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("appearance_encoder");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct sweep_passes sweep;
-    const struct sweep_params params = {.batch_steps = 1};
-    assert_int_equal(sweep_passes_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE);
+    struct vw_adjoint_passes sweep;
+    const struct vw_adjoint_params params = {.batch_steps = 1};
+    assert_int_equal(vw_adjoint_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE);
     assert_non_null(strstr(vw_error_message(), "--effects -appearance_encoder"));
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);

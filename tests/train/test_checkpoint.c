@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "base/file.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 static struct vw_config configs[] = {
     {.beta1 = 0.0},

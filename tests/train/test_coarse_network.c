@@ -36,12 +36,12 @@ static struct step_case even_case(struct step_case setup) {
     return setup;
 }
 
-static float *first_of(float *params, const struct param_range *range) {
+static float *first_of(float *params, const struct vw_param_range *range) {
     return params + range->offset_bytes / sizeof *params;
 }
 
-static void copy_range(const struct step_bench *from, const struct param_range *source, struct step_bench *to,
-                       const struct param_range *target) {
+static void copy_range(const struct step_bench *from, const struct vw_param_range *source, struct step_bench *to,
+                       const struct vw_param_range *target) {
     assert_int_equal(source->size_bytes, target->size_bytes);
     memcpy(first_of(to->params, target), first_of(from->params, source), source->size_bytes);
 }
@@ -124,7 +124,7 @@ static void the_field_sees_nothing_of_its_colours(void **state) {
     struct step_case setup = coarse_case();
     setup.sky = setup.appearance = setup.visibility = true; // whose gradients are those of the field's colours
     struct step_bench *bench = step_bench_open(&setup);
-    const struct model *model = &bench->model;
+    const struct vw_model *model = &bench->model;
     uint32_t end = model->coarse_column + model->coarse_columns;
     struct taken before = take(bench);
     float *last_bias = first_of(bench->params, &model->weights) + 4 * (size_t)(end - 1); // of the logits of rgb
@@ -164,9 +164,9 @@ static void both_networks_are_drawn(void **state) {
     (void)state;
     const struct step_case setup = coarse_case();
     struct step_bench *bench = step_bench_open(&setup);
-    const struct model *model = &bench->model;
+    const struct vw_model *model = &bench->model;
     float *params = vw_allocate(1, model->param_bytes);
-    model_initialise(model, 5, params);
+    vw_model_initialise(model, 5, params);
     const float *field = first_of(params, &model->weights), *coarse = first_of(params, &model->coarse);
     uint32_t equal = 0, drawn = 0;
     for (uint64_t i = 0; i < model->coarse.size_bytes / sizeof *params; i++) {

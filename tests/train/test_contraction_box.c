@@ -5,9 +5,9 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "train/effects/contraction.h"
 #include "train/effects/wide_box.h"
-#include "base/memory.h"
 
 enum { VIEWS = 24, NEAR_POINTS = 600, FAR_POINTS = 400, POINTS = NEAR_POINTS + FAR_POINTS };
 
@@ -41,7 +41,7 @@ static void make_ring(double offset_world, double scale, struct ring *ring) {
 static struct vw_box box_of(const struct ring *ring) {
     struct vw_box box;
     struct vw_scene scene = ring->scene;
-    assert_int_equal(contraction_box(&scene, NULL, 0, &box), VW_OK);
+    assert_int_equal(vw_contraction_box(&scene, NULL, 0, &box), VW_OK);
     return box;
 }
 

@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "base/random.h"
+#include "image/image.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
-#include "base/memory.h"
 #include "train/trainer.h"
-#include "image/image.h"
-#include "base/random.h"
 
 static const double FLOAT_TOLERANCE = 1e-6; // brightness and its error are floats
 
@@ -112,7 +112,7 @@ static void pixels_are_taken_at_their_centres(void **state) {
     struct vw_scene *scene = test_scene();
     float rgba[4];
     vw_image_pixel(&scene->views[1].image, 7, 3, rgba);
-    struct vw_pixel pixel = pixels_at(scene, 1, 7, 3);
+    struct vw_pixel pixel = vw_pixels_at(scene, 1, 7, 3);
     assert_true(pixel.x_px == 7.5f && pixel.y_px == 3.5f && pixel.view == 1 && pixel.weight == 1.0f);
     assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] &&
                 pixel.rgba.w == rgba[3]);

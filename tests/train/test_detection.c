@@ -6,15 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "detect/pilots.h"
 #include "support/detection_cases.h"
 #include "support/open_trainer.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "base/file.h"
 #include "train/trainer.h"
-#include "detect/decide.h"
-#include "detect/pilots.h"
-#include "base/memory.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
 
@@ -160,13 +160,13 @@ static void verdicts_repeat_bit_for_bit(void **state) {
 static void folds_share_no_photo(void **state) {
     (void)state;
     struct vw_scene *scene = open_recipe("clean.json");
-    struct pilots pilots;
+    struct vw_pilots pilots;
     struct vw_config config = small_config();
     uint32_t judged[64] = {0};
-    ASSERT_OK(pilots_open(&(struct pilots_params){.scene = scene, .planned = &config, .steps = 8}, &pilots));
+    ASSERT_OK(vw_pilots_open(&(struct vw_pilots_params){.scene = scene, .planned = &config, .steps = 8}, &pilots));
     assert_int_equal(pilots.photo_count, scene->split_count[VW_SPLIT_TRAIN]);
     for (uint32_t f = 0; f < PILOT_FOLDS; f++) {
-        const struct pilot_fold *fold = &pilots.folds[f];
+        const struct vw_pilot_fold *fold = &pilots.folds[f];
         assert_int_equal(fold->held_out_count, PILOT_HELD_OUT_MIN);
         assert_int_equal(fold->held_out_count + fold->train_count, pilots.photo_count);
         for (uint32_t i = 0; i < fold->held_out_count; i++) {
@@ -188,7 +188,7 @@ static void pilots_are_of_the_hash_grid(void **state) {
     planned.importance_samples = 8;
     planned.coarse_network = VW_COARSE_NETWORK_OWN;
     ASSERT_OK(vw_config_check(&planned));
-    const struct vw_config pilot = pilots_config(&planned, 8);
+    const struct vw_config pilot = vw_pilots_config(&planned, 8);
     assert_int_equal(pilot.field, VW_FIELD_HASH);
     ASSERT_OK(vw_config_check(&pilot));
 }

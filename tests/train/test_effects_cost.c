@@ -5,12 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
-#include "train/trainer_private.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/memory.h"
+#include "train/trainer_private.h"
 
 // What a run without effects consists of. Whatever else appears in one belongs to an effect that is off.
 static const char *const shared_passes[] = {"generate_rays", "forward_field",  "composite_rays",   "reduce_views",
@@ -25,9 +25,9 @@ struct cost {
 };
 
 static uint64_t shared_bytes(const struct vw_trainer *trainer) {
-    const struct field *f = &trainer->field;
-    const struct step_passes *s = &trainer->step;
-    const struct evaluator *v = &trainer->validation.evaluator;
+    const struct vw_radiance_field *f = &trainer->field;
+    const struct vw_step_passes *s = &trainer->step;
+    const struct vw_evaluator *v = &trainer->validation.evaluator;
     struct vw_buffer *const buffers[] = {f->params,
                                          f->cameras,
                                          f->rows,

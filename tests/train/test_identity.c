@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 // What one part of a run's identity changes: of the device, for a moment only.
 struct parts {

@@ -45,9 +45,9 @@ static void a_run_in_parts_is_the_run(void **state) {
 
 // The colours of all validation rays, measured anew.
 static vw_float4 *measure_again(struct vw_trainer *trainer, uint32_t *count) {
-    struct evaluator *evaluator = &trainer->validation.evaluator;
+    struct vw_evaluator *evaluator = &trainer->validation.evaluator;
     vw_float4 *colours = vw_allocate(evaluator->ray_count, sizeof *colours);
-    ASSERT_OK(evaluator_run(evaluator));
+    ASSERT_OK(vw_evaluator_run(evaluator));
     ASSERT_OK(vw_buffer_read(evaluator->colours, 0, colours, evaluator->ray_count * sizeof *colours));
     *count = evaluator->ray_count;
     return colours;
@@ -83,9 +83,9 @@ static void validation_is_pure(void **state) {
 
 static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     step_bench_write_params(bench);
-    vw_batch_begin(bench->batch);
-    step_record_gradients(&bench->step, bench->batch, 1, 0); // the same for all numbers
-    step_record_update(&bench->step, bench->batch, number, extra);
+    vw_submission_begin(bench->batch);
+    vw_step_record_gradients(&bench->step, bench->batch, 1, 0); // the same for all numbers
+    vw_step_record_update(&bench->step, bench->batch, number, extra);
     step_bench_submit(bench);
     float *params = step_bench_read(bench, bench->field.params);
     double sum = 0.0;
@@ -120,7 +120,7 @@ static void the_rate_falls_to_its_share_at_the_last_planned_step(void **state) {
     }
     assert_true(fabs(moved_by(bench, 6, 0.5f) / constant - 0.15) < 1e-3); // as the gate of lasting credit asks
     bench->model.planned_steps = 1;
-    assert_true(model_rate_of_step(&bench->model, 1) == 1.0);
+    assert_true(vw_model_rate_of_step(&bench->model, 1) == 1.0);
     step_bench_close(bench);
 }
 

@@ -147,7 +147,7 @@ static float *read_floats(struct vw_buffer *buffer, uint64_t offset_bytes, uint6
 
 // With momentum a gradient that is longer by `extra` moves the moment, and with it this step and later ones: the step
 // that was kept last, of params and moments in one range of the block.
-static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const struct param_range *range,
+static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const struct vw_param_range *range,
                         struct vw_buffer *moments, float extra) {
     uint64_t block = lasting->replay.context->field->model->param_bytes, first = range->offset_bytes,
              floats = range->size_bytes / 4;
@@ -171,56 +171,57 @@ static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const 
 }
 
 static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra) {
-    const struct step_passes *step = lasting->replay.context->step;
-    const struct model *model = step->field->model;
-    const struct param_range moved = {.offset_bytes = model->weights.offset_bytes,
-                                      .size_bytes = 16ull * model->moved_columns};
+    const struct vw_step_passes *step = lasting->replay.context->step;
+    const struct vw_model *model = step->field->model;
+    const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
+                                         .size_bytes = 16ull * model->moved_columns};
     if (step->grid_moment1) nudge_range(lasting, place, &model->grid, step->grid_moment1, extra);
     nudge_range(lasting, place, &moved, step->weight_moments, extra);
 }
 
 // U in dB after a training in which the gradient of step `scaled` is longer by `extra`, from the segment's beginning.
 static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float extra) {
-    const struct probe_context *context = lasting->replay.context;
+    const struct vw_probe_context *context = lasting->replay.context;
     uint64_t segment = (scaled - 1) / lasting->segment_steps;
     bool momentum = context->config->beta1 > 0;
     double psnr = 0.0;
-    vw_batch_begin(lasting->replay.batch);
-    snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
-    ASSERT_OK(step_replay_run(&lasting->replay));
+    vw_submission_begin(lasting->replay.batch);
+    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    ASSERT_OK(vw_step_replay_run(&lasting->replay));
     for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->replay.total_steps;
          first = step) {
         bool nudged = false; // ends a batch: the host has to touch the state behind that step
-        vw_batch_begin(lasting->replay.batch);
+        vw_submission_begin(lasting->replay.batch);
         for (; step <= lasting->replay.total_steps && step - first < lasting->replay.batch_steps && !nudged; step++) {
-            uint32_t place = (uint32_t)(step - first), pixel = step_replay_draw(&lasting->replay, step, place),
-                     row = step_replay_row(&lasting->replay, place);
+            uint32_t place = (uint32_t)(step - first), pixel = vw_step_replay_draw(&lasting->replay, step, place),
+                     row = vw_step_replay_row(&lasting->replay, place);
             nudged = momentum && step == scaled;
             if (nudged)
-                sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, step, pixel, row, 0);
+                vw_adjoint_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, step, pixel, row,
+                                            0);
             else {
-                step_record_gradients(context->step, lasting->replay.batch, step, pixel);
-                step_record_update(context->step, lasting->replay.batch, step, step == scaled ? extra : 0.0f);
+                vw_step_record_gradients(context->step, lasting->replay.batch, step, pixel);
+                vw_step_record_update(context->step, lasting->replay.batch, step, step == scaled ? extra : 0.0f);
             }
-            if (lasting_is_state(lasting, step) && !nudged)
-                validation_record(context->validation, lasting->replay.batch, row);
+            if (vw_lasting_is_state(lasting, step) && !nudged)
+                vw_validation_record(context->validation, lasting->replay.batch, row);
         }
-        ASSERT_OK(step_replay_run(&lasting->replay));
+        ASSERT_OK(vw_step_replay_run(&lasting->replay));
         const vw_float4 *rows = vw_buffer_map(context->scalars);
         for (uint64_t i = first; i < step; i++)
-            if (lasting_is_state(lasting, i) && !(nudged && i == scaled))
-                psnr += validation_read(context->validation,
-                                        rows + step_replay_row(&lasting->replay, (uint32_t)(i - first)), NULL)
+            if (vw_lasting_is_state(lasting, i) && !(nudged && i == scaled))
+                psnr += vw_validation_read(context->validation,
+                                           rows + vw_step_replay_row(&lasting->replay, (uint32_t)(i - first)), NULL)
                             .val_psnr;
         if (!nudged) continue;
         nudge(lasting, 0, extra);
-        if (!lasting_is_state(lasting, scaled)) continue;
-        vw_batch_begin(lasting->replay.batch);
-        validation_record(context->validation, lasting->replay.batch, 0);
-        ASSERT_OK(step_replay_run(&lasting->replay));
-        psnr += validation_read(context->validation, rows, NULL).val_psnr;
+        if (!vw_lasting_is_state(lasting, scaled)) continue;
+        vw_submission_begin(lasting->replay.batch);
+        vw_validation_record(context->validation, lasting->replay.batch, 0);
+        ASSERT_OK(vw_step_replay_run(&lasting->replay));
+        psnr += vw_validation_read(context->validation, rows, NULL).val_psnr;
     }
-    return psnr / lasting_state_count(lasting);
+    return psnr / vw_lasting_state_count(lasting);
 }
 
 // Steps by themselves, longer and shorter by a tenth, all else as it was. What the sweep leaves out of the derivative
@@ -341,7 +342,7 @@ static bool sweep_views(const struct vw_scene *scene, const struct vw_config *co
         ASSERT_OK(vw_lasting_load(lasting, path, 1, &next));
         path = NULL;
     }
-    bool on_device = sweep_views_bytes(&lasting->sweep) > 0;
+    bool on_device = vw_adjoint_views_bytes(&lasting->sweep) > 0;
     vw_lasting_destroy(&lasting);
     return on_device;
 }

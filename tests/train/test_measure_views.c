@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "train/trainer.h"
 #include "image/image.h"
 #include "support/trainer_fixture.h"
+#include "train/trainer.h"
 
 static void check_near(double value, double expected, double tolerance, const char *what) {
     if (!(fabs(value - expected) <= tolerance * fabs(expected)))

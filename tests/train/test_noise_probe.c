@@ -1,12 +1,12 @@
 // `value --noise-floor`: what the probes of a run say, and that they leave the run alone.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 
-#include "train/trainer.h"
 #include "support/trainer_fixture.h"
+#include "train/trainer.h"
 
 static struct vw_config probing_config(void) {
     struct vw_config config = test_config();

@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
-#include "support/trainer_fixture.h"
+#include "base/memory.h"
 #include "detect/occupied_share.h"
 #include "gpu/compute.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 // Past the warm-up, with refreshes on both sides of it.
 static struct vw_config skipping_config(void) {
@@ -160,20 +160,20 @@ static void the_occupied_share_is_that_of_the_params(void **state) {
     struct vw_config config = test_config(); // the effect is off
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
     double share = -1.0, again = -1.0;
-    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
+    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
     float *params = vw_allocate(trainer->model.param_bytes, 1);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(trainer, run);
-    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
+    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.0 && share <= 1.0);
-    ASSERT_OK(occupied_share(&trainer->field, config.samples, &again));
+    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &again));
     assert_true(share == again);
     // Entries of different levels add up to raw densities of both signs, far from 0.
     for (size_t i = 0; i < trainer->model.grid.size_bytes / 4; i++) params[i] *= 5e5f;
     ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
-    ASSERT_OK(occupied_share(&trainer->field, config.samples, &share));
+    ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.01 && share < 1.0);
     free(params);
     test_run_free(run);

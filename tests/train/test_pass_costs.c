@@ -2,15 +2,15 @@
 // work does.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "gpu/compute.h"
-#include "train/trainer.h"
 #include "support/trainer_fixture.h"
+#include "train/trainer.h"
 
 static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, uint32_t count, const char *name,
                                             const char *role) {

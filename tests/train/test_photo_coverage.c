@@ -17,7 +17,7 @@ static double coverage_of_first(const double (*informations)[ENTRIES], uint32_t 
     double total[ENTRIES] = {0};
     for (uint32_t i = 0; i < photos; i++)
         for (uint32_t k = 0; k < ENTRIES; k++) total[k] += informations[i][k];
-    return coverage_of(total, informations[0], ENTRIES, prior);
+    return vw_coverage_of(total, informations[0], ENTRIES, prior);
 }
 
 static void coverage_follows_its_formula(void **state) {
@@ -26,8 +26,8 @@ static void coverage_follows_its_formula(void **state) {
     double expected = log((0.1 + 2.0) / 0.1) + log((0.1 + 4.001) / (0.1 + 4.0)) + log((0.1 + 10.0) / (0.1 + 5.0));
     assert_true(fabs(coverage_of_first(photos, 2, 0.1) - expected) < 1e-12);
     const double total[] = {0.0, 3.0, 0.0, 1.0};
-    assert_true(fabs(coverage_prior(total, 4) - coverage_prior_share * 2.0) < 1e-15);
-    assert_true(coverage_prior(total, 1) > 0.0); // nothing informs of anything
+    assert_true(fabs(vw_coverage_prior(total, 4) - coverage_prior_share * 2.0) < 1e-15);
+    assert_true(vw_coverage_prior(total, 1) > 0.0); // nothing informs of anything
 }
 
 static void copies_share_their_coverage(void **state) {

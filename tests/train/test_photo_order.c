@@ -6,15 +6,15 @@
 
 #include "train/photo_order.h"
 
-static const struct batch_room tiny_steps = {.pixels_per_step = 8, .bytes_per_step = 400, .batch_bytes = 1 << 20};
+static const struct vw_batch_room tiny_steps = {.pixels_per_step = 8, .bytes_per_step = 400, .batch_bytes = 1 << 20};
 
 // What batches grow to when a step takes `step_s`, and the batch with number `stalled` (0: none) is asked for late.
-static uint32_t grown(const struct batch_room *room, double step_s, uint32_t stalled) {
-    struct schedule schedule = {0};
-    schedule_set_batches(&schedule, room, 0);
+static uint32_t grown(const struct vw_batch_room *room, double step_s, uint32_t stalled) {
+    struct vw_photo_order schedule = {0};
+    vw_photo_order_set_batches(&schedule, room, 0);
     for (uint32_t batch = 1; batch < 40; batch++)
-        schedule_adapt_batches(&schedule, schedule.batch_steps,
-                               schedule.batch_steps * step_s + (stalled && batch >= stalled ? 10 : 0));
+        vw_photo_order_adapt_batches(&schedule, schedule.batch_steps,
+                                     schedule.batch_steps * step_s + (stalled && batch >= stalled ? 10 : 0));
     assert_true(schedule.batch_steps <= schedule.batch_steps_max);
     return schedule.batch_steps;
 }
@@ -34,7 +34,7 @@ static void a_slow_disk_does_not_keep_them_small(void **state) {
 
 static void batches_have_the_room_that_they_need(void **state) {
     (void)state;
-    struct batch_room room = tiny_steps;
+    struct vw_batch_room room = tiny_steps;
     room.bytes_per_step = 4096;
     assert_int_equal(grown(&room, 1e-6, 0), 256);
     room.bytes_per_step = 1 << 20; // there is room for 64 in any case,
@@ -45,11 +45,11 @@ static void batches_have_the_room_that_they_need(void **state) {
 
 static void a_given_size_stays(void **state) {
     (void)state;
-    struct schedule schedule = {0};
-    schedule_set_batches(&schedule, &tiny_steps, 8);
-    for (int i = 0; i < 4; i++) schedule_adapt_batches(&schedule, 8, 1e-3);
+    struct vw_photo_order schedule = {0};
+    vw_photo_order_set_batches(&schedule, &tiny_steps, 8);
+    for (int i = 0; i < 4; i++) vw_photo_order_adapt_batches(&schedule, 8, 1e-3);
     assert_int_equal(schedule.batch_steps, 8);
-    schedule_set_batches(&schedule, &tiny_steps, 5000);
+    vw_photo_order_set_batches(&schedule, &tiny_steps, 5000);
     assert_int_equal(schedule.batch_steps, 1024);
 }
 
@@ -57,26 +57,26 @@ static void a_given_size_stays(void **state) {
 
 enum { VIEWS = 9, EPOCHS = 40 };
 
-static struct schedule make_schedule(const uint32_t *left_out, uint32_t count, enum vw_status expected) {
+static struct vw_photo_order make_schedule(const uint32_t *left_out, uint32_t count, enum vw_status expected) {
     static const uint32_t views[VIEWS] = {1, 2, 4, 5, 7, 8, 9, 11, 12};
     const struct vw_scene scene = {.view_count = 13};
     struct vw_config config = vw_config_default;
-    struct schedule schedule;
+    struct vw_photo_order schedule;
     config.epochs = EPOCHS;
     config.seed = 5;
-    ASSERT_OK(schedule_create(&scene, views, VIEWS, &config, &schedule));
-    assert_int_equal(schedule_leave_out(left_out, count, &schedule), expected);
+    ASSERT_OK(vw_photo_order_create(&scene, views, VIEWS, &config, &schedule));
+    assert_int_equal(vw_photo_order_leave_out(left_out, count, &schedule), expected);
     return schedule;
 }
 
 static void others_take_the_steps_of_those_left_out(void **state) {
     (void)state;
     static const uint32_t left_out[] = {2, 9, 12};
-    struct schedule all = make_schedule(NULL, 0, VW_OK), some = make_schedule(left_out, 3, VW_OK);
+    struct vw_photo_order all = make_schedule(NULL, 0, VW_OK), some = make_schedule(left_out, 3, VW_OK);
     uint32_t visits[13] = {0}, given[13] = {0};
-    assert_int_equal(schedule_total_steps(&some), VIEWS * EPOCHS);
+    assert_int_equal(vw_photo_order_total_steps(&some), VIEWS * EPOCHS);
     for (uint64_t step = 1; step <= VIEWS * EPOCHS; step++) {
-        uint32_t view = schedule_view_of_step(&some, step), before = schedule_view_of_step(&all, step);
+        uint32_t view = vw_photo_order_view_of_step(&some, step), before = vw_photo_order_view_of_step(&all, step);
         visits[view]++;
         if (before == 2 || before == 9 || before == 12) given[view]++;
         else assert_int_equal(view, before);
@@ -86,28 +86,29 @@ static void others_take_the_steps_of_those_left_out(void **state) {
         assert_int_equal(given[view], kept ? 3 * EPOCHS / 6 : 0);
         assert_int_equal(visits[view], kept ? EPOCHS + 3 * EPOCHS / 6 : 0);
     }
-    schedule_destroy(&all);
-    schedule_destroy(&some);
+    vw_photo_order_destroy(&all);
+    vw_photo_order_destroy(&some);
 }
 
 static void one_photo_can_take_all_steps(void **state) {
     (void)state;
     static const uint32_t left_out[] = {1, 2, 4, 5, 8, 9, 11, 12};
-    struct schedule schedule = make_schedule(left_out, 8, VW_OK);
-    for (uint64_t step = 1; step <= VIEWS * EPOCHS; step++) assert_int_equal(schedule_view_of_step(&schedule, step), 7);
-    schedule_destroy(&schedule);
+    struct vw_photo_order schedule = make_schedule(left_out, 8, VW_OK);
+    for (uint64_t step = 1; step <= VIEWS * EPOCHS; step++)
+        assert_int_equal(vw_photo_order_view_of_step(&schedule, step), 7);
+    vw_photo_order_destroy(&schedule);
 }
 
 static void wrong_lists_are_refused(void **state) {
     (void)state;
     static const uint32_t unknown[] = {2, 3}, unordered[] = {9, 2}, all[] = {1, 2, 4, 5, 7, 8, 9, 11, 12};
-    struct schedule schedule = make_schedule(unknown, 2, VW_ERROR_USAGE);
+    struct vw_photo_order schedule = make_schedule(unknown, 2, VW_ERROR_USAGE);
     assert_non_null(strstr(vw_error_message(), "left_out_views[1]"));
-    schedule_destroy(&schedule);
+    vw_photo_order_destroy(&schedule);
     schedule = make_schedule(unordered, 2, VW_ERROR_USAGE);
-    schedule_destroy(&schedule);
+    vw_photo_order_destroy(&schedule);
     schedule = make_schedule(all, VIEWS, VW_ERROR_USAGE);
-    schedule_destroy(&schedule);
+    vw_photo_order_destroy(&schedule);
 }
 
 int main(void) {

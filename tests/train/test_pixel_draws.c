@@ -23,7 +23,7 @@ static void a_picture_has_a_pixel_in_each_cell(void **state) {
         uint32_t width_px = sizes_px[i][0], height_px = sizes_px[i][1];
         struct vw_scene *scene = make_scene(width_px, height_px);
         struct vw_pixel pixels[RAYS];
-        pixels_draw(scene, 1, &(struct pixel_draw){7, 3, 0, SIDE}, RAYS, pixels);
+        vw_pixels_draw(scene, 1, &(struct vw_pixel_draw){7, 3, 0, SIDE}, RAYS, pixels);
         for (uint32_t ray = 0; ray < RAYS; ray++) {
             assert_int_equal(pixels[ray].view, 1);
             assert_true(pixels[ray].x_px > 0.0f && pixels[ray].x_px < (float)width_px);
@@ -44,14 +44,14 @@ static void a_picture_has_a_pixel_in_each_cell(void **state) {
 static void draws_are_functions_of_their_numbers(void **state) {
     (void)state;
     struct vw_scene *scene = make_scene(240, 200);
-    static const struct pixel_draw draws[] = {{7, 3, 0, SIDE}, {7, 3, 1, SIDE}, {7, 4, 0, SIDE}, {8, 3, 0, SIDE}};
+    static const struct vw_pixel_draw draws[] = {{7, 3, 0, SIDE}, {7, 3, 1, SIDE}, {7, 4, 0, SIDE}, {8, 3, 0, SIDE}};
     struct vw_pixel first[RAYS], other[RAYS];
-    pixels_draw(scene, 0, &draws[0], RAYS, first);
+    vw_pixels_draw(scene, 0, &draws[0], RAYS, first);
     for (size_t i = 0; i < sizeof draws / sizeof *draws; i++) {
-        pixels_draw(scene, 0, &draws[i], RAYS, other);
+        vw_pixels_draw(scene, 0, &draws[i], RAYS, other);
         assert_int_equal(memcmp(first, other, sizeof first) == 0, i == 0);
     }
-    pixels_draw(scene, 0, &(struct pixel_draw){7, 3, 0, 0}, RAYS, other);
+    vw_pixels_draw(scene, 0, &(struct vw_pixel_draw){7, 3, 0, 0}, RAYS, other);
     assert_memory_equal(first + SIDE * SIDE, other + SIDE * SIDE, sizeof first - SIDE * SIDE * sizeof *first);
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
     vw_scene_close(&scene);

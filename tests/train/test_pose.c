@@ -10,8 +10,8 @@
 #include "reference/pose.h"
 #include "reference/step_bench.h"
 #include "support/trainer_fixture.h"
-#include "train/fields/registry.h"
 #include "train/adjoint/lasting.h"
+#include "train/fields/registry.h"
 
 static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();
@@ -22,7 +22,7 @@ static struct vw_config config_with(const char *effects) {
 
 static void what_is_off_takes_no_room(void **state) {
     (void)state;
-    static const struct pose nothing;
+    static const struct vw_pose_effect nothing;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("pose");
     struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),

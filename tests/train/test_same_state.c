@@ -5,12 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 enum { TRAINS = 5 }; // photos of test_scene()
 
@@ -104,18 +104,18 @@ static uint64_t stop_at_first_state(struct vw_trainer *trainer, struct test_run 
 
 // The step behind the trainer's state, on pixels of a photo that another trainer might have drawn, and its validation.
 static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number, uint32_t view, uint32_t draw) {
-    struct vw_batch *batch = NULL;
+    struct vw_submission *batch = NULL;
     struct vw_probe measured;
-    pixels_draw(trainer->scene, view, &(struct pixel_draw){trainer->config.seed, number, draw, 0}, trainer->config.rays,
-                vw_buffer_map(trainer->pixels));
-    ASSERT_OK(vw_batch_create(trainer->gpu, &batch));
-    vw_batch_begin(batch);
-    step_record(&trainer->step, batch, number, 0, 0);
-    validation_record(&trainer->validation, batch, 0);
-    ASSERT_OK(vw_batch_submit(batch));
-    ASSERT_OK(vw_batch_wait(batch));
-    probe_read(&trainer->probes.context, vw_buffer_map(trainer->scalars), true, &measured);
-    vw_batch_destroy(&batch);
+    vw_pixels_draw(trainer->scene, view, &(struct vw_pixel_draw){trainer->config.seed, number, draw, 0},
+                   trainer->config.rays, vw_buffer_map(trainer->pixels));
+    ASSERT_OK(vw_submission_create(trainer->gpu, &batch));
+    vw_submission_begin(batch);
+    vw_step_record_passes(&trainer->step, batch, number, 0, 0);
+    vw_validation_record(&trainer->validation, batch, 0);
+    ASSERT_OK(vw_submission_submit(batch));
+    ASSERT_OK(vw_submission_wait(batch));
+    vw_probe_read(&trainer->probes.context, vw_buffer_map(trainer->scalars), true, &measured);
+    vw_submission_destroy(&batch);
     return measured;
 }
 
@@ -173,10 +173,10 @@ static void a_run_goes_on_from_a_probed_state(void **state) {
 
 // ---- Which states ---------------------------------------------------------------------------------------------------
 
-static uint32_t states_due(const struct probe_context *context) {
+static uint32_t states_due(const struct vw_probe_context *context) {
     uint32_t due = 0;
-    for (uint64_t step = 0; step <= schedule_total_steps(context->schedule); step++)
-        due += same_state_due(context, step);
+    for (uint64_t step = 0; step <= vw_photo_order_total_steps(context->schedule); step++)
+        due += vw_same_state_due(context, step);
     return due;
 }
 
@@ -188,11 +188,11 @@ static void there_are_as_many_states_as_asked_for(void **state) {
             config.burn_in_epochs = 3;
             config.epochs = 3 + counted;
             config.same_state = states;
-            struct schedule schedule = {.train_count = TRAINS, .epochs = config.epochs};
-            const struct probe_context context = {.config = &config, .schedule = &schedule};
+            struct vw_photo_order schedule = {.train_count = TRAINS, .epochs = config.epochs};
+            const struct vw_probe_context context = {.config = &config, .schedule = &schedule};
             ASSERT_OK(vw_config_check(&config));
             assert_int_equal(states_due(&context), states);
-            if (states == 1) assert_true(same_state_due(&context, TRAINS * (3 + counted / 2 + 1))); // the middle
+            if (states == 1) assert_true(vw_same_state_due(&context, TRAINS * (3 + counted / 2 + 1))); // the middle
         }
     }
 }

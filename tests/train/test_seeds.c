@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/trainer_fixture.h"
-#include "gpu/compute.h"
-#include "train/trainer.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "support/trainer_fixture.h"
+#include "train/trainer.h"
 
 enum { BASE_SEED = 5, OTHER_SEED = 6 };
 

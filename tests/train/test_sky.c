@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 static struct vw_scene *transparent_scene(void) {
     return synthetic_scene(&(struct synthetic_scene_params){
@@ -92,7 +92,7 @@ static void a_sky_costs_27_params(void **state) {
     struct vw_config without = config_with("none", VW_BACKGROUND_FIXED), with = config_with("sky", VW_BACKGROUND_FIXED);
     struct vw_trainer *trainers[2] = {test_trainer_create(scene, &without, true, 0),
                                       test_trainer_create(scene, &with, true, 0)};
-    const struct step_passes *steps[2] = {&trainers[0]->step, &trainers[1]->step};
+    const struct vw_step_passes *steps[2] = {&trainers[0]->step, &trainers[1]->step};
     struct vw_trainer_stats stats[2];
     for (int i = 0; i < 2; i++) vw_trainer_get_stats(trainers[i], &stats[i]);
     assert_int_equal(stats[1].param_count - stats[0].param_count, 27);

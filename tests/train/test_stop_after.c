@@ -4,9 +4,9 @@
 
 #include <stdint.h>
 
+#include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 // Steps until none is left to hand out.
 static void run_to_hold(struct vw_trainer *trainer, struct test_run *run) {

@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/half.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 static struct vw_config config_of(enum vw_table_precision precision) {
     struct vw_config config = test_config();
@@ -24,7 +24,7 @@ static struct vw_config config_of(enum vw_table_precision precision) {
 // ---- Rounding -------------------------------------------------------------------------------------------------------
 
 static void assert_nearest(float value) {
-    double expected = reference_half(value), found = reference_half_value(half_nearest(value));
+    double expected = reference_half(value), found = reference_half_value(vw_half_nearest(value));
     if (found != expected || signbit(found) != signbit(expected))
         fail_msg("%.9g becomes %.9g, not %.9g", value, found, expected);
 }
@@ -36,7 +36,7 @@ static void every_float_becomes_the_nearest_half(void **state) {
         double value = reference_half_value((uint16_t)bits),
                next = bits < 0x7BFF ? reference_half_value((uint16_t)(bits + 1)) : 65536.0;
         const float at[] = {(float)value, (float)(0.5 * (value + next))};
-        assert_int_equal(half_nearest(at[0]), bits);
+        assert_int_equal(vw_half_nearest(at[0]), bits);
         for (int i = 0; i < 2; i++) {
             for (int sign = -1; sign <= 1; sign += 2) {
                 assert_nearest((float)sign * at[i]);
@@ -45,9 +45,9 @@ static void every_float_becomes_the_nearest_half(void **state) {
             }
         }
     }
-    assert_int_equal(half_nearest(NAN) & 0x7FFF, 0x7C00);
-    assert_int_equal(half_nearest(-INFINITY), 0xFC00);
-    assert_int_equal(half_nearest(3e38f), 0x7C00);
+    assert_int_equal(vw_half_nearest(NAN) & 0x7FFF, 0x7C00);
+    assert_int_equal(vw_half_nearest(-INFINITY), 0xFC00);
+    assert_int_equal(vw_half_nearest(3e38f), 0x7C00);
 }
 
 // ---- Params ---------------------------------------------------------------------------------------------------------
@@ -58,10 +58,10 @@ static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
     const struct vw_config configs[] = {config_of(VW_TABLE_FLOAT32), config_of(VW_TABLE_FLOAT16)};
     struct vw_trainer *floats = test_trainer_create(scene, &configs[0], false, 0),
                       *halves = test_trainer_create(scene, &configs[1], false, 0);
-    const struct model *wide = &floats->model, *narrow = &halves->model;
+    const struct vw_model *wide = &floats->model, *narrow = &halves->model;
     char *before = vw_allocate(wide->param_bytes, 1), *after = vw_allocate(narrow->param_bytes, 1);
-    model_initialise(wide, 7, before);
-    model_initialise(narrow, 7, after);
+    vw_model_initialise(wide, 7, before);
+    vw_model_initialise(narrow, 7, after);
     const struct vw_specialization *ours = &narrow->specialization, *theirs = &wide->specialization;
     assert_true(ours->dense_levels > 0 &&
                 ours->dense_levels < ours->levels); // dense levels of halves and of floats are padded differently

@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/trainer_fixture.h"
+#include "base/memory.h"
 #include "gpu/hazard.h"
 #include "gpu/pipeline.h"
+#include "support/trainer_fixture.h"
 #include "train/trainer.h"
-#include "base/memory.h"
 
 enum { TOGETHER = 3, STEPS_PER_BATCH = 4, COUNTED_MOST = 8 };
 
@@ -161,8 +161,8 @@ static void count_epochs(uint32_t together, double *commands, double *barriers) 
         trainers[i] = open_member(&group, &member, STEPS_PER_BATCH, group.submissions);
     }
     ASSERT_OK(vw_trainer_advance(trainers[0], &records, &count));
-    *commands = vw_batch_commands(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
-    *barriers = vw_batch_barriers(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
+    *commands = vw_submission_commands(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
+    *barriers = vw_submission_barriers(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
     for (uint32_t i = 0; i < together; i++) assert_true(vw_trainer_in_flight(trainers[i]));
     for (uint32_t i = 0; i < together; i++) vw_trainer_destroy(&trainers[i]);
     vw_submissions_destroy(&group.submissions);

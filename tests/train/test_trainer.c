@@ -8,15 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "detect/decide.h"
+#include "gpu/compute.h"
+#include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/pixels.h"
-#include "train/trainer_private.h"
-#include "gpu/compute.h"
 #include "train/trainer.h"
-#include "detect/decide.h"
-#include "image/image.h"
-#include "base/memory.h"
+#include "train/trainer_private.h"
 
 // Decision 2: the same bits again, and for any grouping of the steps into submissions.
 static void a_run_repeats_bit_for_bit(void **state) {
@@ -126,12 +126,12 @@ static void validation_is_pure(void **state) {
         ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
         free(rgb);
         struct vw_push_reduce push = {.count = TEST_VALS};
-        vw_batch_begin(trainer->submissions->batches[0]);
-        evaluator_record(&trainer->validation.evaluator, trainer->submissions->batches[0]);
-        vw_batch_dispatch(trainer->submissions->batches[0], trainer->validation.reduce_views, &push, sizeof push,
-                          64 * TEST_VALS);
-        ASSERT_OK(vw_batch_submit(trainer->submissions->batches[0]));
-        ASSERT_OK(vw_batch_wait(trainer->submissions->batches[0]));
+        vw_submission_begin(trainer->submissions->batches[0]);
+        vw_evaluator_record(&trainer->validation.evaluator, trainer->submissions->batches[0]);
+        vw_submission_dispatch(trainer->submissions->batches[0], trainer->validation.reduce_views, &push, sizeof push,
+                               64 * TEST_VALS);
+        ASSERT_OK(vw_submission_submit(trainer->submissions->batches[0]));
+        ASSERT_OK(vw_submission_wait(trainer->submissions->batches[0]));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < TEST_VALS; i++)
             assert_true(
@@ -261,7 +261,7 @@ static void a_nonfinite_step_is_flagged(void **state) {
 
 // A whole run on a device of its own, with its limits clamped or choices forced, unless NULL.
 static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config,
-                                    const struct vw_gpu_limits *clamp, const struct device_choices *choices,
+                                    const struct vw_gpu_limits *clamp, const struct vw_device_choices *choices,
                                     uint32_t wide) {
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
@@ -321,8 +321,8 @@ static void a_device_at_the_floor_trains_the_same(void **state) {
 // With slices of one length; those of GPUs round otherwise.
 static void the_choices_for_gpus_train_the_same(void **state) {
     (void)state;
-    struct device_choices choices;
-    device_choose(&(struct vw_gpu_info){.kind = VW_GPU_DISCRETE}, &choices);
+    struct vw_device_choices choices;
+    vw_device_choose(&(struct vw_gpu_info){.kind = VW_GPU_DISCRETE}, &choices);
     assert_true(choices.skip_zeros && choices.scatter == SCATTER_ATOMICS);
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -491,8 +491,8 @@ static void validation_pixels_are_stratified_and_fixed(void **state) {
     scene->views[5].image.unusable =
         vw_allocate(24 * 18, 1); // a NaN in the file, say: left out whether or not alpha has a meaning
     scene->views[5].image.unusable[3 * 24 + 7] = 1;
-    assert_true(pixels_at(scene, 5, 7, 3).weight == 0.0f && pixels_at(scene, 5, 8, 3).weight == 1.0f);
-    assert_int_equal(pixels_stratify(scene, 5, pixels_all_columns(scene, 5), 0, 100, pixels), 100);
+    assert_true(vw_pixels_at(scene, 5, 7, 3).weight == 0.0f && vw_pixels_at(scene, 5, 8, 3).weight == 1.0f);
+    assert_int_equal(vw_pixels_stratify(scene, 5, vw_pixels_all_columns(scene, 5), 0, 100, pixels), 100);
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25

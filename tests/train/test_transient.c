@@ -8,9 +8,9 @@
 
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
+#include "train/adjoint/lasting.h"
 #include "train/effects/registry.h"
 #include "train/fields/registry.h"
-#include "train/adjoint/lasting.h"
 
 static struct vw_config config_with(enum vw_field field, const char *effects) {
     struct vw_config config = test_config_of(field);
@@ -28,7 +28,7 @@ static void what_is_off_takes_no_room(void **state) {
         struct vw_config off = config_with(field, "none"), on = config_with(field, "transient");
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
-        static const struct transient nothing;
+        static const struct vw_transient_effect nothing;
         assert_memory_equal(&without->step.transient, &nothing, sizeof nothing);
         assert_null(without->field.head_rows);
         assert_int_equal(without->model.transient_codes.size_bytes, 0);

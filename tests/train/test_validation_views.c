@@ -8,14 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/temporary_folder.h"
-#include "support/trainer_fixture.h"
-#include "value/matrix.h"
 #include "base/memory.h"
 #include "base/random.h"
-#include "viewworth/value.h"
-#include "train/trainer.h"
 #include "scene/view_distance.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
+#include "train/trainer.h"
+#include "value/matrix.h"
+#include "viewworth/value.h"
 
 enum { VAL_VIEWS = 5, CORRUPTED = 2 }; // the place among the validation views
 static const char recipe[] =

@@ -7,12 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/detection_cases.h"
-#include "support/temporary_folder.h"
-#include "support/trainer_fixture.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "detect/verdict_cache.h"
+#include "support/detection_cases.h"
+#include "support/temporary_folder.h"
+#include "support/trainer_fixture.h"
 
 struct decided {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];

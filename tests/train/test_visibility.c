@@ -21,7 +21,7 @@ static struct vw_config config_with(const char *effects) {
 
 static void what_is_off_takes_no_room(void **state) {
     (void)state;
-    static const struct visibility nothing;
+    static const struct vw_visibility_effect nothing;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("visibility");
     struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),

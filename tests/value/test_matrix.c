@@ -2,10 +2,10 @@
 // what is odd of a view.
 #include "support/ledger_fixture.h"
 
-#include "value/matrix.h"
 #include "base/psnr.h"
 #include "base/statistics.h"
 #include "report/tables.h"
+#include "value/matrix.h"
 #include "viewworth/value.h"
 
 enum { VIEWS_MOST = 8, STEPS_MOST = 400 };

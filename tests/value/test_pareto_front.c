@@ -1,8 +1,8 @@
 // The Pareto front: against a slow definition over many drawn sets with ties and missing values, and by hand.
 #include "support/ledger_fixture.h"
 
-#include "value/evaluation/pareto_front.h"
 #include "base/random.h"
+#include "value/evaluation/pareto_front.h"
 
 enum { SEED = 7, SETS = 500, COUNT_MAX = 12, LEVELS = 5 };
 

@@ -1,8 +1,8 @@
 // When a run is given up: by its steps alone, at the same one however they come.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
 #include <math.h>
+#include <stdint.h>
 
 #include "value/step_statistics.h"
 

@@ -8,9 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "value/uncertainty.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "value/uncertainty.h"
 
 enum { RUNS = 150, RUNS_OF_ONE = 3000, EPOCHS_MOST = 80, PHOTOS_MOST = 60 };
 

@@ -1,11 +1,11 @@
 #include <stdlib.h>
 
+#include "base/file.h"
+#include "base/memory.h"
 #include "cli/commands/commands.h"
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/outputs/report_folder.h"
-#include "base/file.h"
-#include "base/memory.h"
 
 enum vw_status vw_command_report(const struct vw_options *options) {
     const struct vw_report_params report = {.device = options->device, .no_thumbnails = options->no_thumbnails};

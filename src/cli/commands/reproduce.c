@@ -1,8 +1,8 @@
-#include "lab/reproduction.h"
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/reproduction_output.h"
 #include "cli/parse_options.h"
+#include "lab/reproduction.h"
 
 enum vw_status vw_command_reproduce(const struct vw_options *options) {
     struct vw_progress progress = {0};

@@ -2,20 +2,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
 #include "cli/commands/commands.h"
 #include "cli/device_list.h"
 #include "cli/interrupt.h"
+#include "cli/output/json_output.h"
+#include "cli/output/print.h"
 #include "cli/output/verified_selection_output.h"
 #include "cli/parse_options.h"
 #include "experiment/verified_selection.h"
+#include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
-#include "cli/output/json_output.h"
-#include "cli/output/print.h"
 #include "run/recorded/scored_run.h"
 #include "run/recorded/selection_list.h"
-#include "ledger/find_image.h"
-#include "base/file.h"
-#include "base/memory.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 

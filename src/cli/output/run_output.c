@@ -9,11 +9,11 @@
 #include "cli/output/json_output.h"
 #include "cli/output/lasting_output.h"
 #include "cli/output/plan_output.h"
+#include "cli/output/print.h"
 #include "cli/output/probe_costs_output.h"
 #include "cli/output/profile_output.h"
 #include "cli/output/stability_output.h"
 #include "cli/output/validation_views_output.h"
-#include "cli/output/print.h"
 #include "detect/effects_text.h"
 
 enum { SHOWN_AT_EACH_END = 5 };

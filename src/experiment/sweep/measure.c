@@ -2,16 +2,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/psnr.h"
+#include "base/statistics.h"
+#include "experiment/paired_timing.h"
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
 #include "experiment/sweep/sweep.h"
-#include "experiment/paired_timing.h"
-#include "base/file.h"
-#include "viewworth/log.h"
-#include "base/memory.h"
-#include "base/psnr.h"
 #include "train/trainer.h"
-#include "base/statistics.h"
+#include "viewworth/log.h"
 
 enum { ROUNDS = 8, STEPS_PER_BATCH = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
 

@@ -2,15 +2,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/scoring.h"
+#include "base/memory.h"
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
 #include "experiment/sweep/sweep.h"
+#include "run/scoring.h"
 #include "value/evaluation/agreement.h"
 #include "value/evaluation/evaluation.h"
 #include "value/evaluation/pareto_front.h"
 #include "value/evaluation/score_tables.h"
-#include "base/memory.h"
 
 enum { SEEDS_MAX = 50 };
 

@@ -2,10 +2,10 @@
 
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "image/decode/oiio_shim.h"
 #include "image/downscale.h"
 #include "image/pixel.h"
-#include "base/memory.h"
 
 static float clamp_unit(float value) { return value > 0 ? (value < 1 ? value : 1) : 0; }
 

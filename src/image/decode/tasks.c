@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "image/decode/oiio_shim.h"
 #include "image/photo_formats.h"
 #include "image/pixel.h"
 #include "image/transfer.h"
-#include "base/memory.h"
 
 static const double MASKED_SHARE_LIMIT = 0.05;
 

@@ -6,35 +6,35 @@
 #include "lab/gradients/gradient_methods.h"
 #include "train/adjoint/adjoint_passes.h"
 
-struct gradient_sweep {
-    struct step_replay replay;
-    struct sweep_passes passes; // of PSNR alone; two rows for every step of a batch
+struct vw_gradient_replay {
+    struct vw_step_replay replay;
+    struct vw_adjoint_passes passes; // of PSNR alone; two rows for every step of a batch
     struct vw_interrupt interrupt;
-    struct vw_buffer *zeros; // a block
-    struct snapshot state;   // that photos are tried from
-    uint64_t step;           // that the state on the device is behind
+    struct vw_buffer *zeros;  // a block
+    struct vw_snapshot state; // that photos are tried from
+    uint64_t step;            // that the state on the device is behind
 };
 
-enum vw_status gradient_sweep_create(const struct vw_gradient_params *params, struct gradient_sweep *sweep);
-void gradient_sweep_destroy(struct gradient_sweep *sweep);
-enum vw_status gradient_sweep_check_interrupt(const struct gradient_sweep *sweep);
+enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params, struct vw_gradient_replay *sweep);
+void vw_gradient_replay_destroy(struct vw_gradient_replay *sweep);
+enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_replay *sweep);
 
 // Takes the steps up to this one.
-enum vw_status gradient_sweep_go_to(struct gradient_sweep *sweep, uint64_t step);
+enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *sweep, uint64_t step);
 // Records: the adjoint becomes the gradient of U in the state on the device, which the block `after` takes.
-void gradient_sweep_record_validation(const struct gradient_sweep *sweep, uint32_t scalar_row);
+void vw_gradient_replay_record_validation(const struct vw_gradient_replay *sweep, uint32_t scalar_row);
 // Sets the adjoint to 0; records.
-void gradient_sweep_record_zero(const struct gradient_sweep *sweep);
+void vw_gradient_replay_record_zero(const struct vw_gradient_replay *sweep);
 // A product that sweep_record_multiply has written; NaN where it was not finite.
-double gradient_sweep_read(const struct gradient_sweep *sweep, uint32_t row);
+double vw_gradient_replay_read(const struct vw_gradient_replay *sweep, uint32_t row);
 
 // The adjoint times what step `number` would be, were it taken on a photo from the state on the device, and times its
 // gradient.
-struct photo_products {
+struct vw_photo_products {
     double by_step, by_gradient; // NaN where the step was not finite
 };
 // Of every photo that is trained on. The state on the device is afterwards what it was.
-enum vw_status gradient_sweep_try_photos(struct gradient_sweep *sweep, uint64_t number,
-                                         struct photo_products *products);
+enum vw_status vw_gradient_replay_try_photos(struct vw_gradient_replay *sweep, uint64_t number,
+                                             struct vw_photo_products *products);
 
 #endif

@@ -11,99 +11,99 @@
 static double bias_correction(double beta, double visits) { return 1.0 - pow(beta, visits); }
 
 // What Adam divides the learning rate by to move a param whose second moment this is.
-static double rate_of(const struct influence *influence, double moment2, double visits) {
-    const struct probe_context *context = influence->sweep.replay.context;
+static double rate_of(const struct vw_influence *influence, double moment2, double visits) {
+    const struct vw_probe_context *context = influence->sweep.replay.context;
     const struct vw_specialization *s = &context->field->model->specialization;
-    double rate = context->config->learning_rate * model_rate_of_step(context->field->model, influence->sweep.step);
+    double rate = context->config->learning_rate * vw_model_rate_of_step(context->field->model, influence->sweep.step);
     if (context->config->optimizer == VW_OPTIMIZER_SGD) return rate;
     if (visits == 0.0) return 0.0; // nothing is known of it, and training has never moved it
     return rate / (sqrt(moment2 / bias_correction(s->beta2, visits)) + (double)s->gradient_quantum * s->inverse_rays);
 }
 
-static enum vw_status read_grid_rates(struct influence *influence) {
-    const struct probe_context *context = influence->sweep.replay.context;
-    const struct model *model = context->field->model;
+static enum vw_status read_grid_rates(struct vw_influence *influence) {
+    const struct vw_probe_context *context = influence->sweep.replay.context;
+    const struct vw_model *model = context->field->model;
     bool lazy = context->config->optimizer == VW_OPTIMIZER_LAZY_ADAM;
     double *rates = influence->rates + model->grid.offset_bytes / sizeof(float);
     uint32_t *visits = vw_allocate(model->pair_count, sizeof *visits);
     enum vw_status status = visits ? VW_OK : VW_ERROR_MEMORY;
-    if (status == VW_OK)
-        status = vw_buffer_read(context->step->grid_moment2, 0, influence->block, 8ull * model->pair_count);
-    if (status == VW_OK)
+    if (!status) status = vw_buffer_read(context->step->grid_moment2, 0, influence->block, 8ull * model->pair_count);
+    if (!status)
         status = vw_buffer_read(context->step->grid_visits, 0, visits, sizeof *visits * (uint64_t)model->pair_count);
-    for (uint64_t i = 0; i < 2ull * model->pair_count && status == VW_OK; i++)
+    for (uint64_t i = 0; i < 2ull * model->pair_count && !status; i++)
         rates[i] = rate_of(influence, influence->block[i], lazy ? visits[i / 2] : (double)influence->sweep.step);
     free(visits);
     return status;
 }
 
 // The weights and the sky.
-static enum vw_status read_weight_rates(struct influence *influence) {
-    const struct step_passes *step = influence->sweep.replay.context->step;
-    const struct model *model = step->field->model;
-    uint64_t moved_bytes = 16ull * model->moved_columns, moved = 4ull * sweep_moved_columns(model);
+static enum vw_status read_weight_rates(struct vw_influence *influence) {
+    const struct vw_step_passes *step = influence->sweep.replay.context->step;
+    const struct vw_model *model = step->field->model;
+    uint64_t moved_bytes = 16ull * model->moved_columns, moved = 4ull * vw_adjoint_moved_columns(model);
     double *rates = influence->rates + model->weights.offset_bytes / sizeof(float);
     enum vw_status status = vw_buffer_read(step->weight_moments, moved_bytes, influence->block, moved_bytes);
-    for (uint64_t i = 0; i < moved && status == VW_OK; i++)
+    for (uint64_t i = 0; i < moved && !status; i++)
         rates[i] = rate_of(influence, influence->block[i], (double)influence->sweep.step);
     return status;
 }
 
-static enum vw_status read_rates(struct influence *influence) {
-    const struct model *model = influence->sweep.replay.context->field->model;
+static enum vw_status read_rates(struct vw_influence *influence) {
+    const struct vw_model *model = influence->sweep.replay.context->field->model;
     enum vw_status status = model->grid.size_bytes ? read_grid_rates(influence) : VW_OK;
-    return status == VW_OK ? read_weight_rates(influence) : status;
+    return !status ? read_weight_rates(influence) : status;
 }
 
 // ---- LiSSA ----------------------------------------------------------------------------------------------------------
 
 // The length of x in the metric of P, in which P H is symmetric.
-static double size_of(const struct influence *influence, const double *values) {
+static double size_of(const struct vw_influence *influence, const double *values) {
     double sum = 0.0;
     for (uint64_t i = 0; i < influence->count; i++)
         if (influence->rates[i] > 0.0) sum += values[i] * values[i] / influence->rates[i];
     return sqrt(sum);
 }
 
-static enum vw_status read_adjoint(const struct influence *influence) {
+static enum vw_status read_adjoint(const struct vw_influence *influence) {
     return vw_buffer_read(influence->sweep.passes.adjoint.blocks.lambda, 0, influence->block,
                           influence->count * sizeof *influence->block);
 }
 
-static enum vw_status find_pull(struct influence *influence) {
-    struct gradient_sweep *sweep = &influence->sweep;
-    vw_batch_begin(sweep->replay.batch);
-    gradient_sweep_record_validation(sweep, 0);
-    vw_batch_copy(sweep->replay.batch, sweep->replay.context->field->params, 0, sweep->passes.blocks.before, 0,
-                  influence->count * sizeof(float));
-    enum vw_status status = step_replay_run(&sweep->replay);
-    if (status == VW_OK) status = read_adjoint(influence);
-    for (uint64_t i = 0; i < influence->count && status == VW_OK; i++)
+static enum vw_status find_pull(struct vw_influence *influence) {
+    struct vw_gradient_replay *sweep = &influence->sweep;
+    vw_submission_begin(sweep->replay.batch);
+    vw_gradient_replay_record_validation(sweep, 0);
+    vw_submission_copy(sweep->replay.batch, sweep->replay.context->field->params, 0, sweep->passes.blocks.before, 0,
+                       influence->count * sizeof(float));
+    enum vw_status status = vw_step_replay_run(&sweep->replay);
+    if (!status) status = read_adjoint(influence);
+    for (uint64_t i = 0; i < influence->count && !status; i++)
         influence->pull[i] = influence->rates[i] * influence->block[i];
     return status;
 }
 
-enum vw_status influence_multiply(struct influence *influence, uint32_t index) {
-    struct gradient_sweep *sweep = &influence->sweep;
-    const struct step_replay *replay = &sweep->replay;
-    const struct schedule *schedule = replay->context->schedule;
+enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t index) {
+    struct vw_gradient_replay *sweep = &influence->sweep;
+    const struct vw_step_replay *replay = &sweep->replay;
+    const struct vw_photo_order *schedule = replay->context->schedule;
     uint64_t number = sweep->step + 1 + index; // whose draws no step of the training has
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->x[i];
-    enum vw_status status = sweep_set_direction(&sweep->passes, influence->block);
-    if (status != VW_OK) return status;
-    vw_batch_begin(replay->batch);
-    uint32_t pixel = step_replay_draw_photo(replay, schedule->train_views[index % schedule->train_count], number, 0, 0);
-    gradient_sweep_record_zero(sweep);
-    sweep_record_curvature(&sweep->passes, replay->batch, number, pixel);
-    status = step_replay_run(replay);
-    return status == VW_OK ? read_adjoint(influence) : status;
+    enum vw_status status = vw_adjoint_set_direction(&sweep->passes, influence->block);
+    if (status) return status;
+    vw_submission_begin(replay->batch);
+    uint32_t pixel =
+        vw_step_replay_draw_photo(replay, schedule->train_views[index % schedule->train_count], number, 0, 0);
+    vw_gradient_replay_record_zero(sweep);
+    vw_adjoint_record_curvature(&sweep->passes, replay->batch, number, pixel);
+    status = vw_step_replay_run(replay);
+    return !status ? read_adjoint(influence) : status;
 }
 
 // One iteration. `holds`: it has not lengthened x.
-static enum vw_status iterate(struct influence *influence, uint32_t index, bool *holds) {
+static enum vw_status iterate(struct vw_influence *influence, uint32_t index, bool *holds) {
     double damping = influence->settings.damping;
-    enum vw_status status = influence_multiply(influence, index);
-    if (status != VW_OK) return status;
+    enum vw_status status = vw_influence_multiply(influence, index);
+    if (status) return status;
     for (uint64_t i = 0; i < influence->count; i++)
         influence->carried[i] =
             (1.0 - damping) * influence->x[i] - influence->rates[i] * influence->block[i] / influence->scale;
@@ -113,15 +113,15 @@ static enum vw_status iterate(struct influence *influence, uint32_t index, bool 
     return VW_OK;
 }
 
-static enum vw_status try_scale(struct influence *influence, struct vw_influence_result *result) {
+static enum vw_status try_scale(struct vw_influence *influence, struct vw_influence_result *result) {
     uint32_t counted = influence->settings.iterations - influence->first_counted;
     enum vw_status status = VW_OK;
     bool holds = true;
     for (uint64_t i = 0; i < influence->count; i++) influence->x[i] = influence->pull[i], influence->mean[i] = 0.0;
     influence->size = size_of(influence, influence->x);
-    for (uint32_t k = 0; k < influence->settings.iterations && holds && status == VW_OK; k++) {
-        status = gradient_sweep_check_interrupt(&influence->sweep);
-        if (status == VW_OK) status = iterate(influence, k, &holds);
+    for (uint32_t k = 0; k < influence->settings.iterations && holds && !status; k++) {
+        status = vw_gradient_replay_check_interrupt(&influence->sweep);
+        if (!status) status = iterate(influence, k, &holds);
         for (uint64_t i = 0; i < influence->count && k >= influence->first_counted; i++)
             influence->mean[i] += influence->x[i] / (counted * influence->scale);
         result->iterations++;
@@ -130,14 +130,14 @@ static enum vw_status try_scale(struct influence *influence, struct vw_influence
     return status;
 }
 
-enum vw_status influence_solve(struct influence *influence, struct vw_influence_result *result) {
+enum vw_status vw_influence_solve(struct vw_influence *influence, struct vw_influence_result *result) {
     enum vw_status status = VW_OK;
-    for (influence->scale = influence->settings.scale;
-         influence->scale <= influence->settings.scale_max && status == VW_OK; influence->scale *= 2) {
+    for (influence->scale = influence->settings.scale; influence->scale <= influence->settings.scale_max && !status;
+         influence->scale *= 2) {
         status = try_scale(influence, result);
-        if (status == VW_OK && result->found) break;
+        if (!status && result->found) break;
     }
-    if (status != VW_OK) return status;
+    if (status) return status;
     if (!result->found) {
         vw_log_warning("influence: its iterations diverge up to a scale of %g, so there is no score",
                        influence->settings.scale_max);
@@ -155,34 +155,34 @@ enum vw_status influence_solve(struct influence *influence, struct vw_influence_
 // ---- Scores ---------------------------------------------------------------------------------------------------------
 
 // Products have left others.
-static enum vw_status restore_params(const struct gradient_sweep *sweep) {
-    vw_batch_begin(sweep->replay.batch);
-    vw_batch_copy(sweep->replay.batch, sweep->passes.blocks.before, 0, sweep->replay.context->field->params, 0,
-                  vw_buffer_size_bytes(sweep->zeros));
-    return step_replay_run(&sweep->replay);
+static enum vw_status restore_params(const struct vw_gradient_replay *sweep) {
+    vw_submission_begin(sweep->replay.batch);
+    vw_submission_copy(sweep->replay.batch, sweep->passes.blocks.before, 0, sweep->replay.context->field->params, 0,
+                       vw_buffer_size_bytes(sweep->zeros));
+    return vw_step_replay_run(&sweep->replay);
 }
 
-enum vw_status influence_score(struct influence *influence, double *scores) {
-    struct gradient_sweep *sweep = &influence->sweep;
+enum vw_status vw_influence_score(struct vw_influence *influence, double *scores) {
+    struct vw_gradient_replay *sweep = &influence->sweep;
     uint32_t photos = sweep->replay.context->schedule->train_count, draws = influence->settings.draws;
-    struct photo_products *products = vw_allocate(photos, sizeof *products);
+    struct vw_photo_products *products = vw_allocate(photos, sizeof *products);
     if (!products) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->mean[i];
     enum vw_status status = restore_params(sweep);
-    if (status == VW_OK)
+    if (!status)
         status = vw_buffer_write(sweep->passes.adjoint.blocks.lambda, 0, influence->block,
                                  influence->count * sizeof *influence->block);
     for (uint32_t i = 0; i < photos; i++) scores[i] = 0.0;
-    for (uint32_t draw = 0; draw < draws && status == VW_OK; draw++) {
-        status = gradient_sweep_try_photos(sweep, sweep->step + 1 + draw, products);
-        for (uint32_t i = 0; i < photos && status == VW_OK; i++)
+    for (uint32_t draw = 0; draw < draws && !status; draw++) {
+        status = vw_gradient_replay_try_photos(sweep, sweep->step + 1 + draw, products);
+        for (uint32_t i = 0; i < photos && !status; i++)
             scores[i] -= products[i].by_gradient / ((double)draws * photos);
     }
     free(products);
     return status;
 }
 
-static void set_defaults(struct influence *influence) {
+static void set_defaults(struct vw_influence *influence) {
     struct vw_influence_settings *settings = &influence->settings;
     uint32_t photos = influence->sweep.replay.context->schedule->train_count;
     if (!settings->damping) settings->damping = VW_INFLUENCE_DAMPING;
@@ -196,7 +196,7 @@ static void set_defaults(struct influence *influence) {
     influence->first_counted = settings->iterations - (half < photos ? half : half / photos * photos);
 }
 
-static enum vw_status allocate(struct influence *influence) {
+static enum vw_status allocate(struct vw_influence *influence) {
     double **vectors[] = {&influence->rates, &influence->pull, &influence->x, &influence->carried, &influence->mean};
     influence->count = influence->sweep.replay.context->field->model->param_bytes / sizeof(float);
     influence->block = vw_allocate(influence->count, sizeof *influence->block);
@@ -208,36 +208,35 @@ static enum vw_status allocate(struct influence *influence) {
     return all ? VW_OK : VW_ERROR_MEMORY;
 }
 
-enum vw_status influence_create(const struct vw_gradient_params *params, const struct vw_influence_settings *settings,
-                                struct influence *influence) {
-    *influence = (struct influence){.settings = *settings};
-    enum vw_status status = gradient_sweep_create(params, &influence->sweep);
-    if (status == VW_OK) status = allocate(influence);
-    if (status == VW_OK) status = gradient_sweep_go_to(&influence->sweep, influence->sweep.replay.total_steps);
-    if (status != VW_OK) return status;
+enum vw_status vw_influence_create(const struct vw_gradient_params *params,
+                                   const struct vw_influence_settings *settings, struct vw_influence *influence) {
+    *influence = (struct vw_influence){.settings = *settings};
+    enum vw_status status = vw_gradient_replay_create(params, &influence->sweep);
+    if (!status) status = allocate(influence);
+    if (!status) status = vw_gradient_replay_go_to(&influence->sweep, influence->sweep.replay.total_steps);
+    if (status) return status;
     set_defaults(influence);
     status = read_rates(influence);
-    return status == VW_OK ? find_pull(influence) : status;
+    return !status ? find_pull(influence) : status;
 }
 
-void influence_destroy(struct influence *influence) {
+void vw_influence_destroy(struct vw_influence *influence) {
     double *vectors[] = {influence->rates, influence->pull, influence->x, influence->carried, influence->mean};
     for (size_t i = 0; i < VW_ARRAY_COUNT(vectors); i++) free(vectors[i]);
     free(influence->block);
-    gradient_sweep_destroy(&influence->sweep);
+    vw_gradient_replay_destroy(&influence->sweep);
 }
 
 enum vw_status vw_influence_scores(const struct vw_gradient_params *params,
                                    const struct vw_influence_settings *settings, double *scores,
                                    struct vw_influence_result *result) {
-    struct influence influence;
+    struct vw_influence influence;
     *result = (struct vw_influence_result){0};
-    enum vw_status status = influence_create(params, settings, &influence);
-    if (status == VW_OK) status = influence_solve(&influence, result);
-    if (status == VW_OK && result->found) status = influence_score(&influence, scores);
-    for (uint32_t i = 0; status == VW_OK && !result->found && i < influence.sweep.replay.context->schedule->train_count;
-         i++)
+    enum vw_status status = vw_influence_create(params, settings, &influence);
+    if (!status) status = vw_influence_solve(&influence, result);
+    if (!status && result->found) status = vw_influence_score(&influence, scores);
+    for (uint32_t i = 0; !status && !result->found && i < influence.sweep.replay.context->schedule->train_count; i++)
         scores[i] = NAN;
-    influence_destroy(&influence);
+    vw_influence_destroy(&influence);
     return status;
 }

@@ -4,8 +4,8 @@
 
 #include "lab/gradients/gradient_replay.h"
 
-struct influence {
-    struct gradient_sweep sweep;
+struct vw_influence {
+    struct vw_gradient_replay sweep;
     struct vw_influence_settings settings; // without zeros
     uint64_t count;                        // params
     float *block;                          // owned; scratch: what is exchanged with the device
@@ -18,13 +18,13 @@ struct influence {
 };
 
 // Replays the training and finds P and P grad U.
-enum vw_status influence_create(const struct vw_gradient_params *params, const struct vw_influence_settings *settings,
-                                struct influence *influence);
-void influence_destroy(struct influence *influence);
+enum vw_status vw_influence_create(const struct vw_gradient_params *params,
+                                   const struct vw_influence_settings *settings, struct vw_influence *influence);
+void vw_influence_destroy(struct vw_influence *influence);
 // Leaves H x in the block, H of the photo and the rays of iteration `index`.
-enum vw_status influence_multiply(struct influence *influence, uint32_t index);
+enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t index);
 // Finds s.
-enum vw_status influence_solve(struct influence *influence, struct vw_influence_result *result);
-enum vw_status influence_score(struct influence *influence, double *scores);
+enum vw_status vw_influence_solve(struct vw_influence *influence, struct vw_influence_result *result);
+enum vw_status vw_influence_score(struct vw_influence *influence, double *scores);
 
 #endif

@@ -6,8 +6,8 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "lab/methods/photo_sightings.h"
 #include "image/image.h"
+#include "lab/methods/photo_sightings.h"
 #include "train/trainer.h"
 
 enum { SIDE_MOST = 64, CELLS = 24, OTHERS_LEAST = 2 }; // pixels and cells along the sides of a photo

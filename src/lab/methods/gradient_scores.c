@@ -7,9 +7,9 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "lab/gradients/gradient_methods.h"
 #include "lab/methods/gradient_store.h"
 #include "run/recorded/replayed_run.h"
-#include "lab/gradients/gradient_methods.h"
 
 struct work {
     const struct vw_gradient_scores_params *params;

@@ -1,6 +1,7 @@
 // Made by scripts/lab/train_predictor on 12 scenes with 373 photos, with penalty 0.111.
 // Spearman with worth on scenes left out: 0.55 in the mean.
-// Without features of tracks, which know wrong poses of recipes. Scenes: scripts/lab/benchmark_scenes 777 12, 2026-11-23.
+// Without features of tracks, which know wrong poses of recipes. Scenes: scripts/lab/benchmark_scenes 777 12,
+// 2026-11-23.
 const struct vw_feature_weight vw_predictor[] = {
     {"brightness", 0.0364056},       {"contrast", 0.0400761},
     {"sharpness", -0.026736},        {"noise", 0.0832297},

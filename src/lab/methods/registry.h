@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "ledger/retraining.h"
 #include "lab/evaluation/exact_values.h"
+#include "ledger/retraining.h"
 
 // What is known of each photo without a training.
 struct vw_feature_table {

@@ -5,20 +5,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/signing.h"
+#include "base/utc.h"
+#include "ledger/step_log.h"
+#include "report/page.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/scoring.h"
 #include "run/sign.h"
-#include "base/utc.h"
-#include "base/file.h"
-#include "base/hash.h"
-#include "base/signing.h"
-#include "viewworth/log.h"
-#include "report/page.h"
-#include "ledger/step_log.h"
-#include "viewworth/version.h"
 #include "value/step_statistics.h"
+#include "viewworth/log.h"
+#include "viewworth/version.h"
 
 struct import {
     const struct vw_import_params *params;

@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "base/json.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/memory.h"
 
 const char vw_imported_device[] = "imported";

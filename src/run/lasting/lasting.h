@@ -1,7 +1,7 @@
 // The sweep of lasting credit over a finished run: made, gated, recorded and resumed.
 //
-// A sweep that is stopped leaves two files in OUT: lasting.vws (train/adjoint/lasting.h) and lasting_credits.vwc, the credits
-// up to there. The next one begins with them. Both are removed at the end.
+// A sweep that is stopped leaves two files in OUT: lasting.vws (train/adjoint/lasting.h) and lasting_credits.vwc, the
+// credits up to there. The next one begins with them. Both are removed at the end.
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_H
 #define VIEWWORTH_RUN_LASTING_LASTING_H
 

@@ -4,11 +4,11 @@
 #include <string.h>
 
 #include "base/file.h"
-#include "viewworth/log.h"
 #include "base/memory.h"
+#include "report/tables.h"
 #include "run/checks.h"
 #include "scene/duplicates.h"
-#include "report/tables.h"
+#include "viewworth/log.h"
 
 static bool has_providers(const struct vw_scene *scene) {
     for (uint32_t i = 0; i < scene->view_count; i++)

@@ -4,15 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/outputs/report_shape.h"
-#include "run/outputs/residuals.h"
-#include "run/outputs/scene_map.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "run/outputs/report_shape.h"
+#include "run/outputs/residuals.h"
+#include "run/outputs/scene_map.h"
 
 enum { TABLE_LIMIT_BYTES = 16 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
 

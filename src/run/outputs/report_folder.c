@@ -6,18 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/imported/imported_run.h"
-#include "run/out_lock.h"
-#include "run/recorded/recorded_run.h"
-#include "run/outputs/report_files.h"
-#include "run/outputs/report_thumbnails.h"
-#include "run/scoring.h"
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/json.h"
+#include "base/memory.h"
+#include "run/imported/imported_run.h"
+#include "run/out_lock.h"
+#include "run/outputs/report_files.h"
+#include "run/outputs/report_thumbnails.h"
+#include "run/recorded/recorded_run.h"
+#include "run/scoring.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
-#include "base/memory.h"
 
 // A run of the page: in the caller's hand, or read from its ledger into the other fields.
 struct held_run {

@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/json.h"
-#include "viewworth/log.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/memory.h"
+#include "viewworth/log.h"
 
 // ---- Once per scene ------------------------------------------------------------------------------------------------
 

@@ -4,11 +4,11 @@
 
 #include <stddef.h>
 
-#include "viewworth/report.h"
-#include "run/outputs/thumbnails.h"
 #include "base/hash.h"
-#include "viewworth/ledger.h"
 #include "report/page.h"
+#include "run/outputs/thumbnails.h"
+#include "viewworth/ledger.h"
+#include "viewworth/report.h"
 
 // Of one scene; no thumbnails where its photos cannot be read.
 struct vw_report_set {

@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/devices.h"
-#include "base/file.h"
-#include "image/image.h"
 #include "base/clock.h"
+#include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
+#include "image/image.h"
+#include "run/devices.h"
 
 enum { THUMBNAIL_HEIGHT_PX = 96 }; // twice what the page shows, for screens of fine pixels
 

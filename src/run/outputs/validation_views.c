@@ -4,9 +4,9 @@
 #include <stdlib.h>
 
 #include "base/file.h"
-#include "viewworth/log.h"
 #include "base/memory.h"
 #include "report/tables.h"
+#include "viewworth/log.h"
 
 bool vw_validation_views_have_matrix(const struct vw_validation_views *validation) {
     return validation->matrix.view_count > 0 && validation->matrix.visit_count > 0;

@@ -2,8 +2,8 @@
 
 #include <stdio.h>
 
-#include "train/trainer.h"
 #include "base/clock.h"
+#include "train/trainer.h"
 
 static const double MEASURED_SECONDS = 0.3;
 

@@ -4,9 +4,9 @@
 
 #include <stdint.h>
 
+#include "train/trainer.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
-#include "train/trainer.h"
 #include "viewworth/train.h"
 
 struct vw_estimate {

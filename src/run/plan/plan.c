@@ -5,17 +5,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
+#include "base/file.h"
 #include "base/json.h"
-#include "run/plan/estimate.h"
 #include "run/checks.h"
-#include "run/plan/accuracy_levels.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/thumbnails.h"
+#include "run/plan/accuracy_levels.h"
 #include "run/plan/budget.h"
-#include "base/file.h"
-#include "viewworth/ledger.h"
+#include "run/plan/estimate.h"
 #include "train/trainer.h"
-#include "base/clock.h"
+#include "viewworth/ledger.h"
 #include "viewworth/log.h"
 
 enum {

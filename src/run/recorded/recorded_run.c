@@ -3,13 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "detect/effects_text.h"
-#include "run/imported/imported_run.h"
-#include "run/devices.h"
-#include "base/hash.h"
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "detect/effects_text.h"
+#include "run/devices.h"
+#include "run/imported/imported_run.h"
 #include "train/trainer.h"
 
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {

@@ -5,12 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/out_lock.h"
-#include "run/recorded/recorded_run.h"
 #include "base/file.h"
-#include "image/image.h"
 #include "base/memory.h"
 #include "base/psnr.h"
+#include "image/image.h"
+#include "run/out_lock.h"
+#include "run/recorded/recorded_run.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
 
@@ -117,8 +117,8 @@ static double compare(const struct rendering *rendering, const struct vw_view *v
     return vw_psnr_db(mse); // NaN when no pixel counts
 }
 
-static enum vw_status render_view(const struct rendering *rendering, uint32_t view, const char *target,
-                                  double *psnr_db) {
+static enum vw_status vw_trainer_render_view(const struct rendering *rendering, uint32_t view, const char *target,
+                                             double *psnr_db) {
     const struct vw_image *photo = &rendering->run.scene->views[view].image;
     float *render = NULL;
     float *pair = vw_allocate(2 * (size_t)photo->width_px * photo->height_px, 3 * sizeof *pair);
@@ -155,8 +155,9 @@ enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_r
     if (!status) status = tell(&rendering, view, rendered);
     if (!status) {
         rendered->image_path = name_target(&rendering, view);
-        status = rendered->image_path ? render_view(&rendering, view, rendered->image_path, &rendered->psnr_db)
-                                      : VW_ERROR_MEMORY;
+        status = rendered->image_path
+                     ? vw_trainer_render_view(&rendering, view, rendered->image_path, &rendered->psnr_db)
+                     : VW_ERROR_MEMORY;
     }
     close_rendering(&rendering);
     vw_out_lock_release(&lock);

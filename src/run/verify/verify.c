@@ -12,9 +12,9 @@
 #include "run/imported/imported_run.h"
 #include "run/recorded/recorded_run.h"
 #include "run/run_row.h"
-#include "train/trainer.h"
 #include "run/scoring.h"
 #include "run/verify/verify_tables.h"
+#include "train/trainer.h"
 
 // ---- Scores --------------------------------------------------------------------------------------------------------
 

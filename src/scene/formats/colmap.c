@@ -3,14 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "base/memory.h"
+#include "image/image.h"
 #include "scene/bounds.h"
-#include "scene/camera_fit.h"
 #include "scene/builder.h"
+#include "scene/camera_fit.h"
 #include "scene/near_far.h"
 #include "scene/safe_path.h"
-#include "base/file.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 enum { TRACK_VIEWS_MIN = 2 };
 

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "scene/formats/colmap_builder.h"
 #include "scene/safe_path.h"
-#include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 enum { // smallest size of a record

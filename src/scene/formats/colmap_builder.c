@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/builder.h"
-#include "base/inside.h"
 #include "base/file.h"
-#include "base/text.h"
+#include "base/inside.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "scene/builder.h"
 
 static const double NORM_TOLERANCE = 1e-3; // of a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
 

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "scene/formats/colmap_builder.h"
 #include "base/memory.h"
+#include "scene/formats/colmap_builder.h"
 
 enum { SIDE_PX_MAX = 1 << 30 };
 static const double NUMBER_LIMIT = 1e9; // of every param, as in transforms.json

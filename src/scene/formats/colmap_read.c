@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/formats/colmap_builder.h"
-#include "scene/builder.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap_builder.h"
 
 static const char *const folders[] = {"sparse/0", "sparse", "dense/sparse/0", "dense/sparse"};
 static const char *const files[] = {"cameras", "images", "points3D"};

@@ -4,11 +4,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "scene/safe_path.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 24; // a row takes about 60 bytes
 enum { HEADER_LIMIT_BYTES = 1024 };

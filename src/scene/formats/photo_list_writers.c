@@ -6,13 +6,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "scene/formats/colmap.h"
-#include "scene/builder.h"
-#include "scene/formats/transforms.h"
 #include "base/csv.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap.h"
+#include "scene/formats/transforms.h"
 
 bool vw_photo_list_keeps(const struct vw_listed_photo *photo) {
     return photo->chosen || photo->split == VW_SPLIT_VAL || photo->split == VW_SPLIT_TEST;

@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/bounds.h"
-#include "scene/formats/colmap.h"
-#include "scene/builder.h"
-#include "scene/formats/nerfw_tsv.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "scene/bounds.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap.h"
+#include "scene/formats/nerfw_tsv.h"
 
 // ---- Finding the TSV ----
 

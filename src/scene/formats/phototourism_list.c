@@ -2,13 +2,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/formats/colmap.h"
-#include "scene/builder.h"
-#include "scene/formats/nerfw_tsv.h"
-#include "scene/formats/photo_list_writers.h"
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "scene/builder.h"
+#include "scene/formats/colmap.h"
+#include "scene/formats/nerfw_tsv.h"
+#include "scene/formats/photo_list_writers.h"
 
 static const char photo_folder[] = "dense/images/"; // names of views begin with it, names in the TSV do not
 

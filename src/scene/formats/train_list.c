@@ -5,14 +5,14 @@
 #include <string.h>
 #include <strings.h>
 
+#include "base/csv.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/text.h"
 #include "scene/builder.h"
 #include "scene/formats/name_list.h"
 #include "scene/formats/nerfw_tsv.h"
 #include "scene/formats/transforms.h"
-#include "base/csv.h"
-#include "base/file.h"
-#include "base/text.h"
-#include "base/memory.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 

@@ -1,8 +1,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "scene/formats/transforms.h"
 #include "base/memory.h"
+#include "scene/formats/transforms.h"
 
 enum key {
     FL_X,
@@ -35,7 +35,7 @@ static const char *const refused_keys[] = {"latlong",   "orthographic", "equirec
 
 // The distortion params of each camera model. OPENCV, as these files use it, and files without a model have the k1 to
 // k3 of a polynomial. A k4 is refused there: it could belong to that polynomial or to FULL_OPENCV's denominator.
-static const struct model {
+static const struct vw_model {
     const char *name;
     enum vw_lens lens;
     bool distorts[KEY_COUNT];
@@ -76,11 +76,11 @@ enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *obj
 }
 
 // The model that an object names; leaves `*model` unchanged if it names none.
-static enum vw_status read_model(const char *where, const json_t *object, const struct model **model) {
+static enum vw_status read_model(const char *where, const json_t *object, const struct vw_model **model) {
     const json_t *given = json_object_get(object, "camera_model");
     const char *name = json_string_value(given);
     bool fisheye = is_set(json_object_get(object, "is_fisheye"));
-    const struct model *found = fisheye ? &models[MODEL_OPENCV_FISHEYE] : NULL;
+    const struct vw_model *found = fisheye ? &models[MODEL_OPENCV_FISHEYE] : NULL;
     if (is_set(given)) {
         found = NULL;
         for (size_t i = 0; name && i < VW_ARRAY_COUNT(models); i++)
@@ -162,7 +162,7 @@ static struct vw_camera combine(const double file[KEY_COUNT], const double frame
     };
 }
 
-static enum vw_status check_distortion(const char *where, const double given[KEY_COUNT], const struct model *model) {
+static enum vw_status check_distortion(const char *where, const double given[KEY_COUNT], const struct vw_model *model) {
     for (enum key key = K1; key <= P2; key++)
         if (!isnan(given[key]) && given[key] != 0 && !model->distorts[key])
             return vw_fail(
@@ -187,7 +187,7 @@ static enum vw_status find_scale(const char *where, double given_width_px, doubl
 enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px,
                                     uint32_t height_px, struct vw_camera *camera, bool *rescaled) {
     double of_file[KEY_COUNT], of_frame[KEY_COUNT], given[KEY_COUNT], scale = 1;
-    const struct model *model = &models[MODEL_OPENCV];
+    const struct vw_model *model = &models[MODEL_OPENCV];
     enum vw_status status = read_model(where, file, &model);
     if (!status) status = read_model(where, frame, &model); // the frame overrides the file
     if (!status) status = read_keys(where, file, of_file);

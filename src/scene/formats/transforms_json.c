@@ -4,16 +4,16 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "scene/bounds.h"
-#include "scene/builder.h"
-#include "scene/safe_path.h"
-#include "scene/formats/transforms.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "base/inside.h"
 #include "base/json.h"
-#include "image/image.h"
 #include "base/memory.h"
+#include "base/text.h"
+#include "image/image.h"
+#include "scene/bounds.h"
+#include "scene/builder.h"
+#include "scene/formats/transforms.h"
+#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 25; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};

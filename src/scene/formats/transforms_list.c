@@ -7,13 +7,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/file.h"
+#include "base/json.h"
+#include "base/memory.h"
 #include "scene/builder.h"
 #include "scene/formats/photo_list_writers.h"
 #include "scene/formats/transforms.h"
-#include "base/file.h"
 #include "viewworth/log.h"
-#include "base/memory.h"
-#include "base/json.h"
 
 // A file while it is written.
 struct target {

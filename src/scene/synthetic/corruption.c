@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/synthetic/recipe_private.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "scene/synthetic/recipe_private.h"
 
 static float clamp_unit(float value) { return fminf(fmaxf(value, 0), 1); }
 

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
+#include "base/memory.h"
+#include "image/image.h"
 #include "scene/builder.h"
 #include "scene/synthetic/recipe_private.h"
-#include "base/hash.h"
-#include "image/image.h"
-#include "base/memory.h"
 
 static const double BLUR_WIDTHS = 1.0 / 25;
 static const struct vw_recipe_defect kinds[] = {

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/synthetic/recipe_private.h"
 #include "base/file.h"
-#include "base/json.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/memory.h"
+#include "scene/synthetic/recipe_private.h"
 
 static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // of all views together: 1 GiB of photos
 

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "scene/synthetic/recipe_private.h"
 #include "base/memory.h"
+#include "scene/synthetic/recipe_private.h"
 
 static const double COORDINATE_MAX = 1e9;
 enum { STRIDE = 8, TEST_PHASE = 4 }; // view i is val when i % 8 == 0 and test when i % 8 == 4

@@ -2,9 +2,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "scene/synthetic/recipe_private.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "scene/synthetic/recipe_private.h"
 
 // Places a disc as far from the borders as possible.
 static enum vw_status pass_by(const struct vw_recipe *recipe, const uint32_t words[4], uint32_t index,

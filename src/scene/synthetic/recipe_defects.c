@@ -2,9 +2,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "scene/synthetic/recipe_private.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "scene/synthetic/recipe_private.h"
 
 const char *const vw_recipe_ground_truths[] = {"clean",    "noise",      "blur",       "occluder",
                                                "exposure", "wrong_pose", "striped_box"};

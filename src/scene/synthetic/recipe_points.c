@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/synthetic/recipe_private.h"
-#include "image/image.h"
 #include "base/memory.h"
+#include "image/image.h"
+#include "scene/synthetic/recipe_private.h"
 
 static const double DEPTH_AGREES = 0.01; // relative to the distance
 enum { CANDIDATES = 4096, TRACK_VIEWS_MIN = 2 };

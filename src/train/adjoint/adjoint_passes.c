@@ -11,10 +11,10 @@
 
 static const char sweep_role[] = "sweep"; // of its passes, in the timers
 
-static const struct model *model_of(const struct sweep_passes *sweep) { return sweep->context->field->model; }
+static const struct vw_model *model_of(const struct vw_adjoint_passes *sweep) { return sweep->context->field->model; }
 
-enum vw_status sweep_passes_check(const struct probe_context *context) {
-    const struct model *model = context->field->model;
+enum vw_status vw_adjoint_check(const struct vw_probe_context *context) {
+    const struct vw_model *model = context->field->model;
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
                        "the backward sweep needs params in 32 bits; value the scene with --table-precision float32");
@@ -40,17 +40,17 @@ enum vw_status sweep_passes_check(const struct probe_context *context) {
     return VW_OK;
 }
 
-static uint64_t adjoint_bytes(const struct model *model) {
+static uint64_t adjoint_bytes(const struct vw_model *model) {
     return model->param_bytes * (model->specialization.momentum ? 2 : 1);
 }
 
-static uint64_t places_bytes(const struct sweep_passes *sweep, uint32_t rays) {
+static uint64_t places_bytes(const struct vw_adjoint_passes *sweep, uint32_t rays) {
     const struct vw_specialization *s = &model_of(sweep)->specialization;
     return s->importance ? 4 * (uint64_t)rays * s->samples : 0;
 }
 
-static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_steps) {
-    const struct probe_context *context = sweep->context;
+static enum vw_status create_buffers(struct vw_adjoint_passes *sweep, uint32_t batch_steps) {
+    const struct vw_probe_context *context = sweep->context;
     uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
     const struct {
         struct vw_buffer **buffer;
@@ -75,42 +75,41 @@ static enum vw_status create_buffers(struct sweep_passes *sweep, uint32_t batch_
         {&sweep->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(context->field->gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
-static enum vw_status create_kept(struct sweep_passes *sweep) {
+static enum vw_status create_kept(struct vw_adjoint_passes *sweep) {
     struct vw_gpu *gpu = sweep->context->field->gpu;
-    const struct model *model = model_of(sweep);
+    const struct vw_model *model = model_of(sweep);
     enum vw_status status = VW_OK;
     sweep->kept = vw_allocate(sweep->measure_count, sizeof *sweep->kept);
     if (!sweep->kept) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < sweep->measure_count && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < sweep->measure_count && !status; i++) {
         struct vw_buffer_params params = {.name = "kept_adjoint", .size_bytes = model->param_bytes};
         if (i >= SWEEP_OF_VIEWS && sweep->kept_by_host) params.memory = VW_BUFFER_READBACK;
         status = vw_buffer_create(gpu, &params, &sweep->kept[i].lambda);
-        if (status == VW_OK && sweep->adjoint.blocks.moment)
-            status = vw_buffer_create(gpu, &params, &sweep->kept[i].moment);
+        if (!status && sweep->adjoint.blocks.moment) status = vw_buffer_create(gpu, &params, &sweep->kept[i].moment);
     }
     return status;
 }
 
 // Rays that are padding have no slope, and never get one.
-static enum vw_status create_val_rays(struct sweep_passes *sweep) {
+static enum vw_status create_val_rays(struct vw_adjoint_passes *sweep) {
     uint64_t bytes = vw_buffer_size_bytes(sweep->val_rays);
     struct vw_ray *rays = vw_allocate(bytes, 1);
     if (!rays) return VW_ERROR_MEMORY;
     enum vw_status status = vw_buffer_read(sweep->context->validation->evaluator.rays, 0, rays, bytes);
     for (uint64_t i = 0; i < bytes / sizeof *rays; i++)
         rays[i].target_weight = (vw_float4){.w = rays[i].target_weight.w};
-    if (status == VW_OK) status = vw_buffer_write(sweep->val_rays, 0, rays, bytes);
+    if (!status) status = vw_buffer_write(sweep->val_rays, 0, rays, bytes);
     free(rays);
     return status;
 }
 
-static enum vw_status create_pass(const struct sweep_passes *sweep, const struct vw_shader *shader,
+static enum vw_status create_pass(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
                                   const struct vw_specialization *specialization, const struct vw_binding *bindings,
                                   uint32_t count, struct vw_pass **pass) {
     const struct vw_pass_params params = {.shader = shader,
@@ -122,30 +121,32 @@ static enum vw_status create_pass(const struct sweep_passes *sweep, const struct
     return vw_pass_create(sweep->context->field->gpu, &params, pass);
 }
 
-static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct param_range *range) {
+static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct vw_param_range *range) {
     return (struct vw_binding){
         .slot = slot, .buffer = block, .offset_bytes = range->offset_bytes, .size_bytes = range->size_bytes};
 }
 
-static enum vw_status create_gather(const struct sweep_passes *sweep, const struct vw_shader *shader,
-                                    const struct param_range *range, struct vw_buffer *block, struct vw_pass **pass) {
-    const struct model *model = model_of(sweep);
+static enum vw_status create_gather(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
+                                    const struct vw_param_range *range, struct vw_buffer *block,
+                                    struct vw_pass **pass) {
+    const struct vw_model *model = model_of(sweep);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         range_binding(VW_SLOT_GATHERED, block, range),
         {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
     };
     uint32_t count = 2;
     if (model->codes.size_bytes) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, &model->codes);
-    step_bind(sweep->context->step, bindings, &count);
+    vw_step_bind(sweep->context->step, bindings, &count);
     return create_pass(sweep, shader, &model->specialization, bindings, count, pass);
 }
 
-static enum vw_status create_gather_grid(const struct sweep_passes *sweep, uint32_t index, struct gathered *gathered) {
-    const struct grid_window *window = &model_of(sweep)->windows[index];
+static enum vw_status create_gather_grid(const struct vw_adjoint_passes *sweep, uint32_t index,
+                                         struct vw_gathered *gathered) {
+    const struct vw_grid_window *window = &model_of(sweep)->windows[index];
     uint64_t word = model_of(sweep)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
              pairs = window->pair_count;
-    const struct param_range range = {.offset_bytes = model_of(sweep)->grid.offset_bytes + 8 * first,
-                                      .size_bytes = 8 * pairs};
+    const struct vw_param_range range = {.offset_bytes = model_of(sweep)->grid.offset_bytes + 8 * first,
+                                         .size_bytes = 8 * pairs};
     const struct vw_binding bindings[] = {
         range_binding(VW_SLOT_GATHERED, gathered->block, &range),
         {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
@@ -159,24 +160,23 @@ static enum vw_status create_gather_grid(const struct sweep_passes *sweep, uint3
                        VW_ARRAY_COUNT(bindings), &gathered->grid[index]);
 }
 
-static enum vw_status create_gathered(const struct sweep_passes *sweep, struct vw_buffer *block,
-                                      struct gathered *gathered) {
-    const struct model *model = model_of(sweep);
-    const struct param_range moved = {.offset_bytes = model->weights.offset_bytes,
-                                      .size_bytes = 16 * (uint64_t)model->moved_columns};
+static enum vw_status create_gathered(const struct vw_adjoint_passes *sweep, struct vw_buffer *block,
+                                      struct vw_gathered *gathered) {
+    const struct vw_model *model = model_of(sweep);
+    const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
+                                         .size_bytes = 16 * (uint64_t)model->moved_columns};
     enum vw_status status = VW_OK;
     gathered->block = block;
-    for (uint32_t i = 0; i < model->window_count && status == VW_OK; i++)
-        status = create_gather_grid(sweep, i, gathered);
-    if (status == VW_OK) status = create_gather(sweep, &vw_shader_gather_weights, &moved, block, &gathered->weights);
-    if (status == VW_OK && model->appearance.size_bytes)
+    for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(sweep, i, gathered);
+    if (!status) status = create_gather(sweep, &vw_shader_gather_weights, &moved, block, &gathered->weights);
+    if (!status && model->appearance.size_bytes)
         status = create_gather(sweep, &vw_shader_gather_photo, &model->appearance, block, &gathered->photo);
-    if (status == VW_OK && model->codes.size_bytes)
+    if (!status && model->codes.size_bytes)
         status = create_gather(sweep, &vw_shader_gather_code, &model->code_weights, block, &gathered->code);
     return status;
 }
 
-static enum vw_status create_adjoint(const struct sweep_passes *sweep, struct adjoint *adjoint) {
+static enum vw_status create_adjoint(const struct vw_adjoint_passes *sweep, struct vw_adjoint *adjoint) {
     bool momentum = adjoint->blocks.moment != NULL;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
@@ -189,12 +189,12 @@ static enum vw_status create_adjoint(const struct sweep_passes *sweep, struct ad
         {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
     };
     enum vw_status status = create_gathered(sweep, adjoint->blocks.lambda, &adjoint->sum);
-    return status == VW_OK ? create_pass(sweep, &vw_shader_direct_adjoint, &model_of(sweep)->specialization, bindings,
-                                         VW_ARRAY_COUNT(bindings), &adjoint->direct)
-                           : status;
+    return !status ? create_pass(sweep, &vw_shader_direct_adjoint, &model_of(sweep)->specialization, bindings,
+                                 VW_ARRAY_COUNT(bindings), &adjoint->direct)
+                   : status;
 }
 
-static enum vw_status create_multiply(struct sweep_passes *sweep) {
+static enum vw_status create_multiply(struct vw_adjoint_passes *sweep) {
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
         {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
@@ -207,8 +207,8 @@ static enum vw_status create_multiply(struct sweep_passes *sweep) {
 }
 
 // Passes over a step's rays and the block of all params.
-static enum vw_status create_step_passes(struct sweep_passes *sweep) {
-    const struct model *model = model_of(sweep);
+static enum vw_status create_step_passes(struct vw_adjoint_passes *sweep) {
+    const struct vw_model *model = model_of(sweep);
     const struct vw_specialization *s = &model->specialization;
     struct vw_specialization plain = *s, given = *s;
     plain.stores_rows = 0;
@@ -223,7 +223,7 @@ static enum vw_status create_step_passes(struct sweep_passes *sweep) {
         {.slot = VW_SLOT_SEEN_AHEAD, .buffer = sweep->seen_ahead},
     };
     uint32_t own = 7, count = own;
-    step_bind(sweep->context->step, bindings, &count);
+    vw_step_bind(sweep->context->step, bindings, &count);
     for (uint32_t i = own; i < count; i++) // each slot once
         if (bindings[i].slot == VW_SLOT_SCALARS) bindings[i] = bindings[--count];
     const struct {
@@ -232,24 +232,24 @@ static enum vw_status create_step_passes(struct sweep_passes *sweep) {
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_perturb_params, s, &sweep->perturb},
-        {step_has_ray_effects(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
+        {vw_step_has_ray_effects(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
          &sweep->difference},
         {&vw_shader_reduce_adjoint, s, &sweep->reduce},
         {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
     };
-    const struct field_pass_params ahead = {
+    const struct vw_field_pass_params ahead = {
         .specialization = &plain, .bindings = bindings, .binding_count = count, .role = sweep_role};
-    enum vw_status status = gradient_create(sweep->context->step, &given, &sweep->product);
+    enum vw_status status = vw_gradient_create(sweep->context->step, &given, &sweep->product);
     sweep->forward.specialization = plain;
-    if (status == VW_OK) status = model->kind->create_passes(sweep->context->field, &ahead, &sweep->forward);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++)
+    if (!status) status = model->kind->create_passes(sweep->context->field, &ahead, &sweep->forward);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++)
         status = create_pass(sweep, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
     return status;
 }
 
 // Validation as it is measured (decision 1: no jitter, no skipping, nobody's code, all of it visible), with activations
 // stored.
-static struct vw_specialization validation_specialization(const struct model *model) {
+static struct vw_specialization validation_specialization(const struct vw_model *model) {
     struct vw_specialization s = model->specialization;
     s.training = 0;
     s.loss = LOSS_GIVEN;
@@ -257,8 +257,8 @@ static struct vw_specialization validation_specialization(const struct model *mo
     return s;
 }
 
-static enum vw_status create_view_passes(struct sweep_passes *sweep) {
-    const struct validation *validation = sweep->context->validation;
+static enum vw_status create_view_passes(struct vw_adjoint_passes *sweep) {
+    const struct vw_validation *validation = sweep->context->validation;
     const struct vw_specialization *s = &model_of(sweep)->specialization,
                                    of_views = validation_specialization(model_of(sweep));
     const struct vw_binding slopes[] = {
@@ -275,48 +275,48 @@ static enum vw_status create_view_passes(struct sweep_passes *sweep) {
         {.slot = VW_SLOT_STEP_STATE, .buffer = sweep->context->field->step_state},
         {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
     };
-    enum vw_status status = gradient_create(sweep->context->step, &of_views, &sweep->validation);
-    if (status == VW_OK)
+    enum vw_status status = vw_gradient_create(sweep->context->step, &of_views, &sweep->validation);
+    if (!status)
         status = create_pass(sweep, &vw_shader_slope_views, s, slopes, VW_ARRAY_COUNT(slopes), &sweep->slope_views);
-    return status == VW_OK ? create_pass(sweep, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
-                                         &sweep->normalise_views)
-                           : status;
+    return !status ? create_pass(sweep, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
+                                 &sweep->normalise_views)
+                   : status;
 }
 
-enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
-                                   struct sweep_passes *sweep) {
+enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
+                                 struct vw_adjoint_passes *sweep) {
     uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
-    *sweep = (struct sweep_passes){.context = context,
-                                   .rays = params->rays && params->rays < of_step ? params->rays : of_step,
-                                   .measure_count = params->psnr_alone ? 1 : SWEEP_OF_VIEWS + views};
+    *sweep = (struct vw_adjoint_passes){.context = context,
+                                        .rays = params->rays && params->rays < of_step ? params->rays : of_step,
+                                        .measure_count = params->psnr_alone ? 1 : SWEEP_OF_VIEWS + views};
     sweep->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
-    sweep->padded_rays = model_pad_rays(context->field->model, sweep->rays);
-    enum vw_status status = sweep_passes_check(context);
-    if (status == VW_OK) status = create_buffers(sweep, params->batch_steps);
-    if (status == VW_OK) status = create_kept(sweep);
-    if (status == VW_OK) status = create_val_rays(sweep);
-    if (status == VW_OK) status = create_step_passes(sweep);
-    if (status == VW_OK) status = create_view_passes(sweep);
-    if (status == VW_OK) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
-    if (status == VW_OK) status = create_adjoint(sweep, &sweep->adjoint);
-    if (status == VW_OK) status = create_multiply(sweep);
-    if (status != VW_OK) sweep_passes_destroy(sweep);
+    sweep->padded_rays = vw_model_pad_rays(context->field->model, sweep->rays);
+    enum vw_status status = vw_adjoint_check(context);
+    if (!status) status = create_buffers(sweep, params->batch_steps);
+    if (!status) status = create_kept(sweep);
+    if (!status) status = create_val_rays(sweep);
+    if (!status) status = create_step_passes(sweep);
+    if (!status) status = create_view_passes(sweep);
+    if (!status) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
+    if (!status) status = create_adjoint(sweep, &sweep->adjoint);
+    if (!status) status = create_multiply(sweep);
+    if (status) vw_adjoint_destroy(sweep);
     return status;
 }
 
-static void destroy_gathered(struct gathered *gathered) {
+static void destroy_gathered(struct vw_gathered *gathered) {
     for (int i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gathered->grid[i]);
     vw_pass_destroy(&gathered->weights);
     vw_pass_destroy(&gathered->photo);
     vw_pass_destroy(&gathered->code);
 }
 
-static void destroy_blocks(struct adjoint_blocks *blocks) {
+static void destroy_blocks(struct vw_adjoint_blocks *blocks) {
     vw_buffer_destroy(&blocks->lambda);
     vw_buffer_destroy(&blocks->moment);
 }
 
-void sweep_passes_destroy(struct sweep_passes *sweep) {
+void vw_adjoint_destroy(struct vw_adjoint_passes *sweep) {
     destroy_gathered(&sweep->adjoint.sum);
     vw_pass_destroy(&sweep->adjoint.direct);
     destroy_blocks(&sweep->adjoint.blocks);
@@ -324,9 +324,9 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     free(sweep->kept);
     sweep->kept = NULL;
     destroy_gathered(&sweep->step_gradient);
-    gradient_destroy(&sweep->product);
-    gradient_destroy(&sweep->validation);
-    field_passes_destroy(&sweep->forward);
+    vw_gradient_destroy(&sweep->product);
+    vw_gradient_destroy(&sweep->validation);
+    vw_field_passes_destroy(&sweep->forward);
     struct vw_pass **passes[] = {&sweep->perturb,     &sweep->difference,      &sweep->reduce,  &sweep->normalise_step,
                                  &sweep->slope_views, &sweep->normalise_views, &sweep->multiply};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
@@ -337,97 +337,99 @@ void sweep_passes_destroy(struct sweep_passes *sweep) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
-uint64_t sweep_views_bytes(const struct sweep_passes *sweep) {
+uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep) {
     return sweep->kept_by_host ? 0 : (sweep->measure_count - SWEEP_OF_VIEWS) * adjoint_bytes(model_of(sweep));
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-uint32_t sweep_moved_columns(const struct model *model) {
+uint32_t vw_adjoint_moved_columns(const struct vw_model *model) {
     uint64_t held_bytes = model->coarse.size_bytes + model->visibility.size_bytes;
     return model->moved_columns - (uint32_t)(held_bytes / sizeof(vw_float4));
 }
 
 // `photos`: also what belongs to photos, of `rays` rays of one of them.
-static void record_gather(const struct sweep_passes *sweep, const struct gathered *gathered, struct vw_batch *batch,
-                          bool adds, bool photos, uint32_t rays) {
-    const struct model *model = model_of(sweep);
+static void record_gather(const struct vw_adjoint_passes *sweep, const struct vw_gathered *gathered,
+                          struct vw_submission *batch, bool adds, bool photos, uint32_t rays) {
+    const struct vw_model *model = model_of(sweep);
     struct vw_push_gather push = {.adds = adds};
     for (uint32_t i = 0; i < model->window_count; i++) {
         push.count = model->windows[i].pair_count;
-        vw_batch_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
+        vw_submission_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
     }
-    push.count = sweep_moved_columns(model);
-    vw_batch_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
+    push.count = vw_adjoint_moved_columns(model);
+    vw_submission_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
-    if (gathered->photo && photos) vw_batch_dispatch(batch, gathered->photo, &push, sizeof push, 1);
-    if (gathered->code && photos) vw_batch_dispatch(batch, gathered->code, &push, sizeof push, 1);
+    if (gathered->photo && photos) vw_submission_dispatch(batch, gathered->photo, &push, sizeof push, 1);
+    if (gathered->code && photos) vw_submission_dispatch(batch, gathered->code, &push, sizeof push, 1);
 }
 
-// A step as step_record() takes it, with its gradient in a block.
-static void record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                        uint32_t scalar_row) {
-    const struct step_passes *step = sweep->context->step;
-    step_record_gradients(step, batch, number, first_pixel);
+// A step as vw_step_record_passes() takes it, with its gradient in a block.
+static void record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                        uint32_t first_pixel, uint32_t scalar_row) {
+    const struct vw_step_passes *step = sweep->context->step;
+    vw_step_record_gradients(step, batch, number, first_pixel);
     record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
-    step_record_update(step, batch, number, 0);
-    step_record_loss(step, batch, scalar_row);
+    vw_step_record_update(step, batch, number, 0);
+    vw_step_record_loss(step, batch, scalar_row);
 }
 
-void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
-                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place) {
-    kept_steps_record_before(kept, batch, place);
+void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *sweep, const struct vw_kept_steps *kept,
+                                 struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
+                                 uint32_t scalar_row, uint32_t place) {
+    vw_kept_steps_record_before(kept, batch, place);
     record_step(sweep, batch, number, first_pixel, scalar_row);
-    kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
-    kept_steps_record_after(kept, batch, place);
+    vw_kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
+    vw_kept_steps_record_after(kept, batch, place);
 }
 
-void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel, uint32_t scalar_row) {
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                                uint32_t first_pixel, uint32_t scalar_row) {
     uint64_t bytes = model_of(sweep)->param_bytes;
-    vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.before, 0, bytes);
+    vw_submission_copy(batch, sweep->context->field->params, 0, sweep->blocks.before, 0, bytes);
     record_step(sweep, batch, number, first_pixel, scalar_row);
-    vw_batch_copy(batch, sweep->context->field->params, 0, sweep->blocks.after, 0, bytes);
+    vw_submission_copy(batch, sweep->context->field->params, 0, sweep->blocks.after, 0, bytes);
 }
 
-static void record_copy(const struct sweep_passes *sweep, struct vw_batch *batch, const struct adjoint_blocks *from,
-                        const struct adjoint_blocks *to) {
+static void record_copy(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+                        const struct vw_adjoint_blocks *from, const struct vw_adjoint_blocks *to) {
     uint64_t bytes = model_of(sweep)->param_bytes;
-    vw_batch_copy(batch, from->lambda, 0, to->lambda, 0, bytes);
-    if (from->moment) vw_batch_copy(batch, from->moment, 0, to->moment, 0, bytes);
+    vw_submission_copy(batch, from->lambda, 0, to->lambda, 0, bytes);
+    if (from->moment) vw_submission_copy(batch, from->moment, 0, to->moment, 0, bytes);
 }
 
-static void record_restore(const struct sweep_passes *sweep, struct vw_batch *batch, struct vw_buffer *block) {
-    vw_batch_copy(batch, block, 0, sweep->context->field->params, 0, model_of(sweep)->param_bytes);
+static void record_restore(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+                           struct vw_buffer *block) {
+    vw_submission_copy(batch, block, 0, sweep->context->field->params, 0, model_of(sweep)->param_bytes);
 }
 
 // Back from the slopes of validation's rays, as many at a time as a step has.
-static void record_views_back(const struct sweep_passes *sweep, struct vw_batch *batch) {
-    const struct step_passes *step = sweep->context->step;
+static void record_views_back(const struct vw_adjoint_passes *sweep, struct vw_submission *batch) {
+    const struct vw_step_passes *step = sweep->context->step;
     uint32_t rays = sweep->context->validation->evaluator.ray_count;
     for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
         uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
-        vw_batch_copy(batch, sweep->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
-                      sizeof(struct vw_ray) * count);
+        vw_submission_copy(batch, sweep->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
+                           sizeof(struct vw_ray) * count);
         for (uint32_t first = 0; first < count; first += step->chunk_rays) {
-            const struct vw_push_samples chunk = gradient_chunk(step, count, first, (vw_uint4){0});
-            gradient_record_chunk(step, &sweep->validation, batch, &chunk);
+            const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
+            vw_gradient_record_chunk(step, &sweep->validation, batch, &chunk);
         }
-        gradient_record_sky(&sweep->validation, batch, count);
+        vw_gradient_record_sky(&sweep->validation, batch, count);
         record_gather(sweep, &sweep->adjoint.sum, batch, true, false, 0);
     }
 }
 
-void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row,
-                        uint32_t states) {
-    const struct validation *validation = sweep->context->validation;
+void vw_adjoint_record_state(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t scalar_row,
+                             uint32_t states) {
+    const struct vw_validation *validation = sweep->context->validation;
     double values = 0.0;
     for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
     // The passes back take a third of a ray's slope and divide by the rays of a step.
     double undo = 3.0 * sweep->context->step->rays / states,
            factors[SWEEP_OF_VIEWS] = {undo / validation->view_count, undo / values};
     record_restore(sweep, batch, sweep->blocks.after);
-    validation_record(validation, batch, scalar_row);
+    vw_validation_record(validation, batch, scalar_row);
     for (uint32_t i = 0; i < sweep->measure_count; i++) {
         bool of_view = i >= SWEEP_OF_VIEWS;
         struct vw_push_slopes push = {.count = validation->view_count,
@@ -435,91 +437,93 @@ void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch
                                       .measure = of_view ? SWEEP_PSNR : i,
                                       .only_view = of_view ? i - SWEEP_OF_VIEWS : VW_ALL_VIEWS,
                                       .unscale = (float)(of_view ? undo : factors[i])};
-        vw_batch_dispatch(batch, sweep->slope_views, &push, sizeof push, 64ull * push.count);
+        vw_submission_dispatch(batch, sweep->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
-        vw_batch_dispatch(batch, sweep->normalise_views, &push, sizeof push, 1);
+        vw_submission_dispatch(batch, sweep->normalise_views, &push, sizeof push, 1);
         record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
         record_views_back(sweep, batch);
         record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
     }
 }
 
-static uint32_t block_vectors(const struct sweep_passes *sweep) {
+static uint32_t block_vectors(const struct vw_adjoint_passes *sweep) {
     return (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
 }
 
 // Where the step had its samples: by the params before it.
-static void record_places(const struct sweep_passes *sweep, struct vw_batch *batch, vw_uint4 key) {
-    const struct step_passes *step = sweep->context->step;
+static void record_places(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, vw_uint4 key) {
+    const struct vw_step_passes *step = sweep->context->step;
     if (!sweep->places) return;
     record_restore(sweep, batch, sweep->blocks.before);
-    appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
     for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, key);
-        importance_record(model_of(sweep), &sweep->product.importance, batch, &chunk);
-        vw_batch_copy(batch, step->places, 0, sweep->places, places_bytes(sweep, first),
-                      places_bytes(sweep, chunk.ray_count));
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, key);
+        vw_importance_record(model_of(sweep), &sweep->product.importance, batch, &chunk);
+        vw_submission_copy(batch, step->places, 0, sweep->places, places_bytes(sweep, first),
+                           places_bytes(sweep, chunk.ray_count));
     }
 }
 
 // The slopes of a step's rays: J direction by differences, times the loss's curvature.
-static void record_slopes(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
-    const struct step_passes *step = sweep->context->step;
+static void record_slopes(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+                          const struct vw_push_rays *rays) {
+    const struct vw_step_passes *step = sweep->context->step;
     uint32_t block4 = block_vectors(sweep);
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
-        vw_batch_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
-        appearance_record_forward(&step->appearance, model_of(sweep), batch);
-        visibility_record_forward(&step->visibility, batch, rays, step->padded_rays);
+        vw_submission_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
+        vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
+        vw_visibility_record_forward(&step->visibility, batch, rays, step->padded_rays);
         for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-            const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, rays->key);
+            const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             if (sweep->places)
-                vw_batch_copy(batch, sweep->places, places_bytes(sweep, first), step->places, 0,
-                              places_bytes(sweep, chunk.ray_count));
-            gradient_record_forward(step, &sweep->forward, batch, &chunk);
-            vw_batch_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
+                vw_submission_copy(batch, sweep->places, places_bytes(sweep, first), step->places, 0,
+                                   places_bytes(sweep, chunk.ray_count));
+            vw_gradient_record_forward(step, &sweep->forward, batch, &chunk);
+            vw_submission_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }
     struct vw_push_slopes push = {.count = sweep->padded_rays, .unscale = (float)step->rays / (float)sweep->rays};
-    vw_batch_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
+    vw_submission_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
 }
 
 // Adds the curvature's product with the direction to the adjoint. The rays are made.
-static void record_product(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays) {
-    const struct step_passes *step = sweep->context->step;
+static void record_product(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+                           const struct vw_push_rays *rays) {
+    const struct vw_step_passes *step = sweep->context->step;
     record_places(sweep, batch, rays->key);
     record_slopes(sweep, batch, rays);
     record_restore(sweep, batch, sweep->blocks.before);
-    appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
     for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, sweep->padded_rays, first, rays->key);
-        gradient_record_chunk(step, &sweep->product, batch, &chunk);
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
+        vw_gradient_record_chunk(step, &sweep->product, batch, &chunk);
     }
-    gradient_record_sky(&sweep->product, batch, sweep->padded_rays);
+    vw_gradient_record_sky(&sweep->product, batch, sweep->padded_rays);
     record_gather(sweep, &sweep->adjoint.sum, batch, true, true, sweep->padded_rays);
 }
 
-static void record_reduce(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t row) {
+static void record_reduce(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t row) {
     const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
-    vw_batch_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
+    vw_submission_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
 }
 
-static void record_adjoint(const struct sweep_passes *sweep, struct vw_batch *batch, const struct vw_push_rays *rays,
-                           uint32_t row) {
-    const struct step_passes *step = sweep->context->step;
+static void record_adjoint(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+                           const struct vw_push_rays *rays, uint32_t row) {
+    const struct vw_step_passes *step = sweep->context->step;
     const struct vw_push_block block = {.count = block_vectors(sweep)};
-    vw_batch_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
-    vw_batch_dispatch(batch, sweep->adjoint.direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
+    vw_submission_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(batch, sweep->adjoint.direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
     record_reduce(sweep, batch, row);
     record_product(sweep, batch, rays);
 }
 
-void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                       uint32_t row) {
+void vw_adjoint_record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                            uint32_t first_pixel, uint32_t row) {
     const struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = model_key_of_step(model_of(sweep), number)};
+        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = vw_model_key_of_step(model_of(sweep), number)};
     for (uint32_t i = 0; i < sweep->measure_count; i++) {
         record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
         record_adjoint(sweep, batch, &rays, row + i);
@@ -527,14 +531,15 @@ void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch,
     }
 }
 
-void sweep_record_multiply(const struct sweep_passes *sweep, struct vw_batch *batch, bool by_gradient, uint32_t row) {
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, bool by_gradient,
+                                uint32_t row) {
     const struct vw_push_product push = {.count = block_vectors(sweep), .by_gradient = by_gradient};
-    vw_batch_dispatch(batch, sweep->multiply, &push, sizeof push, 64ull * VW_SWEEP_GROUPS);
+    vw_submission_dispatch(batch, sweep->multiply, &push, sizeof push, 64ull * VW_SWEEP_GROUPS);
     record_reduce(sweep, batch, row);
 }
 
 // Colours are taken as far ahead and behind as reduce_adjoint says for directions of its own.
-enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float *direction) {
+enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *sweep, const float *direction) {
     uint64_t bytes = model_of(sweep)->param_bytes;
     float *before = vw_allocate(bytes, 1);
     if (!before) return VW_ERROR_MEMORY;
@@ -546,15 +551,15 @@ enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float
     }
     free(before);
     const struct vw_sweep_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
-    if (status == VW_OK) status = vw_buffer_write(sweep->state, 0, &state, sizeof state);
-    return status == VW_OK ? vw_buffer_write(sweep->direction, 0, direction, bytes) : status;
+    if (!status) status = vw_buffer_write(sweep->state, 0, &state, sizeof state);
+    return !status ? vw_buffer_write(sweep->direction, 0, direction, bytes) : status;
 }
 
-void sweep_record_curvature(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
-                            uint32_t first_pixel) {
-    const struct step_passes *step = sweep->context->step;
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                                 uint32_t first_pixel) {
+    const struct vw_step_passes *step = sweep->context->step;
     const struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = model_key_of_step(model_of(sweep), number)};
-    vw_batch_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = vw_model_key_of_step(model_of(sweep), number)};
+    vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
     record_product(sweep, batch, &rays);
 }

@@ -14,45 +14,45 @@
 
 // Measures of U, each with an adjoint of its own: of all validation views, and behind these, where asked for, the PSNR
 // of one view after another.
-enum sweep_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
+enum vw_adjoint_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
 
 // The gradients that a step leaves in their several forms, brought into one block.
-struct gathered {
+struct vw_gathered {
     struct vw_buffer *block;                                      // borrowed
     struct vw_pass *grid[VW_LEVELS_MAX], *weights, *photo, *code; // grid: per window; photo, code: NULL without them
 };
 
-struct adjoint_blocks {
+struct vw_adjoint_blocks {
     struct vw_buffer *lambda, *moment; // moment: NULL without momentum
 };
 
-struct adjoint {
-    struct adjoint_blocks blocks;
-    struct gathered sum; // adds to lambda
+struct vw_adjoint {
+    struct vw_adjoint_blocks blocks;
+    struct vw_gathered sum; // adds to lambda
     struct vw_pass *direct;
 };
 
-struct sweep_passes {
-    const struct probe_context *context; // borrowed
-    uint32_t rays, padded_rays;          // of a step that the product takes
-    struct step_blocks blocks;           // owned
+struct vw_adjoint_passes {
+    const struct vw_probe_context *context; // borrowed
+    uint32_t rays, padded_rays;             // of a step that the product takes
+    struct vw_step_blocks blocks;           // owned
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
     struct vw_buffer *places;   // of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
     struct vw_buffer *rows;     // READBACK: vec4 per step of a batch and measure
-    struct gradient_passes product, validation; // from slopes that are given
-    struct field_passes forward;                // of colours ahead and behind: nothing is stored
+    struct vw_gradient_passes product, validation; // from slopes that are given
+    struct vw_field_passes forward;                // of colours ahead and behind: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
-    struct vw_pass *multiply;      // the adjoint with a step
-    struct gathered step_gradient; // writes blocks.gradient
-    struct adjoint adjoint;
-    struct adjoint_blocks *kept; // owned; by measure
+    struct vw_pass *multiply;         // the adjoint with a step
+    struct vw_gathered step_gradient; // writes blocks.gradient
+    struct vw_adjoint adjoint;
+    struct vw_adjoint_blocks *kept; // owned; by measure
     uint32_t measure_count;
     bool kept_by_host; // those of single views
 };
 
-struct sweep_params {
+struct vw_adjoint_params {
     uint32_t rays;        // of each step that the product takes, at most the step's; 0: all
     uint32_t batch_steps; // rows for so many
     bool psnr_alone;      // no other measure than validation PSNR
@@ -62,42 +62,45 @@ struct sweep_params {
 };
 // VW_ERROR_USAGE, naming what stands against it, for a training that cannot be swept: with half tables, with an effect
 // that the sweep does not go back through, or with params beyond one binding.
-enum vw_status sweep_passes_check(const struct probe_context *context);
+enum vw_status vw_adjoint_check(const struct vw_probe_context *context);
 // Checks that first.
-enum vw_status sweep_passes_create(const struct probe_context *context, const struct sweep_params *params,
-                                   struct sweep_passes *sweep);
+enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
+                                 struct vw_adjoint_passes *sweep);
 // Of the columns that the optimiser moves, those at the beginning that the sweep goes back to: not those of visibility
 // and of a coarse network, which it holds fixed. Their adjoint and their part of gradients stay 0: the mask and the
 // places of samples do not follow what a step moved.
-uint32_t sweep_moved_columns(const struct model *model);
+uint32_t vw_adjoint_moved_columns(const struct vw_model *model);
 // What the adjoints of single views take of the device.
-uint64_t sweep_views_bytes(const struct sweep_passes *sweep);
-void sweep_passes_destroy(struct sweep_passes *sweep);
+uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep);
+void vw_adjoint_destroy(struct vw_adjoint_passes *sweep);
 
-// Replays step `number`, with its pixels at `first_pixel`: as step_record() does, which gives the same bits, and keeps
-// at `place` what the sweep needs of it.
-void sweep_record_kept_step(const struct sweep_passes *sweep, const struct kept_steps *kept, struct vw_batch *batch,
-                            uint64_t number, uint32_t first_pixel, uint32_t scalar_row, uint32_t place);
+// Replays step `number`, with its pixels at `first_pixel`: as vw_step_record_passes() does, which gives the same bits,
+// and keeps at `place` what the sweep needs of it.
+void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *sweep, const struct vw_kept_steps *kept,
+                                 struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
+                                 uint32_t scalar_row, uint32_t place);
 
 // Takes step `number` and leaves in the blocks the params before and after it and its gradient.
-void sweep_record_own_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
-                           uint32_t first_pixel, uint32_t scalar_row);
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                                uint32_t first_pixel, uint32_t scalar_row);
 
 // For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
-void sweep_record_state(const struct sweep_passes *sweep, struct vw_batch *batch, uint32_t scalar_row, uint32_t states);
+void vw_adjoint_record_state(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t scalar_row,
+                             uint32_t states);
 
 // Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
-void sweep_record_step(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number, uint32_t first_pixel,
-                       uint32_t row);
+void vw_adjoint_record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                            uint32_t first_pixel, uint32_t row);
 
 // The adjoint times what the step in the blocks moved, or times its gradient, to that row (x + y; w: not finite).
-void sweep_record_multiply(const struct sweep_passes *sweep, struct vw_batch *batch, bool by_gradient, uint32_t row);
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, bool by_gradient,
+                                uint32_t row);
 
 // Gives a direction: a float for every param.
-enum vw_status sweep_set_direction(const struct sweep_passes *sweep, const float *direction);
+enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *sweep, const float *direction);
 // Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
 // direction. The random numbers are those of step `number`.
-void sweep_record_curvature(const struct sweep_passes *sweep, struct vw_batch *batch, uint64_t number,
-                            uint32_t first_pixel);
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+                                 uint32_t first_pixel);
 
 #endif

@@ -2,20 +2,20 @@
 
 #include "base/memory.h"
 
-static uint64_t block_bytes(const struct step_passes *step) { return step->field->model->param_bytes; }
+static uint64_t block_bytes(const struct vw_step_passes *step) { return step->field->model->param_bytes; }
 
-static uint64_t occupancy_bytes(const struct step_passes *step) {
+static uint64_t occupancy_bytes(const struct vw_step_passes *step) {
     return step->field->occupancy ? vw_buffer_size_bytes(step->field->occupancy) : 0;
 }
 
-static bool has_momentum(const struct step_passes *step) { return step->field->model->specialization.momentum; }
+static bool has_momentum(const struct vw_step_passes *step) { return step->field->model->specialization.momentum; }
 
-uint64_t kept_step_bytes(const struct step_passes *step) {
+uint64_t vw_kept_step_bytes(const struct vw_step_passes *step) {
     return block_bytes(step) * (has_momentum(step) ? 3 : 2) + occupancy_bytes(step);
 }
 
-enum vw_status kept_steps_create(const struct step_passes *step, uint32_t capacity, struct kept_steps *kept) {
-    *kept = (struct kept_steps){.step = step, .capacity = capacity};
+enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t capacity, struct vw_kept_steps *kept) {
+    *kept = (struct vw_kept_steps){.step = step, .capacity = capacity};
     uint64_t blocks = block_bytes(step) * capacity;
     const struct {
         struct vw_buffer **buffer;
@@ -27,52 +27,52 @@ enum vw_status kept_steps_create(const struct step_passes *step, uint32_t capaci
         {&kept->occupancy, {.name = "kept_occupancy", .size_bytes = occupancy_bytes(step) * capacity}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
-    if (status != VW_OK) kept_steps_destroy(kept);
+    if (status) vw_kept_steps_destroy(kept);
     return status;
 }
 
-void kept_steps_destroy(struct kept_steps *kept) {
+void vw_kept_steps_destroy(struct vw_kept_steps *kept) {
     vw_buffer_destroy(&kept->params);
     vw_buffer_destroy(&kept->gradients);
     vw_buffer_destroy(&kept->moments);
     vw_buffer_destroy(&kept->occupancy);
 }
 
-void kept_steps_record_before(const struct kept_steps *kept, struct vw_batch *batch, uint32_t place) {
+void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
     uint64_t block = block_bytes(kept->step);
-    vw_batch_copy(batch, kept->step->field->params, 0, kept->params, block * place, block);
+    vw_submission_copy(batch, kept->step->field->params, 0, kept->params, block * place, block);
 }
 
-void kept_steps_record_gradient(const struct kept_steps *kept, struct vw_batch *batch, struct vw_buffer *gradient,
-                                uint32_t place) {
+void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *batch,
+                                   struct vw_buffer *gradient, uint32_t place) {
     uint64_t block = block_bytes(kept->step);
-    vw_batch_copy(batch, gradient, 0, kept->gradients, block * place, block);
+    vw_submission_copy(batch, gradient, 0, kept->gradients, block * place, block);
 }
 
-void kept_steps_record_after(const struct kept_steps *kept, struct vw_batch *batch, uint32_t place) {
-    const struct step_passes *step = kept->step;
-    const struct model *model = step->field->model;
+void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
+    const struct vw_step_passes *step = kept->step;
+    const struct vw_model *model = step->field->model;
     uint64_t first = block_bytes(step) * place, cells = occupancy_bytes(step);
-    kept_steps_record_before(kept, batch, place + 1); // the next step begins where this one ended
+    vw_kept_steps_record_before(kept, batch, place + 1); // the next step begins where this one ended
     if (kept->moments) {
         if (model->grid.size_bytes)
-            vw_batch_copy(batch, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
-                          model->grid.size_bytes);
-        vw_batch_copy(batch, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
-                      16 * (uint64_t)model->moved_columns);
+            vw_submission_copy(batch, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
+                               model->grid.size_bytes);
+        vw_submission_copy(batch, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
+                           16 * (uint64_t)model->moved_columns);
     }
-    if (cells) vw_batch_copy(batch, step->field->occupancy, 0, kept->occupancy, cells * place, cells);
+    if (cells) vw_submission_copy(batch, step->field->occupancy, 0, kept->occupancy, cells * place, cells);
 }
 
-void kept_steps_record_load(const struct kept_steps *kept, struct vw_batch *batch, uint32_t place,
-                            const struct step_blocks *blocks) {
+void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place,
+                               const struct vw_step_blocks *blocks) {
     uint64_t block = block_bytes(kept->step), cells = occupancy_bytes(kept->step);
-    vw_batch_copy(batch, kept->params, block * place, blocks->before, 0, block);
-    vw_batch_copy(batch, kept->params, block * (place + 1), blocks->after, 0, block);
-    vw_batch_copy(batch, kept->gradients, block * place, blocks->gradient, 0, block);
-    if (kept->moments) vw_batch_copy(batch, kept->moments, block * place, blocks->moment, 0, block);
-    if (cells) vw_batch_copy(batch, kept->occupancy, cells * place, kept->step->field->occupancy, 0, cells);
+    vw_submission_copy(batch, kept->params, block * place, blocks->before, 0, block);
+    vw_submission_copy(batch, kept->params, block * (place + 1), blocks->after, 0, block);
+    vw_submission_copy(batch, kept->gradients, block * place, blocks->gradient, 0, block);
+    if (kept->moments) vw_submission_copy(batch, kept->moments, block * place, blocks->moment, 0, block);
+    if (cells) vw_submission_copy(batch, kept->occupancy, cells * place, kept->step->field->occupancy, 0, cells);
 }

@@ -9,8 +9,8 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "train/hashed_file.h"
 #include "train/adjoint/lasting_private.h"
+#include "train/hashed_file.h"
 
 static const double ADVANCE_SECONDS = 0.5;
 
@@ -22,21 +22,21 @@ static uint64_t state_span(const struct vw_lasting *lasting) {
     return span < lasting->replay.total_steps ? span : lasting->replay.total_steps;
 }
 
-uint32_t lasting_state_count(const struct vw_lasting *lasting) {
+uint32_t vw_lasting_state_count(const struct vw_lasting *lasting) {
     uint64_t span = state_span(lasting);
     return span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES;
 }
 
 // Steps are counted from the end: state i lies span * i / count steps before it.
-bool lasting_is_state(const struct vw_lasting *lasting, uint64_t step) {
+bool vw_lasting_is_state(const struct vw_lasting *lasting, uint64_t step) {
     uint64_t before_end = lasting->replay.total_steps - step, span = state_span(lasting),
-             count = lasting_state_count(lasting);
+             count = vw_lasting_state_count(lasting);
     uint64_t state = (before_end * count + span - 1) / span;
     return state < count && state * span / count == before_end;
 }
 
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting) {
-    uint64_t span = state_span(lasting), count = lasting_state_count(lasting);
+    uint64_t span = state_span(lasting), count = vw_lasting_state_count(lasting);
     return lasting->replay.total_steps - (count - 1) * span / count;
 }
 
@@ -44,19 +44,19 @@ uint64_t vw_lasting_first_state(const struct vw_lasting *lasting) {
 
 static uint64_t state_bytes(const struct vw_lasting *lasting) {
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
-    const struct buffer_list list = {buffers, step_training_state(lasting->replay.context->step, buffers)};
-    return buffer_list_bytes(&list);
+    const struct vw_buffer_list list = {buffers, vw_step_training_state(lasting->replay.context->step, buffers)};
+    return vw_buffer_list_bytes(&list);
 }
 
 static uint64_t kept_bytes(const struct vw_lasting *lasting, uint64_t segment_steps) {
     uint64_t segments = (lasting->replay.total_steps + segment_steps - 1) / segment_steps;
-    return segment_steps * kept_step_bytes(lasting->replay.context->step) + segments * state_bytes(lasting);
+    return segment_steps * vw_kept_step_bytes(lasting->replay.context->step) + segments * state_bytes(lasting);
 }
 
 static uint64_t default_memory_bytes(const struct vw_gpu *gpu) { return vw_gpu_get_info(gpu)->memory_bytes / 4; }
 
 static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
-    const struct field *field = lasting->replay.context->field;
+    const struct vw_radiance_field *field = lasting->replay.context->field;
     uint64_t blocks = vw_gpu_get_limits(field->gpu)->buffer_bytes / field->model->param_bytes;
     return blocks > 2 ? blocks - 1 : 1;
 }
@@ -64,7 +64,8 @@ static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
 // Where a segment's steps and the states at the beginnings of all segments take the least memory.
 static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
     double steps = (double)lasting->replay.total_steps, state = (double)state_bytes(lasting);
-    uint64_t thriftiest = (uint64_t)ceil(sqrt(steps * state / (double)kept_step_bytes(lasting->replay.context->step))),
+    uint64_t thriftiest =
+                 (uint64_t)ceil(sqrt(steps * state / (double)vw_kept_step_bytes(lasting->replay.context->step))),
              most = segment_steps_most(lasting);
     return thriftiest < most ? thriftiest : most;
 }
@@ -103,21 +104,22 @@ static uint32_t count_measures(const struct vw_lasting *lasting, bool by_view) {
 }
 
 static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
-    enum vw_status status = step_replay_create(params->training, params->replayed, params->context, &lasting->replay);
-    if (status != VW_OK) return status;
+    enum vw_status status =
+        vw_step_replay_create(params->training, params->replayed, params->context, &lasting->replay);
+    if (status) return status;
     uint32_t measures = count_measures(lasting, params->by_view);
     uint64_t memory_bytes =
         params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->replay.context->field->gpu);
     lasting->sweep_steps = (lasting->replay.batch_steps * SWEEP_OF_VIEWS + measures - 1) / measures;
-    const struct sweep_params sweep = {.rays = params->rays,
-                                       .batch_steps = lasting->sweep_steps,
-                                       .by_view = params->by_view,
-                                       .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
-    status = sweep_passes_create(lasting->replay.context, &sweep, &lasting->sweep);
-    if (status == VW_OK) status = choose_segments(lasting, memory_bytes - sweep_views_bytes(&lasting->sweep));
-    if (status == VW_OK)
-        status = kept_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
-    if (status != VW_OK) return status;
+    const struct vw_adjoint_params sweep = {.rays = params->rays,
+                                            .batch_steps = lasting->sweep_steps,
+                                            .by_view = params->by_view,
+                                            .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
+    status = vw_adjoint_create(lasting->replay.context, &sweep, &lasting->sweep);
+    if (!status) status = choose_segments(lasting, memory_bytes - vw_adjoint_views_bytes(&lasting->sweep));
+    if (!status)
+        status = vw_kept_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
+    if (status) return status;
     lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
     lasting->credits = vw_allocate(lasting->sweep_steps, sizeof *lasting->credits);
     lasting->view_psnr = vw_allocate(lasting->sweep_steps, measures * sizeof *lasting->view_psnr);
@@ -125,15 +127,15 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
 }
 
 enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer) {
-    return sweep_passes_check(vw_trainer_context(trainer));
+    return vw_adjoint_check(vw_trainer_context(trainer));
 }
 
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {
     struct vw_lasting *lasting = vw_allocate(1, sizeof *lasting);
     if (!lasting) return VW_ERROR_MEMORY;
     enum vw_status status = create_parts(lasting, params);
-    if (status == VW_OK) begin(lasting, lasting->replay.total_steps);
-    if (status != VW_OK) vw_lasting_destroy(&lasting);
+    if (!status) begin(lasting, lasting->replay.total_steps);
+    if (status) vw_lasting_destroy(&lasting);
     else *out = lasting;
     return status;
 }
@@ -141,10 +143,10 @@ enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct 
 void vw_lasting_destroy(struct vw_lasting **pointer) {
     struct vw_lasting *lasting = *pointer;
     if (!lasting) return;
-    for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) snapshot_destroy(&lasting->starts[i]);
-    kept_steps_destroy(&lasting->kept);
-    sweep_passes_destroy(&lasting->sweep);
-    step_replay_destroy(&lasting->replay);
+    for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) vw_snapshot_destroy(&lasting->starts[i]);
+    vw_kept_steps_destroy(&lasting->kept);
+    vw_adjoint_destroy(&lasting->sweep);
+    vw_step_replay_destroy(&lasting->replay);
     free(lasting->starts);
     free(lasting->credits);
     free(lasting->view_psnr);
@@ -161,10 +163,10 @@ static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
 }
 
 static enum vw_status save_start(struct vw_lasting *lasting, uint64_t step) {
-    struct snapshot *start = &lasting->starts[(step - 1) / lasting->segment_steps];
+    struct vw_snapshot *start = &lasting->starts[(step - 1) / lasting->segment_steps];
     if ((step - 1) % lasting->segment_steps != 0 || start->count) return VW_OK;
-    enum vw_status status = snapshot_create(lasting->replay.context->step, start);
-    if (status == VW_OK) snapshot_record_save(start, lasting->replay.batch);
+    enum vw_status status = vw_snapshot_create(lasting->replay.context->step, start);
+    if (!status) vw_snapshot_record_save(start, lasting->replay.batch);
     return status;
 }
 
@@ -174,20 +176,20 @@ static enum vw_status replay_batch(struct vw_lasting *lasting) {
     uint32_t count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
     bool known = lasting->segment + 1 < lasting->segment_count && lasting->starts[lasting->segment + 1].count;
     enum vw_status status = VW_OK;
-    vw_batch_begin(lasting->replay.batch);
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) {
-        uint32_t pixel = step_replay_draw(&lasting->replay, first + i, i), place = place_of(lasting, first + i);
+    vw_submission_begin(lasting->replay.batch);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        uint32_t pixel = vw_step_replay_draw(&lasting->replay, first + i, i), place = place_of(lasting, first + i);
         status = save_start(lasting, first + i);
         if (place == UINT32_MAX)
-            step_record(lasting->replay.context->step, lasting->replay.batch, first + i, pixel,
-                        step_replay_row(&lasting->replay, i));
+            vw_step_record_passes(lasting->replay.context->step, lasting->replay.batch, first + i, pixel,
+                                  vw_step_replay_row(&lasting->replay, i));
         else
-            sweep_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, first + i, pixel,
-                                   step_replay_row(&lasting->replay, i), place);
+            vw_adjoint_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, first + i, pixel,
+                                        vw_step_replay_row(&lasting->replay, i), place);
     }
-    enum vw_status ran = step_replay_run(&lasting->replay);
-    if (status == VW_OK) status = ran;
-    if (status == VW_OK && !known) status = step_replay_tell(&lasting->replay, first, count);
+    enum vw_status ran = vw_step_replay_run(&lasting->replay);
+    if (!status) status = ran;
+    if (!status && !known) status = vw_step_replay_tell(&lasting->replay, first, count);
     lasting->state_step += count;
     lasting->work_done += count;
     lasting->replaying = lasting->state_step < lasting->until_step;
@@ -199,9 +201,9 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
     lasting->state_step = segment * lasting->segment_steps;
     lasting->until_step = lasting->state_step + lasting->segment_steps;
     lasting->replaying = true;
-    vw_batch_begin(lasting->replay.batch);
-    snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
-    return step_replay_run(&lasting->replay);
+    vw_submission_begin(lasting->replay.batch);
+    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    return vw_step_replay_run(&lasting->replay);
 }
 
 // ---- Sweep ----------------------------------------------------------------------------------------------------------
@@ -226,7 +228,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
                                              .view_psnr = views ? view_psnr : NULL,
                                              .size_psnr = psnr->z,
                                              .size_loss = loss->z};
-        credit->view = schedule_view_of_step(lasting->replay.context->schedule, credit->step);
+        credit->view = vw_photo_order_view_of_step(lasting->replay.context->schedule, credit->step);
         double of_views = read_views(lasting, rows, view_psnr);
         if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
@@ -245,20 +247,21 @@ static uint64_t work_of_sweep(const struct vw_lasting *lasting) {
 static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
     uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
     uint32_t count = left < lasting->sweep_steps ? (uint32_t)left : lasting->sweep_steps,
-             states = lasting_state_count(lasting);
-    const struct step_blocks *blocks = &lasting->sweep.blocks;
-    vw_batch_begin(lasting->replay.batch);
+             states = vw_lasting_state_count(lasting);
+    const struct vw_step_blocks *blocks = &lasting->sweep.blocks;
+    vw_submission_begin(lasting->replay.batch);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t step = lasting->next_step - i;
-        uint32_t pixel = step_replay_draw(&lasting->replay, step, i);
-        kept_steps_record_load(&lasting->kept, lasting->replay.batch, place_of(lasting, step), blocks);
-        if (lasting_is_state(lasting, step))
-            sweep_record_state(&lasting->sweep, lasting->replay.batch, step_replay_row(&lasting->replay, i), states);
-        sweep_record_step(&lasting->sweep, lasting->replay.batch, step, pixel, i * lasting->sweep.measure_count);
+        uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
+        vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, place_of(lasting, step), blocks);
+        if (vw_lasting_is_state(lasting, step))
+            vw_adjoint_record_state(&lasting->sweep, lasting->replay.batch, vw_step_replay_row(&lasting->replay, i),
+                                    states);
+        vw_adjoint_record_step(&lasting->sweep, lasting->replay.batch, step, pixel, i * lasting->sweep.measure_count);
     }
-    enum vw_status status = step_replay_run(&lasting->replay);
-    if (status == VW_OK) status = read_credits(lasting, count);
-    if (status != VW_OK) return status;
+    enum vw_status status = vw_step_replay_run(&lasting->replay);
+    if (!status) status = read_credits(lasting, count);
+    if (status) return status;
     *handed_out = count;
     lasting->next_step -= count;
     lasting->work_done += count * work_of_sweep(lasting);
@@ -271,9 +274,8 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
     enum vw_status status = VW_OK;
     *credits = lasting->credits;
     *count = 0;
-    while (status == VW_OK && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS)
-        status = replay_batch(lasting);
-    if (status == VW_OK && !lasting->replaying && lasting->next_step > 0) status = sweep_batch(lasting, count);
+    while (!status && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS) status = replay_batch(lasting);
+    if (!status && !lasting->replaying && lasting->next_step > 0) status = sweep_batch(lasting, count);
     *done = lasting->next_step == 0;
     return status;
 }
@@ -285,7 +287,7 @@ void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_st
         .work_done = lasting->work_done,
         .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step * work_of_sweep(lasting),
         .next_step = lasting->next_step,
-        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + sweep_views_bytes(&lasting->sweep)};
+        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + vw_adjoint_views_bytes(&lasting->sweep)};
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
@@ -293,7 +295,7 @@ void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_st
 static const char magic[] = "viewworth sweep 1\n";
 static const char remedy[] = "remove the file: the sweep starts anew";
 
-static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct buffer_list *list) {
+static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct vw_buffer_list *list) {
     uint32_t measures = lasting->sweep.measure_count;
     struct vw_buffer **buffers = vw_allocate(measures, 2 * sizeof *buffers);
     if (!buffers) return VW_ERROR_MEMORY;
@@ -301,7 +303,7 @@ static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct buf
         buffers[2 * i] = lasting->sweep.kept[i].lambda;
         buffers[2 * i + 1] = lasting->sweep.kept[i].moment; // NULL entries are skipped
     }
-    *list = (struct buffer_list){buffers, 2 * measures};
+    *list = (struct vw_buffer_list){buffers, 2 * measures};
     return VW_OK;
 }
 
@@ -310,21 +312,21 @@ static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_s
     uint8_t run_id[VW_HASH_BYTES];
     char hex[VW_HASH_HEX_BYTES];
     enum vw_status status = vw_trainer_run_id(lasting->replay.trainer, run_id);
-    if (status != VW_OK) return status;
+    if (status) return status;
     vw_hash_to_hex(run_id, hex);
     *text = vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64
                            ",\"rays\":%u,\"states\":%u,\"views\":%u,\"next_step\":%" PRIu64 "}",
-                           hex, lasting->replay.total_steps, lasting->sweep.rays, lasting_state_count(lasting),
+                           hex, lasting->replay.total_steps, lasting->sweep.rays, vw_lasting_state_count(lasting),
                            lasting->sweep.measure_count - SWEEP_OF_VIEWS, next_step);
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
 
 enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path) {
-    struct buffer_list list = {0};
+    struct vw_buffer_list list = {0};
     char *description = NULL;
     enum vw_status status = list_adjoints(lasting, &list);
-    if (status == VW_OK) status = describe(lasting, lasting->next_step, &description);
-    if (status == VW_OK) status = hashed_file_save(path, magic, description, &list);
+    if (!status) status = describe(lasting, lasting->next_step, &description);
+    if (!status) status = vw_hashed_file_save(path, magic, description, &list);
     free(description);
     free((void *)list.buffers);
     return status;
@@ -340,29 +342,29 @@ static enum vw_status check_description(const struct vw_lasting *lasting, const 
     json_decref(object);
     if (!known) return vw_fail(VW_ERROR_INPUT, "%s: does not say which step it holds; %s", path, remedy);
     enum vw_status status = describe(lasting, (uint64_t)saved, &expected);
-    if (status == VW_OK && strcmp(text, expected) != 0)
+    if (!status && strcmp(text, expected) != 0)
         status = vw_fail(VW_ERROR_INPUT, "%s: of another run or of other settings; %s", path, remedy);
     free(expected);
-    if (status == VW_OK) *next_step = (uint64_t)saved;
+    if (!status) *next_step = (uint64_t)saved;
     return status;
 }
 
 enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step) {
-    struct buffer_list list = {0};
-    struct hashed_file file = {0};
+    struct vw_buffer_list list = {0};
+    struct vw_hashed_file file = {0};
     enum vw_status status = list_adjoints(lasting, &list);
-    if (status == VW_OK) status = hashed_file_open(path, magic, buffer_list_bytes(&list), remedy, &file);
-    if (status == VW_OK) status = check_description(lasting, path, file.description, next_step);
-    if (status == VW_OK && known_from > *next_step + 1)
+    if (!status) status = vw_hashed_file_open(path, magic, vw_buffer_list_bytes(&list), remedy, &file);
+    if (!status) status = check_description(lasting, path, file.description, next_step);
+    if (!status && known_from > *next_step + 1)
         status = vw_fail(VW_ERROR_INPUT,
                          "%s: goes on at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
                          path, *next_step, known_from, remedy);
-    if (status == VW_OK && file.payload_bytes != buffer_list_bytes(&list))
+    if (!status && file.payload_bytes != vw_buffer_list_bytes(&list))
         status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,
-                         file.payload_bytes, buffer_list_bytes(&list), remedy);
-    if (status == VW_OK) status = hashed_file_load(&file, &list);
-    hashed_file_close(&file);
+                         file.payload_bytes, vw_buffer_list_bytes(&list), remedy);
+    if (!status) status = vw_hashed_file_load(&file, &list);
+    vw_hashed_file_close(&file);
     free((void *)list.buffers);
-    if (status == VW_OK) begin(lasting, *next_step);
+    if (!status) begin(lasting, *next_step);
     return status;
 }

@@ -11,29 +11,30 @@ struct outcome {
 // Takes the steps behind `from_step` from the state on the device, those on `view` longer by `extra`.
 static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_step, uint32_t view, float extra,
                               struct outcome *outcome) {
-    const struct probe_context *context = lasting->replay.context;
+    const struct vw_probe_context *context = lasting->replay.context;
     const vw_float4 *rows = vw_buffer_map(context->scalars);
-    uint32_t states = lasting_state_count(lasting), count = 0;
+    uint32_t states = vw_lasting_state_count(lasting), count = 0;
     enum vw_status status = VW_OK;
     *outcome = (struct outcome){0};
-    for (uint64_t first = from_step + 1; first <= lasting->replay.total_steps && status == VW_OK; first += count) {
+    for (uint64_t first = from_step + 1; first <= lasting->replay.total_steps && !status; first += count) {
         uint64_t left = lasting->replay.total_steps - first + 1;
         count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
-        vw_batch_begin(lasting->replay.batch);
+        vw_submission_begin(lasting->replay.batch);
         for (uint32_t i = 0; i < count; i++) {
             uint64_t step = first + i;
-            bool scaled = schedule_view_of_step(context->schedule, step) == view;
-            step_record_gradients(context->step, lasting->replay.batch, step,
-                                  step_replay_draw(&lasting->replay, step, i));
-            step_record_update(context->step, lasting->replay.batch, step, scaled ? extra : 0.0f);
-            if (lasting_is_state(lasting, step))
-                validation_record(context->validation, lasting->replay.batch, step_replay_row(&lasting->replay, i));
+            bool scaled = vw_photo_order_view_of_step(context->schedule, step) == view;
+            vw_step_record_gradients(context->step, lasting->replay.batch, step,
+                                     vw_step_replay_draw(&lasting->replay, step, i));
+            vw_step_record_update(context->step, lasting->replay.batch, step, scaled ? extra : 0.0f);
+            if (vw_lasting_is_state(lasting, step))
+                vw_validation_record(context->validation, lasting->replay.batch,
+                                     vw_step_replay_row(&lasting->replay, i));
         }
-        status = step_replay_run(&lasting->replay);
-        for (uint32_t i = 0; i < count && status == VW_OK; i++) {
-            if (!lasting_is_state(lasting, first + i)) continue;
-            const struct measurement measured =
-                validation_read(context->validation, rows + step_replay_row(&lasting->replay, i), NULL);
+        status = vw_step_replay_run(&lasting->replay);
+        for (uint32_t i = 0; i < count && !status; i++) {
+            if (!vw_lasting_is_state(lasting, first + i)) continue;
+            const struct vw_field_measurement measured =
+                vw_validation_read(context->validation, rows + vw_step_replay_row(&lasting->replay, i), NULL);
             outcome->psnr += (measured.finite ? measured.val_psnr : NAN) / states;
             outcome->loss -= (measured.finite ? measured.val_l1 : NAN) / states;
         }
@@ -41,40 +42,41 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
     return status;
 }
 
-static enum vw_status restore(const struct vw_lasting *lasting, const struct snapshot *state) {
-    vw_batch_begin(lasting->replay.batch);
-    snapshot_record_restore(state, lasting->replay.batch);
-    return step_replay_run(&lasting->replay);
+static enum vw_status restore(const struct vw_lasting *lasting, const struct vw_snapshot *state) {
+    vw_submission_begin(lasting->replay.batch);
+    vw_snapshot_record_restore(state, lasting->replay.batch);
+    return vw_step_replay_run(&lasting->replay);
 }
 
 // Brings the device into the state behind `from_step`, and keeps it.
-static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct snapshot *state) {
-    const struct probe_context *context = lasting->replay.context;
+static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct vw_snapshot *state) {
+    const struct vw_probe_context *context = lasting->replay.context;
     uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;
     enum vw_status status = restore(lasting, &lasting->starts[step / lasting->segment_steps]);
-    while (step < from_step && status == VW_OK) {
-        vw_batch_begin(lasting->replay.batch);
+    while (step < from_step && !status) {
+        vw_submission_begin(lasting->replay.batch);
         for (uint32_t i = 0; i < lasting->replay.batch_steps && step < from_step; i++) {
             step++;
-            step_record(context->step, lasting->replay.batch, step, step_replay_draw(&lasting->replay, step, i),
-                        step_replay_row(&lasting->replay, i));
+            vw_step_record_passes(context->step, lasting->replay.batch, step,
+                                  vw_step_replay_draw(&lasting->replay, step, i),
+                                  vw_step_replay_row(&lasting->replay, i));
         }
-        status = step_replay_run(&lasting->replay);
+        status = vw_step_replay_run(&lasting->replay);
     }
-    if (status == VW_OK) status = snapshot_create(context->step, state);
-    if (status != VW_OK) return status;
-    vw_batch_begin(lasting->replay.batch);
-    snapshot_record_save(state, lasting->replay.batch);
-    return step_replay_run(&lasting->replay);
+    if (!status) status = vw_snapshot_create(context->step, state);
+    if (status) return status;
+    vw_submission_begin(lasting->replay.batch);
+    vw_snapshot_record_save(state, lasting->replay.batch);
+    return vw_step_replay_run(&lasting->replay);
 }
 
-static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_step, const struct snapshot *state,
+static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_step, const struct vw_snapshot *state,
                               struct vw_lasting_check *check) {
     struct outcome longer = {0}, shorter = {0};
     enum vw_status status = restore(lasting, state);
-    if (status == VW_OK) status = retrain(lasting, from_step, check->view, (float)VW_LASTING_SCALED, &longer);
-    if (status == VW_OK) status = restore(lasting, state);
-    if (status == VW_OK) status = retrain(lasting, from_step, check->view, -(float)VW_LASTING_SCALED, &shorter);
+    if (!status) status = retrain(lasting, from_step, check->view, (float)VW_LASTING_SCALED, &longer);
+    if (!status) status = restore(lasting, state);
+    if (!status) status = retrain(lasting, from_step, check->view, -(float)VW_LASTING_SCALED, &shorter);
     check->measured_psnr = (longer.psnr - shorter.psnr) / (2 * VW_LASTING_SCALED);
     check->measured_loss = (longer.loss - shorter.loss) / (2 * VW_LASTING_SCALED);
     return status;
@@ -82,7 +84,7 @@ static enum vw_status measure(const struct vw_lasting *lasting, uint64_t from_st
 
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
                                   uint32_t count) {
-    struct snapshot state = {0};
+    struct vw_snapshot state = {0};
     if (lasting->replay.context->config->beta1 > 0)
         return vw_fail(VW_ERROR_USAGE,
                        "the gate scales steps, which with momentum belong to several photos; use --no-gate");
@@ -90,7 +92,7 @@ enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step
         return vw_fail(VW_ERROR_USAGE,
                        "the gate follows the whole sweep, from a step before the states that it measures");
     enum vw_status status = prepare(lasting, from_step, &state);
-    for (uint32_t i = 0; i < count && status == VW_OK; i++) status = measure(lasting, from_step, &state, &checks[i]);
-    snapshot_destroy(&state);
+    for (uint32_t i = 0; i < count && !status; i++) status = measure(lasting, from_step, &state, &checks[i]);
+    vw_snapshot_destroy(&state);
     return status;
 }

@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_TRAIN_ADJOINT_LASTING_PRIVATE_H
 #define VIEWWORTH_TRAIN_ADJOINT_LASTING_PRIVATE_H
 
-#include "train/adjoint/step_replay.h"
 #include "train/adjoint/adjoint_passes.h"
+#include "train/adjoint/step_replay.h"
 
 struct vw_lasting_credit;
 
@@ -11,11 +11,11 @@ struct vw_lasting_credit;
 // at the beginning of each, the segments are replayed once more from the last to the first, each with its steps kept,
 // and swept. The last one is kept the first time, so that a training of a single segment is replayed only once.
 struct vw_lasting {
-    struct step_replay replay;
+    struct vw_step_replay replay;
     uint32_t sweep_steps; // at most, swept; fewer where more is carried back
-    struct sweep_passes sweep;
-    struct kept_steps kept;
-    struct snapshot *starts; // owned; by segment, up to the last that is swept
+    struct vw_adjoint_passes sweep;
+    struct vw_kept_steps kept;
+    struct vw_snapshot *starts; // owned; by segment, up to the last that is swept
     uint64_t segment_steps;
     uint32_t segment_count;
     struct vw_lasting_credit *credits; // of the batch handed out last
@@ -30,7 +30,7 @@ struct vw_lasting {
 };
 
 // Whether U averages over the state behind a step, and over how many.
-bool lasting_is_state(const struct vw_lasting *lasting, uint64_t step);
-uint32_t lasting_state_count(const struct vw_lasting *lasting);
+bool vw_lasting_is_state(const struct vw_lasting *lasting, uint64_t step);
+uint32_t vw_lasting_state_count(const struct vw_lasting *lasting);
 
 #endif

@@ -6,58 +6,59 @@
 
 enum { BATCH_STEPS_MAX = 64 };
 
-enum vw_status step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed, void *context,
-                                  struct step_replay *replay) {
-    *replay = (struct step_replay){.replayed = replayed, .replayed_context = context};
+enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
+                                     void *context, struct vw_step_replay *replay) {
+    *replay = (struct vw_step_replay){.replayed = replayed, .replayed_context = context};
     enum vw_status status = vw_trainer_create(training, &replay->trainer);
-    if (status != VW_OK) return status;
+    if (status) return status;
     replay->context = vw_trainer_context(replay->trainer);
     replay->total_steps = vw_trainer_total_steps(replay->trainer);
     uint32_t room = replay->context->schedule->batch_steps_max;
     replay->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
-    const struct schedule *schedule = replay->context->schedule;
+    const struct vw_photo_order *schedule = replay->context->schedule;
     status = vw_scene_decode(replay->context->scene, schedule->train_views, schedule->train_count);
-    return status ? status : vw_batch_create(replay->context->field->gpu, &replay->batch);
+    return status ? status : vw_submission_create(replay->context->field->gpu, &replay->batch);
 }
 
-void step_replay_destroy(struct step_replay *replay) {
-    vw_batch_destroy(&replay->batch);
+void vw_step_replay_destroy(struct vw_step_replay *replay) {
+    vw_submission_destroy(&replay->batch);
     vw_trainer_destroy(&replay->trainer);
 }
 
-uint32_t step_replay_draw_photo(const struct step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
-                                uint32_t index) {
-    const struct probe_context *context = replay->context;
+uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
+                                   uint32_t index) {
+    const struct vw_probe_context *context = replay->context;
     uint32_t rays = context->config->rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
-    const struct pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0};
-    pixels_draw(context->scene, view, &drawn, rays, pixels);
-    if (!context->masks) pixels_unmask(context->scene, pixels, rays);
+    const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0};
+    vw_pixels_draw(context->scene, view, &drawn, rays, pixels);
+    if (!context->masks) vw_pixels_unmask(context->scene, pixels, rays);
     return index * rays;
 }
 
-uint32_t step_replay_draw(const struct step_replay *replay, uint64_t step, uint32_t index) {
-    return step_replay_draw_photo(replay, schedule_view_of_step(replay->context->schedule, step), step, 0, index);
+uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index) {
+    return vw_step_replay_draw_photo(replay, vw_photo_order_view_of_step(replay->context->schedule, step), step, 0,
+                                     index);
 }
 
-uint32_t step_replay_row(const struct step_replay *replay, uint32_t index) {
-    return index * validation_rows_per_measurement(replay->context->validation);
+uint32_t vw_step_replay_row(const struct vw_step_replay *replay, uint32_t index) {
+    return index * vw_validation_rows_per_measurement(replay->context->validation);
 }
 
-enum vw_status step_replay_run(const struct step_replay *replay) {
-    enum vw_status status = vw_batch_submit(replay->batch);
-    return status == VW_OK ? vw_batch_wait(replay->batch) : status;
+enum vw_status vw_step_replay_run(const struct vw_step_replay *replay) {
+    enum vw_status status = vw_submission_submit(replay->batch);
+    return !status ? vw_submission_wait(replay->batch) : status;
 }
 
-enum vw_status step_replay_tell(const struct step_replay *replay, uint64_t first_step, uint32_t count) {
-    const struct probe_context *context = replay->context;
+enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t first_step, uint32_t count) {
+    const struct vw_probe_context *context = replay->context;
     const vw_float4 *rows = vw_buffer_map(context->scalars);
     for (uint32_t i = 0; i < count && replay->replayed; i++) {
-        const vw_float4 *row = rows + step_replay_row(replay, i);
+        const vw_float4 *row = rows + vw_step_replay_row(replay, i);
         uint64_t step = first_step + i;
         struct vw_step_record record = {.step = step,
-                                        .epoch = schedule_epoch_of_step(context->schedule, step),
-                                        .view = schedule_view_of_step(context->schedule, step),
+                                        .epoch = vw_photo_order_epoch_of_step(context->schedule, step),
+                                        .view = vw_photo_order_view_of_step(context->schedule, step),
                                         .train_loss = ((double)row->x + row->y) / context->config->rays,
                                         .nonfinite = row->z != 0.0f,
                                         .clamped_count = (uint64_t)row->w,
@@ -66,7 +67,7 @@ enum vw_status step_replay_tell(const struct step_replay *replay, uint64_t first
                                         .val_l1 = NAN};
         if (!isfinite(record.train_loss)) record.train_loss = NAN;
         enum vw_status status = replay->replayed(replay->replayed_context, &record);
-        if (status != VW_OK) return status;
+        if (status) return status;
     }
     return VW_OK;
 }

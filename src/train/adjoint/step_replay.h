@@ -11,30 +11,30 @@
 // compares it with what is recorded. What it returns, unless VW_OK, ends the replay.
 typedef enum vw_status vw_step_replayed(void *context, const struct vw_step_record *record);
 
-struct step_replay {
-    struct vw_trainer *trainer;          // owned
-    const struct probe_context *context; // borrowed from the trainer
-    vw_step_replayed *replayed;          // NULL: not called
+struct vw_step_replay {
+    struct vw_trainer *trainer;             // owned
+    const struct vw_probe_context *context; // borrowed from the trainer
+    vw_step_replayed *replayed;             // NULL: not called
     void *replayed_context;
     uint64_t total_steps;
     uint32_t batch_steps; // at most, of a batch
-    struct vw_batch *batch;
+    struct vw_submission *batch;
 };
 
 // `training` is the run's, borrowed for the call. Destroy it also after a failure.
-enum vw_status step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed, void *context,
-                                  struct step_replay *replay);
-void step_replay_destroy(struct step_replay *replay);
+enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
+                                     void *context, struct vw_step_replay *replay);
+void vw_step_replay_destroy(struct vw_step_replay *replay);
 
 // Draws the pixels of a step into the trainer's upload buffer, at place `index` of a batch; returns the first pixel.
-uint32_t step_replay_draw(const struct step_replay *replay, uint64_t step, uint32_t index);
+uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index);
 // The same of another photo than the step's, or by another draw than 0, which is the step's own.
-uint32_t step_replay_draw_photo(const struct step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
-                                uint32_t index);
+uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
+                                   uint32_t index);
 // The first row in the trainer's scalars of place `index` of a batch.
-uint32_t step_replay_row(const struct step_replay *replay, uint32_t index);
-enum vw_status step_replay_run(const struct step_replay *replay);
+uint32_t vw_step_replay_row(const struct vw_step_replay *replay, uint32_t index);
+enum vw_status vw_step_replay_run(const struct vw_step_replay *replay);
 // Tells the records of `count` steps, which the batch that ran last has taken from place 0 on.
-enum vw_status step_replay_tell(const struct step_replay *replay, uint64_t first_step, uint32_t count);
+enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t first_step, uint32_t count);
 
 #endif

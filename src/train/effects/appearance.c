@@ -1,13 +1,13 @@
 #include "train/effects/appearance.h"
 
-#include "gpu/shaders.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "gpu/shaders.h"
 
 // Sizes are in bytes; a range's tells the number of photos.
-enum vw_status appearance_create_buffers(const struct field *field, uint32_t padded_rays,
-                                         struct appearance *appearance) {
-    const struct model *model = field->model;
+enum vw_status vw_appearance_create_buffers(const struct vw_radiance_field *field, uint32_t padded_rays,
+                                            struct vw_appearance_effect *appearance) {
+    const struct vw_model *model = field->model;
     uint64_t photos = model->appearance.size_bytes / sizeof(struct vw_appearance),
              codes = model->codes.size_bytes / (16 * CODE4);
     const struct {
@@ -24,15 +24,15 @@ enum vw_status appearance_create_buffers(const struct field *field, uint32_t pad
         {&appearance->code_moments, {.name = "code_moments", .size_bytes = sizeof(struct vw_code_moments) * codes}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         if (buffers[i].params.size_bytes) status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
-void appearance_bind(const struct field *field, const struct appearance *appearance, struct vw_binding *bindings,
-                     uint32_t *count) {
-    static const struct appearance none;
-    const struct appearance *it = appearance ? appearance : &none;
+void vw_appearance_bind(const struct vw_radiance_field *field, const struct vw_appearance_effect *appearance,
+                        struct vw_binding *bindings, uint32_t *count) {
+    static const struct vw_appearance_effect none;
+    const struct vw_appearance_effect *it = appearance ? appearance : &none;
     const struct {
         uint32_t slot;
         struct vw_buffer *buffer;
@@ -44,18 +44,18 @@ void appearance_bind(const struct field *field, const struct appearance *appeara
     };
     const struct {
         uint32_t slot;
-        const struct param_range *range;
+        const struct vw_param_range *range;
     } ranges[] = {{VW_SLOT_APPEARANCE, &field->model->appearance},
                   {VW_SLOT_CODE_WEIGHTS, &field->model->code_weights},
                   {VW_SLOT_CODES, &field->model->codes}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++)
         bindings[(*count)++] =
             (struct vw_binding){.slot = buffers[i].slot, .buffer = buffers[i].buffer, .unused = !buffers[i].buffer};
-    if (!field->encoder.code_shift) // else encoder_bind() does it
+    if (!field->encoder.code_shift) // else vw_encoder_bind() does it
         bindings[(*count)++] =
             (struct vw_binding){.slot = VW_SLOT_CODE_SHIFT, .buffer = it->code_shift, .unused = !it->code_shift};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ranges); i++) {
-        const struct param_range *range = ranges[i].range;
+        const struct vw_param_range *range = ranges[i].range;
         struct vw_binding binding = {.slot = ranges[i].slot, .buffer = field->params, .unused = !range->size_bytes};
         binding.offset_bytes = range->offset_bytes;
         binding.size_bytes = range->size_bytes;
@@ -63,8 +63,8 @@ void appearance_bind(const struct field *field, const struct appearance *appeara
     }
 }
 
-enum vw_status appearance_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
-                                        struct appearance *appearance) {
+enum vw_status vw_appearance_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
+                                           uint32_t count, struct vw_appearance_effect *appearance) {
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -75,7 +75,7 @@ enum vw_status appearance_create_passes(const struct field *field, const struct 
         {&vw_shader_update_code, &appearance->update_code, appearance->code_shift},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && status == VW_OK; i++) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++) {
         struct vw_pass_params params = {.shader = passes[i].shader,
                                         .specialization = (const uint32_t *)&field->model->specialization,
                                         .specialization_count = VW_SPECIALIZATION_COUNT,
@@ -86,7 +86,7 @@ enum vw_status appearance_create_passes(const struct field *field, const struct 
     return status;
 }
 
-void appearance_destroy(struct appearance *appearance) {
+void vw_appearance_destroy(struct vw_appearance_effect *appearance) {
     vw_pass_destroy(&appearance->update_appearance);
     vw_pass_destroy(&appearance->mix_code);
     vw_pass_destroy(&appearance->update_code);
@@ -97,24 +97,27 @@ void appearance_destroy(struct appearance *appearance) {
     vw_buffer_destroy(&appearance->code_moments);
 }
 
-void appearance_training_state(const struct appearance *appearance, struct vw_buffer **buffers, uint32_t *count) {
+void vw_appearance_training_state(const struct vw_appearance_effect *appearance, struct vw_buffer **buffers,
+                                  uint32_t *count) {
     struct vw_buffer *const state[] = {appearance->moments, appearance->code_weight_moments, appearance->code_moments};
     for (size_t i = 0; i < VW_ARRAY_COUNT(state); i++)
         if (state[i]) buffers[(*count)++] = state[i];
 }
 
-void appearance_record_forward(const struct appearance *appearance, const struct model *model, struct vw_batch *batch) {
+void vw_appearance_record_forward(const struct vw_appearance_effect *appearance, const struct vw_model *model,
+                                  struct vw_submission *batch) {
     if (appearance->mix_code)
-        vw_batch_dispatch(batch, appearance->mix_code, NULL, 0, 4 * (uint64_t)model->specialization.width4);
+        vw_submission_dispatch(batch, appearance->mix_code, NULL, 0, 4 * (uint64_t)model->specialization.width4);
 }
 
-void appearance_record_update(const struct appearance *appearance, struct vw_batch *batch, struct vw_push_update push,
-                              uint32_t padded_rays) {
+void vw_appearance_record_update(const struct vw_appearance_effect *appearance, struct vw_submission *batch,
+                                 struct vw_push_update push, uint32_t padded_rays) {
     push.count = padded_rays;
-    if (appearance->update_appearance) vw_batch_dispatch(batch, appearance->update_appearance, &push, sizeof push, 1);
-    if (appearance->update_code) vw_batch_dispatch(batch, appearance->update_code, &push, sizeof push, 1);
+    if (appearance->update_appearance)
+        vw_submission_dispatch(batch, appearance->update_appearance, &push, sizeof push, 1);
+    if (appearance->update_code) vw_submission_dispatch(batch, appearance->update_code, &push, sizeof push, 1);
 }
 
-bool appearance_fits_views(const struct model *model) {
+bool vw_appearance_fits_views(const struct vw_model *model) {
     return model->specialization.effect_appearance || model->specialization.effect_appearance_code;
 }

@@ -9,8 +9,8 @@
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
-static enum vw_status create_buffers(const struct step_passes *step, struct consistency *it) {
-    const struct model *model = step->field->model;
+static enum vw_status create_buffers(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
+    const struct vw_model *model = step->field->model;
     uint64_t rays = it->padded_rays;
     const struct {
         struct vw_buffer **buffer;
@@ -28,15 +28,16 @@ static enum vw_status create_buffers(const struct step_passes *step, struct cons
          {.name = "picture_code_shift", .size_bytes = vw_buffer_size_bytes(step->field->encoder.code_shift)}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         if (buffers[i].params.size_bytes)
             status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
-    return status == VW_OK ? encoder_gradient_create_buffers(step->field->gpu, model, &it->seen_gradient) : status;
+    return !status ? vw_encoder_gradient_create_buffers(step->field->gpu, model, &it->seen_gradient) : status;
 }
 
 // As the step's, with the picture's buffers in place of its own.
-static struct step_passes step_of_picture(const struct step_passes *step, const struct consistency *it) {
-    struct step_passes own = *step;
+static struct vw_step_passes step_of_picture(const struct vw_step_passes *step,
+                                             const struct vw_consistency_effect *it) {
+    struct vw_step_passes own = *step;
     own.ray_buffer = it->rays;
     own.ray_loss = it->ray_loss;
     own.d_sky = it->d_sky;
@@ -45,7 +46,8 @@ static struct step_passes step_of_picture(const struct step_passes *step, const 
 }
 
 // Bindings that are not the step's.
-static uint32_t bind_own(const struct step_passes *step, const struct consistency *it, struct vw_binding *bindings) {
+static uint32_t bind_own(const struct vw_step_passes *step, const struct vw_consistency_effect *it,
+                         struct vw_binding *bindings) {
     bindings[0] = (struct vw_binding){.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->encoder.rows};
     bindings[1] = (struct vw_binding){.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights};
     bindings[2] = (struct vw_binding){.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours};
@@ -54,82 +56,81 @@ static uint32_t bind_own(const struct step_passes *step, const struct consistenc
 }
 
 // Outside of training a photo is named by the push constants.
-static enum vw_status create_on_step(const struct step_passes *step, const struct vw_specialization *rendering,
-                                     struct consistency *it) {
+static enum vw_status create_on_step(const struct vw_step_passes *step, const struct vw_specialization *rendering,
+                                     struct vw_consistency_effect *it) {
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = bind_own(step, it, bindings);
-    step_bind(step, bindings, &count);
+    vw_step_bind(step, bindings, &count);
     const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
                                           .specialization_count = VW_SPECIALIZATION_COUNT,
                                           .bindings = bindings,
                                           .binding_count = count};
-    enum vw_status status = encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &it->give);
-    return status == VW_OK ? step_create_pass(step, rendering, &vw_shader_add_gradients, bindings, count, &it->add)
-                           : status;
+    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &it->give);
+    return !status ? vw_step_create_pass(step, rendering, &vw_shader_add_gradients, bindings, count, &it->add) : status;
 }
 
-static enum vw_status create_on_picture(const struct step_passes *step, const struct vw_specialization *rendering,
-                                        struct consistency *it) {
+static enum vw_status create_on_picture(const struct vw_step_passes *step, const struct vw_specialization *rendering,
+                                        struct vw_consistency_effect *it) {
     const struct vw_specialization *given = &it->gradient.specialization;
     const struct vw_shader *composite =
-        step_has_ray_effects(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
-    struct step_passes own = step_of_picture(step, it);
-    struct field field = *step->field;
+        vw_step_has_ray_effects(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
+    struct vw_step_passes own = step_of_picture(step, it);
+    struct vw_radiance_field field = *step->field;
     field.encoder = it->seen;
     own.field = &field;
     own.encoder_gradient = it->seen_gradient;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = bind_own(step, it, bindings);
-    step_bind(&own, bindings, &count);
+    vw_step_bind(&own, bindings, &count);
     const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
                                           .specialization_count = VW_SPECIALIZATION_COUNT,
                                           .bindings = bindings,
                                           .binding_count = count};
-    enum vw_status status = encoder_create_passes(field.gpu, &it->seen, &params, &it->see);
-    if (status == VW_OK)
-        status = encoder_gradient_create_passes(field.gpu, &params, &vw_shader_spread_photo_codes, &it->seen_gradient);
-    if (status == VW_OK)
-        status = step_create_pass(&own, rendering, &vw_shader_shrink_colours, bindings, count, &it->shrink);
-    if (status == VW_OK)
-        status = step_create_pass(&own, rendering, &vw_shader_spread_colours, bindings, count, &it->spread_colours);
-    return status == VW_OK ? step_create_pass(&own, given, composite, bindings, count, &it->composite) : status;
+    enum vw_status status = vw_encoder_create_passes(field.gpu, &it->seen, &params, &it->see);
+    if (!status)
+        status =
+            vw_encoder_gradient_create_passes(field.gpu, &params, &vw_shader_spread_photo_codes, &it->seen_gradient);
+    if (!status) status = vw_step_create_pass(&own, rendering, &vw_shader_shrink_colours, bindings, count, &it->shrink);
+    if (!status)
+        status = vw_step_create_pass(&own, rendering, &vw_shader_spread_colours, bindings, count, &it->spread_colours);
+    return !status ? vw_step_create_pass(&own, given, composite, bindings, count, &it->composite) : status;
 }
 
-static enum vw_status create_passes(const struct step_passes *step, struct consistency *it) {
+static enum vw_status create_passes(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
     struct vw_specialization given = step->field->model->specialization, rendering = given;
-    const struct step_passes own = step_of_picture(step, it);
+    const struct vw_step_passes own = step_of_picture(step, it);
     given.loss = LOSS_GIVEN;
     rendering.training = 0;
-    enum vw_status status = gradient_create(&own, &given, &it->gradient);
-    if (status == VW_OK) status = create_on_step(step, &rendering, it);
-    return status == VW_OK ? create_on_picture(step, &rendering, it) : status;
+    enum vw_status status = vw_gradient_create(&own, &given, &it->gradient);
+    if (!status) status = create_on_step(step, &rendering, it);
+    return !status ? create_on_picture(step, &rendering, it) : status;
 }
 
-enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency) {
-    const struct model *model = step->field->model;
+enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct vw_consistency_effect **consistency) {
+    const struct vw_model *model = step->field->model;
     if (model->consistency_weight == 0.0) return VW_OK;
-    struct consistency *it = *consistency = vw_allocate(1, sizeof *it);
+    struct vw_consistency_effect *it = *consistency = vw_allocate(1, sizeof *it);
     if (!it) return VW_ERROR_MEMORY;
     it->side = model->picture_side;
     it->ray_count = it->side * it->side;
-    it->padded_rays = model_pad_rays(model, it->ray_count);
+    it->padded_rays = vw_model_pad_rays(model, it->ray_count);
     it->codes.slope = (float)(model->consistency_weight * step->rays / (4 * CODE4));
     enum vw_status status = create_buffers(step, it);
-    if (status == VW_OK) status = create_passes(step, it);
-    if (status != VW_OK) consistency_destroy(consistency);
+    if (!status) status = create_passes(step, it);
+    if (status) vw_consistency_destroy(consistency);
     return status;
 }
 
-void consistency_destroy(struct consistency **consistency) {
-    struct consistency *it = *consistency;
+void vw_consistency_destroy(struct vw_consistency_effect **consistency) {
+    struct vw_consistency_effect *it = *consistency;
     if (!it) return;
     struct vw_pass **passes[] = {&it->composite, &it->shrink, &it->spread_colours, &it->add};
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
-    gradient_destroy(&it->gradient);
-    encoder_destroy_passes(&it->give);
-    encoder_destroy_passes(&it->see);
-    encoder_gradient_destroy(&it->seen_gradient);
-    encoder_destroy(&it->seen);
+    vw_gradient_destroy(&it->gradient);
+    vw_encoder_destroy_passes(&it->give);
+    vw_encoder_destroy_passes(&it->see);
+    vw_encoder_gradient_destroy(&it->seen_gradient);
+    vw_encoder_destroy(&it->seen);
     struct vw_buffer **buffers[] = {&it->rays, &it->ray_loss, &it->colours, &it->d_sky, &it->d_weights};
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
     free(it);
@@ -138,59 +139,60 @@ void consistency_destroy(struct consistency **consistency) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-void consistency_record_rays(const struct consistency *it, struct vw_batch *batch, const struct vw_push_rays *rays) {
+void vw_consistency_record_rays(const struct vw_consistency_effect *it, struct vw_submission *batch,
+                                const struct vw_push_rays *rays) {
     if (!it) return;
     struct vw_push_rays own = *rays;
     own.ray_count = it->ray_count;
-    vw_batch_dispatch(batch, it->gradient.generate, &own, sizeof own, it->padded_rays);
+    vw_submission_dispatch(batch, it->gradient.generate, &own, sizeof own, it->padded_rays);
 }
 
-uint32_t consistency_given_view(const struct step_passes *step, uint64_t number) {
+uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number) {
     uint32_t words[4];
     vw_random_words(step->field->model->seed, VW_RANDOM_GIVEN_PHOTO, number, 0, 0, words);
     uint64_t drawn = (uint64_t)words[0] << 32 | words[1];
-    return schedule_view_of_step(step->schedule, 1 + drawn % number);
+    return vw_photo_order_view_of_step(step->schedule, 1 + drawn % number);
 }
 
-static void record_forward(const struct step_passes *step, struct vw_batch *batch,
+static void record_forward(const struct vw_step_passes *step, struct vw_submission *batch,
                            const struct vw_push_samples *chunk) {
-    const struct gradient_passes *gradient = &step->consistency->gradient;
-    importance_record(step->field->model, &gradient->importance, batch, chunk);
-    gradient_record_forward(step, &gradient->field, batch, chunk);
+    const struct vw_gradient_passes *gradient = &step->consistency->gradient;
+    vw_importance_record(step->field->model, &gradient->importance, batch, chunk);
+    vw_gradient_record_forward(step, &gradient->field, batch, chunk);
 }
 
-static void record_picture(const struct step_passes *step, struct vw_batch *batch, vw_uint4 key) {
-    const struct consistency *it = step->consistency;
+static void record_picture(const struct vw_step_passes *step, struct vw_submission *batch, vw_uint4 key) {
+    const struct vw_consistency_effect *it = step->consistency;
     const struct vw_push_picture picture = {.side = it->side};
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, it->padded_rays, first, key);
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, it->padded_rays, first, key);
         const struct vw_push_difference composite = {
             .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = 1};
         record_forward(step, batch, &chunk);
-        vw_batch_dispatch(batch, it->composite, &composite, sizeof composite, chunk.ray_count);
+        vw_submission_dispatch(batch, it->composite, &composite, sizeof composite, chunk.ray_count);
     }
-    vw_batch_dispatch(batch, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
-    encoder_record_forward(&it->see, batch, 0);
-    encoder_gradient_record(&it->seen_gradient, &it->codes, batch);
-    vw_batch_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
+    vw_submission_dispatch(batch, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
+    vw_encoder_record_forward(&it->see, batch, 0);
+    vw_encoder_gradient_record(&it->seen_gradient, &it->codes, batch);
+    vw_submission_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
 // The last chunk's activations are overwritten by the next: of more than one they are made again.
-static void record_back(const struct step_passes *step, struct vw_batch *batch, vw_uint4 key) {
-    const struct consistency *it = step->consistency;
+static void record_back(const struct vw_step_passes *step, struct vw_submission *batch, vw_uint4 key) {
+    const struct vw_consistency_effect *it = step->consistency;
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = gradient_chunk(step, it->padded_rays, first, key);
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, it->padded_rays, first, key);
         if (it->padded_rays > step->chunk_rays) record_forward(step, batch, &chunk);
-        gradient_record_back(step, &it->gradient, batch, &chunk);
+        vw_gradient_record_back(step, &it->gradient, batch, &chunk);
     }
-    gradient_record_sky(&it->gradient, batch, it->padded_rays);
-    vw_batch_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
+    vw_gradient_record_sky(&it->gradient, batch, it->padded_rays);
+    vw_submission_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
 }
 
-void consistency_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number) {
+void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number) {
     if (!step->consistency) return;
-    const vw_uint4 key = model_key_of_step(step->field->model, number);
-    encoder_record_forward(&step->consistency->give, batch, consistency_given_view(step, number));
+    const vw_uint4 key = vw_model_key_of_step(step->field->model, number);
+    vw_encoder_record_forward(&step->consistency->give, batch, vw_consistency_given_view(step, number));
     record_picture(step, batch, key);
     record_back(step, batch, key);
 }

@@ -13,29 +13,29 @@
 #include "interface.h"
 #include "train/step_passes.h"
 
-struct consistency {
+struct vw_consistency_effect {
     uint32_t side, ray_count, padded_rays; // the picture's, and its rays
     struct vw_push_codes codes;
     struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
-    struct appearance_encoder seen; // of the picture: one thumbnail, and so on
-    struct encoder_gradient seen_gradient;
-    struct encoder_passes give, see; // the given photo's code; the picture's
-    struct gradient_passes gradient;
+    struct vw_appearance_encoder_effect seen; // of the picture: one thumbnail, and so on
+    struct vw_encoder_gradient seen_gradient;
+    struct vw_encoder_passes give, see; // the given photo's code; the picture's
+    struct vw_gradient_passes gradient;
     struct vw_pass *composite, *shrink, *spread_colours, *add;
 };
 
 // Of a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
-enum vw_status consistency_create(const struct step_passes *step, struct consistency **consistency);
-void consistency_destroy(struct consistency **consistency);
+enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct vw_consistency_effect **consistency);
+void vw_consistency_destroy(struct vw_consistency_effect **consistency);
 
 // Records the rays of the picture, behind the step's own and before anything may mark the step. This and the next do
 // nothing where the loss is off.
-void consistency_record_rays(const struct consistency *consistency, struct vw_batch *batch,
-                             const struct vw_push_rays *rays);
+void vw_consistency_record_rays(const struct vw_consistency_effect *consistency, struct vw_submission *batch,
+                                const struct vw_push_rays *rays);
 // Records all else, behind the last of the step's own gradients.
-void consistency_record_gradients(const struct step_passes *step, struct vw_batch *batch, uint64_t number);
+void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number);
 
 // Whose code step `number` renders its picture with: the photo of a step up to this one, drawn at random.
-uint32_t consistency_given_view(const struct step_passes *step, uint64_t number);
+uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
 
 #endif

@@ -10,8 +10,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "train/pixels.h"
 #include "base/memory.h"
+#include "train/pixels.h"
 
 static const double CAMERA_SHARE = 0.95, POINT_SHARE = 0.5; // within the ball
 static const double MARGIN = 1.1;
@@ -89,8 +89,8 @@ static struct vw_box inner_ball(struct place *cameras, uint32_t camera_count, st
     return ball;
 }
 
-enum vw_status contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
-                               struct vw_box *box) {
+enum vw_status vw_contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                                  struct vw_box *box) {
     struct place *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     struct place *points = vw_allocate(scene->point_count, sizeof *points);
     enum vw_status status = cameras && points ? VW_OK : VW_ERROR_MEMORY;
@@ -123,7 +123,7 @@ static double near_edges(const struct vw_view *view, double edge_world, double d
     return fmax(0.5 * (distance_edges - 0.5), NEAR_EDGES);
 }
 
-void contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera) {
+void vw_contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera) {
     double edge_world = 2.0 * box->half_extent_world, distance2 = 0.0;
     for (int i = 0; i < 3; i++)
         distance2 += pow((view->camera_to_world[i][3] - box->centre_world[i]) / edge_world, 2.0);

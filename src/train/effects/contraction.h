@@ -3,16 +3,16 @@
 #ifndef VIEWWORTH_TRAIN_EFFECTS_CONTRACTION_H
 #define VIEWWORTH_TRAIN_EFFECTS_CONTRACTION_H
 
-#include "viewworth/scene.h"
 #include "interface.h"
+#include "viewworth/scene.h"
 
 // The box whose inscribed ball is the inner region: around the cameras and the nearer half of the points, but never
 // larger than the box of the scene. A function of poses and points alone. The cameras are those of the splits val and
 // test and of `train_views` (scene indices; NULL: the split train).
-enum vw_status contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
-                               struct vw_box *box);
+enum vw_status vw_contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
+                                  struct vw_box *box);
 
 // Replaces the depths of a view's camera (pixels_camera) by the near and far ones for sampling in disparity.
-void contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera);
+void vw_contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera);
 
 #endif

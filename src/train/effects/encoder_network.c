@@ -19,13 +19,13 @@ _Static_assert(ENCODER_ROW_LAYER2 == ENCODER4 * THUMBNAIL_PIXELS / 4 &&
                "its rows do not follow one another");
 
 // He's bound by what a convolution sums; biases and the matrix to the code stay 0.
-static void draw_convolution(float *values, const struct drawn *drawn, uint32_t inputs) {
-    fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
+static void draw_convolution(float *values, const struct vw_drawn *drawn, uint32_t inputs) {
+    vw_fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
 }
 
-void encoder_initialise(uint32_t width4, float *values, const struct drawn *drawn) {
+void vw_encoder_initialise(uint32_t width4, float *values, const struct vw_drawn *drawn) {
     draw_convolution(values, drawn, 4);
     draw_convolution(values + 4 * ENCODER_LAYER2, drawn, 4 * ENCODER4);
     draw_convolution(values + 4 * ENCODER_LAYER3, drawn, 4 * ENCODER4);
-    fill_matrix(values + 4 * ENCODER_SHIFT, drawn, width4, CODE4);
+    vw_fill_matrix(values + 4 * ENCODER_SHIFT, drawn, width4, CODE4);
 }

@@ -6,6 +6,6 @@
 
 // `values` is its first number, `width4` the width of the colour network / 4. Codes are 0, so that the field starts as
 // it would without them.
-void encoder_initialise(uint32_t width4, float *values, const struct drawn *drawn);
+void vw_encoder_initialise(uint32_t width4, float *values, const struct vw_drawn *drawn);
 
 #endif

@@ -2,9 +2,9 @@
 
 #include <string.h>
 
-#include "gpu/shaders.h"
-#include "gpu/compute.h"
 #include "base/memory.h"
+#include "gpu/compute.h"
+#include "gpu/shaders.h"
 
 // Of a cell's density, at each refresh. Short runs begin with fog everywhere, which at 0.95 (instant-ngp's) would take
 // 1,000 steps to be forgotten; a surface of density 30 is still believed after 20 refreshes that miss it.
@@ -13,7 +13,8 @@ static const float REMAINS = 0.8f;
 _Static_assert(VW_OCCUPANCY_CELLS == VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE, "cells fill a cube");
 _Static_assert(VW_OCCUPANCY_CELLS % VW_FIELD_GROUP == 0, "cells fill workgroups");
 
-enum vw_status occupancy_create_buffers(const struct field *field, struct occupancy *occupancy) {
+enum vw_status vw_occupancy_create_buffers(const struct vw_radiance_field *field,
+                                           struct vw_occupancy_effect *occupancy) {
     const struct vw_specialization *s = &field->model->specialization;
     uint64_t rays = s->chunk_samples / s->samples;
     const struct {
@@ -26,13 +27,13 @@ enum vw_status occupancy_create_buffers(const struct field *field, struct occupa
         {&occupancy->kept, {.name = "kept", .size_bytes = sizeof(struct vw_kept)}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
         status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
-void occupancy_bind(const struct field *field, const struct occupancy *occupancy, struct vw_binding *bindings,
-                    uint32_t *count) {
+void vw_occupancy_bind(const struct vw_radiance_field *field, const struct vw_occupancy_effect *occupancy,
+                       struct vw_binding *bindings, uint32_t *count) {
     bool off = occupancy->kept == NULL;
     const struct vw_binding bound[] = {
         {.slot = VW_SLOT_OCCUPANCY, .buffer = field->occupancy, .unused = off},
@@ -44,7 +45,7 @@ void occupancy_bind(const struct field *field, const struct occupancy *occupancy
     *count += VW_ARRAY_COUNT(bound);
 }
 
-static enum vw_status create_pass(const struct field *field, const struct vw_shader *shader,
+static enum vw_status create_pass(const struct vw_radiance_field *field, const struct vw_shader *shader,
                                   const struct vw_binding *bindings, uint32_t count, struct vw_pass **pass) {
     struct vw_pass_params params = {.shader = shader,
                                     .specialization = (const uint32_t *)&field->model->specialization,
@@ -54,18 +55,18 @@ static enum vw_status create_pass(const struct field *field, const struct vw_sha
     return vw_pass_create(field->gpu, &params, pass);
 }
 
-enum vw_status occupancy_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
-                                       struct occupancy *occupancy) {
+enum vw_status vw_occupancy_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
+                                          uint32_t count, struct vw_occupancy_effect *occupancy) {
     const struct vw_shader *refresh =
         field->model->half_grid ? &vw_shader_refresh_occupancy_half : &vw_shader_refresh_occupancy;
     enum vw_status status = create_pass(field, refresh, bindings, count, &occupancy->refresh);
-    if (status == VW_OK) status = create_pass(field, &vw_shader_mark_samples, bindings, count, &occupancy->mark);
-    if (status == VW_OK) status = create_pass(field, &vw_shader_place_rays, bindings, count, &occupancy->place);
-    if (status == VW_OK) status = create_pass(field, &vw_shader_list_samples, bindings, count, &occupancy->list);
+    if (!status) status = create_pass(field, &vw_shader_mark_samples, bindings, count, &occupancy->mark);
+    if (!status) status = create_pass(field, &vw_shader_place_rays, bindings, count, &occupancy->place);
+    if (!status) status = create_pass(field, &vw_shader_list_samples, bindings, count, &occupancy->list);
     return status;
 }
 
-void occupancy_destroy(struct occupancy *occupancy) {
+void vw_occupancy_destroy(struct vw_occupancy_effect *occupancy) {
     vw_pass_destroy(&occupancy->refresh);
     vw_pass_destroy(&occupancy->mark);
     vw_pass_destroy(&occupancy->place);
@@ -76,16 +77,16 @@ void occupancy_destroy(struct occupancy *occupancy) {
     vw_buffer_destroy(&occupancy->kept);
 }
 
-void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number,
-                              vw_uint4 key) {
+void vw_occupancy_record_refresh(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
+                                 uint64_t number, vw_uint4 key) {
     if (number % OCCUPANCY_STEPS) return;
     struct vw_push_refresh push = {.key = key, .remains = REMAINS};
-    vw_batch_dispatch(batch, occupancy->refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
+    vw_submission_dispatch(batch, occupancy->refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
 }
 
-void occupancy_record_chunk(const struct occupancy *occupancy, struct vw_batch *batch,
-                            const struct vw_push_samples *push) {
-    vw_batch_dispatch(batch, occupancy->mark, push, sizeof *push, push->ray_count);
-    vw_batch_dispatch(batch, occupancy->place, push, sizeof *push, 1);
-    vw_batch_dispatch(batch, occupancy->list, push, sizeof *push, push->ray_count);
+void vw_occupancy_record_chunk(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
+                               const struct vw_push_samples *push) {
+    vw_submission_dispatch(batch, occupancy->mark, push, sizeof *push, push->ray_count);
+    vw_submission_dispatch(batch, occupancy->place, push, sizeof *push, 1);
+    vw_submission_dispatch(batch, occupancy->list, push, sizeof *push, push->ray_count);
 }

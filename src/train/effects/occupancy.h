@@ -12,24 +12,26 @@
 
 enum { OCCUPANCY_STEPS = 16 };
 
-struct occupancy {                                         // all NULL when the effect is off
+struct vw_occupancy_effect {                               // all NULL when the effect is off
     struct vw_buffer *bits, *begins, *kept_samples, *kept; // of one chunk, see the slots VW_SLOT_KEPT_*
     struct vw_pass *refresh, *mark, *place, *list;
 };
 
-enum vw_status occupancy_create_buffers(const struct field *field, struct occupancy *occupancy);
+enum vw_status vw_occupancy_create_buffers(const struct vw_radiance_field *field,
+                                           struct vw_occupancy_effect *occupancy);
 // Bindings of the chunk's kept samples for passes that may skip, unused where the effect is off. Writes them behind
 // `*count` and advances it.
-void occupancy_bind(const struct field *field, const struct occupancy *occupancy, struct vw_binding *bindings,
-                    uint32_t *count);
+void vw_occupancy_bind(const struct vw_radiance_field *field, const struct vw_occupancy_effect *occupancy,
+                       struct vw_binding *bindings, uint32_t *count);
 // `bindings`: those of occupancy_bind, field_bind, and the step's rays and d_field.
-enum vw_status occupancy_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
-                                       struct occupancy *occupancy);
-void occupancy_destroy(struct occupancy *occupancy);
+enum vw_status vw_occupancy_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
+                                          uint32_t count, struct vw_occupancy_effect *occupancy);
+void vw_occupancy_destroy(struct vw_occupancy_effect *occupancy);
 
 // Records what step `number` does before its rays are sampled.
-void occupancy_record_refresh(const struct occupancy *occupancy, struct vw_batch *batch, uint64_t number, vw_uint4 key);
-void occupancy_record_chunk(const struct occupancy *occupancy, struct vw_batch *batch,
-                            const struct vw_push_samples *push);
+void vw_occupancy_record_refresh(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
+                                 uint64_t number, vw_uint4 key);
+void vw_occupancy_record_chunk(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
+                               const struct vw_push_samples *push);
 
 #endif

@@ -16,7 +16,7 @@ static const char measured_gain[] = "gain in a short training over one without, 
 static const char on_request[] = "nothing: on where --effects names it";
 
 // clang-format off
-static const struct effect effects[] = {
+static const struct vw_effect effects[] = {
     {.name = "distortion", .constant = CONSTANT(distortion),
      .meaning = "largest shift of an image corner by lens distortion, px"},
     {.name = "background", .constant = CONSTANT(background), .meaning = "share of photos with transparent pixels"},
@@ -67,7 +67,7 @@ static enum vw_status apply_word(struct vw_word word, struct vw_effect_verdict *
     return VW_OK;
 }
 
-const struct effect *effects_get(uint32_t *count) {
+const struct vw_effect *vw_effects_get(uint32_t *count) {
     *count = VW_ARRAY_COUNT(effects);
     return effects;
 }
@@ -86,7 +86,7 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
 }
 
 // auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
-bool effects_leave_to_evidence(const char *choice) {
+bool vw_effects_leave_to_evidence(const char *choice) {
     return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-';
 }
 
@@ -104,11 +104,11 @@ bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t c
     return vw_effects_fit_views(verdicts, count) || vw_effects_is_on(verdicts, count, "appearance_encoder");
 }
 
-bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
+bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
     return !scene->masked_view_count || vw_effects_is_on(verdicts, count, "masks");
 }
 
-bool effects_names(const char *choice, const char *name) {
+bool vw_effects_names(const char *choice, const char *name) {
     struct vw_word word;
     while (vw_word_list_next(&choice, &word))
         if (vw_word_is(unsigned_word(word), name)) return true;
@@ -119,14 +119,14 @@ bool effects_names(const char *choice, const char *name) {
 // with it.
 static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
-        if (effects_names(choice, effects[i].name)) continue;
+        if (vw_effects_names(choice, effects[i].name)) continue;
         if (effects[i].requires && !vw_effects_is_on(verdicts, count, effects[i].requires)) verdicts[i].on = false;
         if (effects[i].conflicts && vw_effects_is_on(verdicts, count, effects[i].conflicts)) verdicts[i].on = false;
     }
 }
 
 enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
-    bool exactly = !effects_leave_to_evidence(choice);
+    bool exactly = !vw_effects_leave_to_evidence(choice);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on = verdicts[i].called_for && !exactly;
     if (!strcmp(choice, "none") || !strcmp(choice, "auto")) return VW_OK;
     const char *rest = choice;
@@ -144,8 +144,8 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
 
 // Skipping leaves out samples where the field itself is empty, which may hold what one photo alone shows; visibility
 // says the same of whole rays, by another loss.
-enum vw_status effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                        uint32_t count) {
+enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                           uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "transient")) return VW_OK;
     if (config->loss != VW_LOSS_L2)
         return vw_fail(VW_ERROR_USAGE, "--effects: transient weighs squared errors; it needs --loss l2, not %s",
@@ -153,7 +153,7 @@ enum vw_status effects_follow_transient(const struct vw_config *config, struct v
     for (uint32_t i = 0; i < count; i++) {
         bool other = strcmp(verdicts[i].name, "occupancy") && strcmp(verdicts[i].name, "visibility");
         if (!verdicts[i].on || other) continue;
-        if (effects_names(config->effects, verdicts[i].name))
+        if (vw_effects_names(config->effects, verdicts[i].name))
             return vw_fail(VW_ERROR_USAGE, "--effects: %s cannot be beside transient; leave one of them out",
                            verdicts[i].name);
         verdicts[i].on = false;
@@ -162,8 +162,8 @@ enum vw_status effects_follow_transient(const struct vw_config *config, struct v
 }
 
 // It goes back through the hash grid's cells, within a box that needs no contraction.
-enum vw_status effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
-                                   uint32_t count) {
+enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                      uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
     if (config->field != VW_FIELD_HASH)
         return vw_fail(VW_ERROR_USAGE,
@@ -176,8 +176,8 @@ enum vw_status effects_follow_pose(const struct vw_config *config, const struct 
     return VW_OK;
 }
 
-enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                      uint32_t count) {
+enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                         uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
     if (config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "transient"))
         return vw_fail(VW_ERROR_USAGE,
@@ -186,7 +186,7 @@ enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_
     for (uint32_t i = 0; i < count; i++) {
         bool other = strcmp(verdicts[i].name, "appearance") && strcmp(verdicts[i].name, "appearance_code");
         if (!verdicts[i].on || other) continue;
-        if (effects_names(config->effects, verdicts[i].name))
+        if (vw_effects_names(config->effects, verdicts[i].name))
             return vw_fail(VW_ERROR_USAGE, "--effects: appearance_encoder replaces %s; leave one of them out",
                            verdicts[i].name);
         verdicts[i].on = false;
@@ -204,8 +204,8 @@ static bool any_rich_lens(const struct vw_scene *scene) {
     return false;
 }
 
-void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
-                        struct vw_specialization *specialization) {
+void vw_effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+                           struct vw_specialization *specialization) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         uint32_t on = verdicts[i].on;
         if (effects[i].constant == HOST_ONLY) continue;

@@ -8,7 +8,7 @@
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
 
-struct effect {
+struct vw_effect {
     const char *name, *meaning; // meaning: what its evidence is, with the unit
     size_t constant;            // offset of its switch in struct vw_specialization; SIZE_MAX: the host does all
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
@@ -18,32 +18,32 @@ struct effect {
 };
 
 // All effects, in the order of verdicts.
-const struct effect *effects_get(uint32_t *count);
+const struct vw_effect *vw_effects_get(uint32_t *count);
 
 // Whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is on.
-bool effects_leave_to_evidence(const char *choice);
+bool vw_effects_leave_to_evidence(const char *choice);
 // Whether --effects names the effect, with whatever sign.
-bool effects_names(const char *choice, const char *name);
+bool vw_effects_names(const char *choice, const char *name);
 
 // Whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
-bool effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
+bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
 
 // VW_ERROR_USAGE, naming it, where the effect transient is on with a loss that it does not have. Switches off, or
 // refuses where --effects names it, what it cannot be beside.
-enum vw_status effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                        uint32_t count);
+enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                           uint32_t count);
 
 // VW_ERROR_USAGE, naming it, where the effect pose is on beside what gives it no gradient by positions.
-enum vw_status effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
-                                   uint32_t count);
+enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                      uint32_t count);
 
 // Where the effect appearance_encoder is on: switches off the others that photos have colours of their own by, or
 // refuses them, VW_ERROR_USAGE, where --effects names them.
-enum vw_status effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                      uint32_t count);
+enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                         uint32_t count);
 
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
-void effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
-                        struct vw_specialization *specialization);
+void vw_effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+                           struct vw_specialization *specialization);
 
 #endif

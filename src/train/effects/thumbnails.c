@@ -27,8 +27,8 @@ static void add_pixel(const struct vw_view *view, bool masks, uint32_t x_px, uin
     sum[3] += area * rgba[3];
 }
 
-static vw_float4 mean_of(const struct vw_view *view, const struct thumbnail_choice *choice, const struct part *columns,
-                         const struct part *rows) {
+static vw_float4 mean_of(const struct vw_view *view, const struct vw_thumbnail_choice *choice,
+                         const struct part *columns, const struct part *rows) {
     double sum[4] = {0}, area = (columns->end - columns->begin) * (rows->end - rows->begin);
     for (uint32_t y = (uint32_t)rows->begin; y < rows->end && y < view->image.height_px; y++)
         for (uint32_t x = (uint32_t)columns->begin; x < columns->end && x < choice->columns.end; x++)
@@ -36,7 +36,7 @@ static vw_float4 mean_of(const struct vw_view *view, const struct thumbnail_choi
     return (vw_float4){(float)(sum[0] / area), (float)(sum[1] / area), (float)(sum[2] / area), (float)(sum[3] / area)};
 }
 
-void thumbnail_make(const struct vw_view *view, const struct thumbnail_choice *choice, vw_float4 *thumbnail) {
+void vw_thumbnail_make(const struct vw_view *view, const struct vw_thumbnail_choice *choice, vw_float4 *thumbnail) {
     uint32_t first = choice->columns.begin;
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         struct part columns = part_of(i % THUMBNAIL_SIDE, choice->columns.end - first),

@@ -5,8 +5,8 @@
 
 static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
 
-enum vw_status visibility_create_buffers(const struct field *field, uint32_t padded_rays,
-                                         struct visibility *visibility) {
+enum vw_status vw_visibility_create_buffers(const struct vw_radiance_field *field, uint32_t padded_rays,
+                                            struct vw_visibility_effect *visibility) {
     uint64_t photos = field->model->visibility_codes.size_bytes / (sizeof(vw_float4) * VISIBILITY_CODE4);
     const struct {
         struct vw_buffer **buffer;
@@ -20,14 +20,14 @@ enum vw_status visibility_create_buffers(const struct field *field, uint32_t pad
          {.name = "visibility_moments", .size_bytes = sizeof(struct vw_visibility_moments) * photos}},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && photos && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && photos && !status; i++)
         status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
     return status;
 }
 
-void visibility_bind(const struct field *field, const struct visibility *visibility, struct vw_binding *bindings,
-                     uint32_t *count) {
-    const struct param_range *codes = &field->model->visibility_codes;
+void vw_visibility_bind(const struct vw_radiance_field *field, const struct vw_visibility_effect *visibility,
+                        struct vw_binding *bindings, uint32_t *count) {
+    const struct vw_param_range *codes = &field->model->visibility_codes;
     if (!visibility->of_rays) {
         bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY, .unused = true};
         return;
@@ -42,8 +42,8 @@ void visibility_bind(const struct field *field, const struct visibility *visibil
                                                .size_bytes = codes->size_bytes};
 }
 
-enum vw_status visibility_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
-                                        struct visibility *visibility) {
+enum vw_status vw_visibility_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
+                                           uint32_t count, struct vw_visibility_effect *visibility) {
     const struct {
         const struct vw_shader *shader;
         struct vw_pass **pass;
@@ -54,7 +54,7 @@ enum vw_status visibility_create_passes(const struct field *field, const struct 
         {&vw_shader_update_visibility, &visibility->update},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && visibility->of_rays && status == VW_OK; i++) {
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && visibility->of_rays && !status; i++) {
         struct vw_pass_params params = {.shader = passes[i].shader,
                                         .specialization = (const uint32_t *)&field->model->specialization,
                                         .specialization_count = VW_SPECIALIZATION_COUNT,
@@ -65,7 +65,7 @@ enum vw_status visibility_create_passes(const struct field *field, const struct 
     return status;
 }
 
-void visibility_destroy(struct visibility *visibility) {
+void vw_visibility_destroy(struct vw_visibility_effect *visibility) {
     vw_pass_destroy(&visibility->predict);
     vw_pass_destroy(&visibility->gradient);
     vw_pass_destroy(&visibility->reduce);
@@ -75,24 +75,25 @@ void visibility_destroy(struct visibility *visibility) {
     vw_buffer_destroy(&visibility->moments);
 }
 
-void visibility_training_state(const struct visibility *visibility, struct vw_buffer **buffers, uint32_t *count) {
+void vw_visibility_training_state(const struct vw_visibility_effect *visibility, struct vw_buffer **buffers,
+                                  uint32_t *count) {
     if (visibility->moments) buffers[(*count)++] = visibility->moments;
 }
 
-void visibility_record_forward(const struct visibility *visibility, struct vw_batch *batch,
-                               const struct vw_push_rays *rays, uint32_t padded_rays) {
-    if (visibility->predict) vw_batch_dispatch(batch, visibility->predict, rays, sizeof *rays, padded_rays);
+void vw_visibility_record_forward(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                  const struct vw_push_rays *rays, uint32_t padded_rays) {
+    if (visibility->predict) vw_submission_dispatch(batch, visibility->predict, rays, sizeof *rays, padded_rays);
 }
 
-void visibility_record_gradients(const struct visibility *visibility, struct vw_batch *batch,
-                                 const struct vw_push_rays *rays, uint32_t padded_rays) {
+void vw_visibility_record_gradients(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                    const struct vw_push_rays *rays, uint32_t padded_rays) {
     struct vw_push_reduce reduce = {.count = groups_of(padded_rays)};
     if (!visibility->gradient) return;
-    vw_batch_dispatch(batch, visibility->gradient, rays, sizeof *rays, padded_rays);
-    vw_batch_dispatch(batch, visibility->reduce, &reduce, sizeof reduce, VISIBILITY_COLUMNS);
+    vw_submission_dispatch(batch, visibility->gradient, rays, sizeof *rays, padded_rays);
+    vw_submission_dispatch(batch, visibility->reduce, &reduce, sizeof reduce, VISIBILITY_COLUMNS);
 }
 
-void visibility_record_update(const struct visibility *visibility, struct vw_batch *batch,
-                              const struct vw_push_update *push) {
-    if (visibility->update) vw_batch_dispatch(batch, visibility->update, push, sizeof *push, 1);
+void vw_visibility_record_update(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                 const struct vw_push_update *push) {
+    if (visibility->update) vw_submission_dispatch(batch, visibility->update, push, sizeof *push, 1);
 }

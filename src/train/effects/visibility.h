@@ -11,30 +11,31 @@
 #include "gpu/compute.h"
 #include "train/field.h"
 
-struct visibility { // all NULL when the effect is off
+struct vw_visibility_effect { // all NULL when the effect is off
     struct vw_buffer *of_rays, *partials, *moments;
     struct vw_pass *predict, *gradient, *reduce, *update;
 };
 
-enum vw_status visibility_create_buffers(const struct field *field, uint32_t padded_rays,
-                                         struct visibility *visibility);
-// `bindings` are those of the step, with visibility_bind()'s among them.
-enum vw_status visibility_create_passes(const struct field *field, const struct vw_binding *bindings, uint32_t count,
-                                        struct visibility *visibility);
-void visibility_destroy(struct visibility *visibility);
+enum vw_status vw_visibility_create_buffers(const struct vw_radiance_field *field, uint32_t padded_rays,
+                                            struct vw_visibility_effect *visibility);
+// `bindings` are those of the step, with vw_visibility_bind()'s among them.
+enum vw_status vw_visibility_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
+                                           uint32_t count, struct vw_visibility_effect *visibility);
+void vw_visibility_destroy(struct vw_visibility_effect *visibility);
 
 // Binds what backward_rays declares; where the effect is off, a buffer that exists anyway.
-void visibility_bind(const struct field *field, const struct visibility *visibility, struct vw_binding *bindings,
-                     uint32_t *count);
+void vw_visibility_bind(const struct vw_radiance_field *field, const struct vw_visibility_effect *visibility,
+                        struct vw_binding *bindings, uint32_t *count);
 // Appends the buffers that one step leaves to the next, beside the params and the moments of weights.
-void visibility_training_state(const struct visibility *visibility, struct vw_buffer **buffers, uint32_t *count);
+void vw_visibility_training_state(const struct vw_visibility_effect *visibility, struct vw_buffer **buffers,
+                                  uint32_t *count);
 
 // Recorded behind generate_rays, whose push it takes; behind backward_rays; and before update_weights.
-void visibility_record_forward(const struct visibility *visibility, struct vw_batch *batch,
-                               const struct vw_push_rays *rays, uint32_t padded_rays);
-void visibility_record_gradients(const struct visibility *visibility, struct vw_batch *batch,
-                                 const struct vw_push_rays *rays, uint32_t padded_rays);
-void visibility_record_update(const struct visibility *visibility, struct vw_batch *batch,
-                              const struct vw_push_update *push);
+void vw_visibility_record_forward(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                  const struct vw_push_rays *rays, uint32_t padded_rays);
+void vw_visibility_record_gradients(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                    const struct vw_push_rays *rays, uint32_t padded_rays);
+void vw_visibility_record_update(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
+                                 const struct vw_push_update *push);
 
 #endif

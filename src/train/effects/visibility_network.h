@@ -11,9 +11,9 @@
 enum { VISIBILITY_NETWORK_PARAMS = 913, VISIBILITY_CODE_PARAMS = 4 * VISIBILITY_CODE4 };
 
 // Initial values of the network: `values` is its first number; all is visible to 1/2.
-void visibility_initialise(float *values, const struct drawn *drawn);
+void vw_visibility_initialise(float *values, const struct vw_drawn *drawn);
 
 // Scales from pixels to the network's coordinates, vec2 per view.
-enum vw_status visibility_create_scales(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_buffer **scales);
+enum vw_status vw_visibility_create_scales(struct vw_gpu *gpu, const struct vw_scene *scene, struct vw_buffer **scales);
 
 #endif

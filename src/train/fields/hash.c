@@ -6,8 +6,8 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/fields/hash.h"
 #include "train/field.h"
+#include "train/fields/hash.h"
 #include "train/fields/mlp.h"
 #include "train/fields/registry.h"
 #include "train/half.h"
@@ -27,13 +27,13 @@ static const float GRID_SCALE = 1e-4f; // of initial features
 
 static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
 
-static uint32_t encoding4_of(const struct model *model) {
+static uint32_t encoding4_of(const struct vw_model *model) {
     return model->specialization.levels * model->specialization.feature_pairs / 2;
 }
 
 // Resolutions grow geometrically; a level whose lattice fits the table is dense, and those come first. A window may
 // begin at any level.
-static void lay_out_levels(const struct vw_config *config, struct model *model) {
+static void lay_out_levels(const struct vw_config *config, struct vw_model *model) {
     uint64_t table = UINT64_C(1) << config->log2_table, alignment_pairs = ALIGNMENT_BYTES / model->pair_bytes;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint64_t resolution = (uint64_t)floor(config->base_resolution * pow(config->growth, level) + 1e-6);
@@ -65,29 +65,29 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
 }
 
 // Columns of the networks, without the head of the effect transient.
-static uint32_t own_columns(const struct model *model) {
+static uint32_t own_columns(const struct vw_model *model) {
     return 4 * VW_WEIGHT_BLOCKS(encoding4_of(model), model->specialization.width4);
 }
 
 // That head takes in the features of the density network, which stand in its first rows. Its weights follow the others.
-static void list_head(const struct model *model, struct mlp_list *list) {
-    const struct mlp_operand features = {0, 4 * GEO4, 0};
-    *list = (struct mlp_list){.columns = own_columns(model), .row_count = GEO4, .d_row_count = GEO4};
-    mlp_append_head(list, features, HEAD_DEPTH, 4 * model->specialization.width4);
+static void list_head(const struct vw_model *model, struct vw_mlp_list *list) {
+    const struct vw_mlp_operand features = {0, 4 * GEO4, 0};
+    *list = (struct vw_mlp_list){.columns = own_columns(model), .row_count = GEO4, .d_row_count = GEO4};
+    vw_mlp_append_head(list, features, HEAD_DEPTH, 4 * model->specialization.width4);
 }
 
-static void lay_out_head(struct model *model) {
+static void lay_out_head(struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
-    struct mlp_list head;
+    struct vw_mlp_list head;
     list_head(model, &head);
-    mlp_count(&head, &model->partial_columns, &model->param_count);
-    mlp_specialise_head(&head, s);
+    vw_mlp_count(&head, &model->partial_columns, &model->param_count);
+    vw_mlp_specialise_head(&head, s);
     model->weight_columns = head.columns;
     model->head_row_count = s->layer_rows = head.row_count;
     model->d_row_count = s->d_layer_rows = head.d_row_count;
 }
 
-static void lay_out_weights(struct model *model) {
+static void lay_out_weights(struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     uint32_t encoding4 = encoding4_of(model), width4 = s->width4, blocks = VW_WEIGHT_BLOCKS(encoding4, width4);
     model->weight_columns = model->partial_columns = own_columns(model);
@@ -97,14 +97,14 @@ static void lay_out_weights(struct model *model) {
     model->row_bytes = VW_ROW_BYTES;
     model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
-    model->grid = (struct param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
-    model->weights = (struct param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    model->grid = (struct vw_param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
+    model->weights = (struct vw_param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
     // Codes shift the weights of the colour network's input 0, which is constant: the third matrix, see mlp.glsl.
     s->shift_column = 4 * width4 * (encoding4 + GEO4);
     s->shift_stride = 4 * COLOUR4;
 }
 
-static void lay_out(const struct vw_config *config, struct model *model) {
+static void lay_out(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
     model->half_grid = config->table_precision == VW_TABLE_FLOAT16;
     model->pair_bytes = model->half_grid ? HALF_PAIR_BYTES : FLOAT_PAIR_BYTES;
@@ -121,15 +121,15 @@ static void lay_out(const struct vw_config *config, struct model *model) {
 
 // Whole levels, as many as one binding of 64-bit gradient words holds.
 static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
-                                      struct model *model) {
+                                      struct vw_model *model) {
     uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
     for (uint32_t level = 0; level < config->levels; level++) {
         uint32_t first = model->specialization.first_pair[level];
         uint32_t end = level + 1 < config->levels ? model->specialization.first_pair[level + 1] : model->pair_count;
-        struct grid_window *window = model->window_count ? &model->windows[model->window_count - 1] : NULL;
+        struct vw_grid_window *window = model->window_count ? &model->windows[model->window_count - 1] : NULL;
         if (!window || (uint64_t)(end - window->first_pair) * word_bytes > limits->storage_binding_bytes) {
             window = &model->windows[model->window_count++];
-            *window = (struct grid_window){.first_level = level, .first_pair = first};
+            *window = (struct vw_grid_window){.first_level = level, .first_pair = first};
         }
         window->level_count++;
         window->pair_count = end - window->first_pair;
@@ -143,17 +143,18 @@ static enum vw_status lay_out_windows(const struct vw_config *config, const stru
     return VW_OK;
 }
 
-static enum scatter_form choose_scatter(enum scatter_form wanted, const struct vw_gpu_limits *limits,
-                                        uint32_t chunk_samples) {
+static enum vw_scatter_form choose_scatter(enum vw_scatter_form wanted, const struct vw_gpu_limits *limits,
+                                           uint32_t chunk_samples) {
     if (wanted == SCATTER_WALK && limits->int64 && chunk_samples <= WALK_SAMPLES_MAX) return SCATTER_WALK;
     return limits->int64_atomics && wanted != SCATTER_SPLIT_ATOMICS ? SCATTER_ATOMICS : SCATTER_SPLIT_ATOMICS;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct model *model) {
+static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
-    uint32_t picture_rays = model_pad_rays(model, model->picture_side * model->picture_side); // add to the same entries
-    choose_fixed_point((model_pad_rays(model, config->rays) + picture_rays) * s->samples, s);
+    uint32_t picture_rays =
+        vw_model_pad_rays(model, model->picture_side * model->picture_side); // add to the same entries
+    choose_fixed_point((vw_model_pad_rays(model, config->rays) + picture_rays) * s->samples, s);
     model->scatter = choose_scatter(choices->scatter, limits, s->chunk_samples);
     bool grid_too_large = model->grid.size_bytes > limits->storage_binding_bytes; // for a storage buffer
     s->grid_texel = (choices->grid_texel || grid_too_large) && model->pair_count <= limits->texel_elements;
@@ -174,39 +175,39 @@ static enum vw_status fit(const struct vw_config *config, const struct device_ch
 static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, uint64_t seed) {
     for (uint64_t i = 0; i < count; i += 4) {
         float values[4];
-        fill_uniform(values, 4, first_index + i, GRID_SCALE, seed);
-        for (uint64_t j = 0; j < 4; j++) halves[i + j] = half_nearest(values[j]);
+        vw_fill_uniform(values, 4, first_index + i, GRID_SCALE, seed);
+        for (uint64_t j = 0; j < 4; j++) halves[i + j] = vw_half_nearest(values[j]);
     }
 }
 
 // The grid, whose draws come first. Levels have whole fours; what a level of halves has more of padding is 0.
-static void fill_grid(const struct model *model, uint64_t seed, void *grid) {
+static void fill_grid(const struct vw_model *model, uint64_t seed, void *grid) {
     memset(grid, 0, model->grid.size_bytes);
     for (uint32_t level = 0; level < model->specialization.levels; level++) {
         uint64_t first = 2 * (uint64_t)model->specialization.first_pair[level],
                  first_drawn = 2 * (uint64_t)model->drawn_pair[level];
         uint64_t count = 2 * (uint64_t)model->drawn_pair[level + 1] - first_drawn;
         if (model->half_grid) fill_halves((uint16_t *)grid + first, count, first_drawn, seed);
-        else fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
+        else vw_fill_uniform((float *)grid + first, count, first_drawn, GRID_SCALE, seed);
     }
 }
 
-static void initialise(const struct model *model, const struct drawn *drawn, void *params) {
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     uint32_t width4 = model->specialization.width4;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
     fill_grid(model, drawn->seed, params);
-    float *next = fill_matrix(weights, drawn, width4, encoding4_of(model));
-    next = fill_matrix(next, drawn, GEO4, width4);
-    next = fill_matrix(next, drawn, width4, COLOUR4);
+    float *next = vw_fill_matrix(weights, drawn, width4, encoding4_of(model));
+    next = vw_fill_matrix(next, drawn, GEO4, width4);
+    next = vw_fill_matrix(next, drawn, width4, COLOUR4);
     float *last = next;
-    next = fill_matrix(next, drawn, 1, width4);
+    next = vw_fill_matrix(next, drawn, 1, width4);
     for (float *value = last + 3; value < next; value += 4) *value = 0.0f; // the unused fourth output
     assert(next - weights == 4 * (ptrdiff_t)own_columns(model));
     if (!model->specialization.effect_transient) return;
-    struct mlp_list head;
+    struct vw_mlp_list head;
     list_head(model, &head);
     memset(next, 0, 16 * (size_t)(head.columns - own_columns(model)));
-    mlp_initialise(&head, drawn, weights);
+    vw_mlp_initialise(&head, drawn, weights);
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
@@ -215,40 +216,40 @@ enum { FEED = HASH_SCATTER + VW_LEVELS_MAX, HEAD }; // of the effect transient; 
 enum { HEAD_TILES = (FIELD_PASSES_MAX - HEAD - MLP_MULTIPLY) / 2 };
 _Static_assert(HEAD_TILES >= 3, "too few places for passes");
 
-static struct mlp_passes head_of(const struct field_passes *passes) {
-    return (struct mlp_passes){(struct vw_pass **)passes->passes + HEAD, HEAD_TILES};
+static struct vw_mlp_passes head_of(const struct vw_field_passes *passes) {
+    return (struct vw_mlp_passes){(struct vw_pass **)passes->passes + HEAD, HEAD_TILES};
 }
 
-static enum vw_status create_scatter(const struct field *field, const struct field_pass_params *params, uint32_t index,
-                                     struct vw_pass **pass) {
+static enum vw_status create_scatter(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                     uint32_t index, struct vw_pass **pass) {
     static const struct vw_shader *const scatter[] = {[SCATTER_ATOMICS] = &vw_shader_scatter_grid,
                                                       [SCATTER_SPLIT_ATOMICS] = &vw_shader_scatter_grid_split,
                                                       [SCATTER_WALK] = &vw_shader_scatter_grid_walk};
-    const struct grid_window *window = &field->model->windows[index];
+    const struct vw_grid_window *window = &field->model->windows[index];
     uint64_t word = field->model->specialization.wide_gradient ? 16 : 8;
     struct vw_binding bindings[VW_SLOT_COUNT] = {{.slot = VW_SLOT_D_GRID,
                                                   .buffer = params->d_grid,
                                                   .offset_bytes = word * window->first_pair,
                                                   .size_bytes = word * window->pair_count}};
     memcpy(bindings + 1, params->bindings, params->binding_count * sizeof *bindings);
-    struct field_pass_params windowed = *params;
+    struct vw_field_pass_params windowed = *params;
     windowed.bindings = bindings;
     windowed.binding_count++;
-    return field_pass_create(field->gpu, &windowed, scatter[field->model->scatter], params->specialization, pass);
+    return vw_field_pass_create(field->gpu, &windowed, scatter[field->model->scatter], params->specialization, pass);
 }
 
-static enum vw_status create_head(const struct field *field, const struct field_pass_params *params,
-                                  struct field_passes *passes) {
-    struct mlp_list head;
+static enum vw_status create_head(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                  struct vw_field_passes *passes) {
+    struct vw_mlp_list head;
     list_head(field->model, &head);
-    enum vw_status status = field_pass_create(field->gpu, params, &vw_shader_feed_transient_features,
-                                              params->specialization, &passes->passes[FEED]);
-    return status == VW_OK ? mlp_create_layers(field, params, &head, head_of(passes)) : status;
+    enum vw_status status = vw_field_pass_create(field->gpu, params, &vw_shader_feed_transient_features,
+                                                 params->specialization, &passes->passes[FEED]);
+    return !status ? vw_mlp_create_layers(field, params, &head, head_of(passes)) : status;
 }
 
-static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
-                                    struct field_passes *passes) {
-    const struct model *model = field->model;
+static enum vw_status create_passes(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    struct vw_field_passes *passes) {
+    const struct vw_model *model = field->model;
     const struct vw_shader *const shaders[] = {
         [HASH_FORWARD] = model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field,
         [HASH_BACKWARD] =
@@ -257,94 +258,95 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
         [HASH_REDUCE] = &vw_shader_reduce_weights,
     };
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < (params->backward ? VW_ARRAY_COUNT(shaders) : 1) && status == VW_OK; i++)
-        status = field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
-    for (uint32_t i = 0; i < model->window_count && params->backward && status == VW_OK; i++)
+    for (uint32_t i = 0; i < (params->backward ? VW_ARRAY_COUNT(shaders) : 1) && !status; i++)
+        status = vw_field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
+    for (uint32_t i = 0; i < model->window_count && params->backward && !status; i++)
         status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
-    return status == VW_OK && params->specialization->effect_transient ? create_head(field, params, passes) : status;
+    return !status && params->specialization->effect_transient ? create_head(field, params, passes) : status;
 }
 
 // One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
 // where in vw_kept).
-static void dispatch_samples(const struct field_passes *passes, struct vw_batch *batch, const struct field_chunk *chunk,
-                             uint32_t pass, const void *push, size_t push_bytes, uint64_t invocations, size_t groups) {
+static void dispatch_samples(const struct vw_field_passes *passes, struct vw_submission *batch,
+                             const struct vw_field_chunk *chunk, uint32_t pass, const void *push, size_t push_bytes,
+                             uint64_t invocations, size_t groups) {
     if (passes->specialization.effect_occupancy)
-        vw_batch_dispatch_indirect(batch, passes->passes[pass], push, push_bytes, chunk->kept, groups);
-    else vw_batch_dispatch(batch, passes->passes[pass], push, push_bytes, invocations);
+        vw_submission_dispatch_indirect(batch, passes->passes[pass], push, push_bytes, chunk->kept, groups);
+    else vw_submission_dispatch(batch, passes->passes[pass], push, push_bytes, invocations);
 }
 
-static void record_forward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                           const struct field_chunk *chunk) {
+static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
+                           struct vw_submission *batch, const struct vw_field_chunk *chunk) {
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
     dispatch_samples(passes, batch, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays, samples,
                      offsetof(struct vw_kept, field_groups));
     if (!passes->specialization.effect_transient) return;
-    struct mlp_list head;
+    struct vw_mlp_list head;
     list_head(model, &head);
-    vw_batch_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
-    mlp_record_layers(&head, head_of(passes), batch, samples);
+    vw_submission_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
+    vw_mlp_record_layers(&head, head_of(passes), batch, samples);
 }
 
-static void record_head_back(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                             const struct field_chunk *chunk) {
-    struct mlp_list head;
+static void record_head_back(const struct vw_model *model, const struct vw_field_passes *passes,
+                             struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+    struct vw_mlp_list head;
     list_head(model, &head);
-    mlp_record_layers_back(&passes->specialization, &head, head_of(passes), batch, chunk->rays);
+    vw_mlp_record_layers_back(&passes->specialization, &head, head_of(passes), batch, chunk->rays);
 }
 
-void hash_record_scatter(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                         const struct field_chunk *chunk, uint32_t samples) {
+void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
+                            struct vw_submission *batch, const struct vw_field_chunk *chunk, uint32_t samples) {
     for (uint32_t i = 0; i < model->window_count; i++) {
-        const struct grid_window *window = &model->windows[i];
+        const struct vw_grid_window *window = &model->windows[i];
         uint32_t levels = window->level_count;
         struct vw_push_scatter push = {.sample_count = samples,
                                        .first_level = window->first_level,
                                        .level_count = levels,
                                        .first_pair = window->first_pair};
         if (model->scatter == SCATTER_WALK)
-            vw_batch_dispatch(batch, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
+            vw_submission_dispatch(batch, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
         else
             dispatch_samples(passes, batch, chunk, HASH_SCATTER + i, &push, sizeof push, (uint64_t)samples * levels,
                              offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
     }
 }
 
-static void record_backward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                            const struct field_chunk *chunk) {
+static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
+                            struct vw_submission *batch, const struct vw_field_chunk *chunk) {
     uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
     if (passes->specialization.effect_transient) record_head_back(model, passes, batch, chunk);
     dispatch_samples(passes, batch, chunk, HASH_BACKWARD, NULL, 0, samples, offsetof(struct vw_kept, field_groups));
     dispatch_samples(passes, batch, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
                      offsetof(struct vw_kept, weight_groups));
-    vw_batch_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, own_columns(model));
-    hash_record_scatter(model, passes, batch, chunk, samples);
+    vw_submission_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, own_columns(model));
+    vw_hash_record_scatter(model, passes, batch, chunk, samples);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------
 
-static double gathers_of(const struct model *model) {
+static double gathers_of(const struct vw_model *model) {
     return 8.0 * model->specialization.levels * model->specialization.feature_pairs;
 }
 
-static void list_forward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                               uint32_t *count) {
+static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
+                               struct vw_pass_cost *costs, uint32_t *count) {
     double encoding4 = encoding4_of(model), width4 = model->specialization.width4, gathers = gathers_of(model),
            blocks = own_columns(model) / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
            stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
-    pass_cost_add(costs, count,
-                  (struct vw_pass_cost){"forward_field", work->role, work->chunks,
-                                        work->samples * (16 * blocks + 2 * gathers),
-                                        work->samples * (model->pair_bytes * gathers + stored + 16)});
+    vw_pass_cost_add(costs, count,
+                     (struct vw_pass_cost){"forward_field", work->role, work->chunks,
+                                           work->samples * (16 * blocks + 2 * gathers),
+                                           work->samples * (model->pair_bytes * gathers + stored + 16)});
     if (!work->stores_rows || !model->specialization.effect_transient) return;
-    struct mlp_list head;
+    struct vw_mlp_list head;
     list_head(model, &head);
-    mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs, count);
-    mlp_add_forward_costs(&head, work, costs, count);
+    vw_mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs, count);
+    vw_mlp_add_forward_costs(&head, work, costs, count);
 }
 
-static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                                uint32_t *count) {
+static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
+                                struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;
     double samples = work->samples, encoding4 = encoding4_of(model), width4 = s->width4, gathers = gathers_of(model),
            blocks = own_columns(model) / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
@@ -358,14 +360,14 @@ static void list_backward_costs(const struct model *model, const struct field_wo
         {"scatter_grid", work->role, work->chunks * model->window_count, samples * 2 * gathers,
          samples * (32 * s->levels + 2 * word_bytes * gathers)},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
     if (!s->effect_transient) return;
-    struct mlp_list head;
+    struct vw_mlp_list head;
     list_head(model, &head);
-    mlp_add_backward_costs(model, &head, work, costs, count);
+    vw_mlp_add_backward_costs(model, &head, work, costs, count);
 }
 
-const struct field_kind field_hash = {
+const struct vw_field_kind field_hash = {
     .name = "hash",
     .skips_samples = true,
     .lay_out = lay_out,

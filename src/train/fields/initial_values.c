@@ -4,7 +4,7 @@
 
 #include "base/random.h"
 
-void fill_uniform(float *values, uint64_t count, uint64_t first_index, float scale, uint64_t seed) {
+void vw_fill_uniform(float *values, uint64_t count, uint64_t first_index, float scale, uint64_t seed) {
     for (uint64_t i = 0; i < count; i += 4) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, (uint32_t)((first_index + i) / 4), 0, words);
@@ -13,11 +13,11 @@ void fill_uniform(float *values, uint64_t count, uint64_t first_index, float sca
     }
 }
 
-float *fill_weights(float *values, const struct drawn *drawn, uint64_t count, float scale) {
-    fill_uniform(values, count, drawn->first_index + (uint64_t)(values - drawn->weights), scale, drawn->seed);
+float *vw_fill_weights(float *values, const struct vw_drawn *drawn, uint64_t count, float scale) {
+    vw_fill_uniform(values, count, drawn->first_index + (uint64_t)(values - drawn->weights), scale, drawn->seed);
     return values + count;
 }
 
-float *fill_matrix(float *values, const struct drawn *drawn, uint32_t out4, uint32_t in4) {
-    return fill_weights(values, drawn, 16 * (uint64_t)out4 * in4, sqrtf(6.0f / (4.0f * (float)in4)));
+float *vw_fill_matrix(float *values, const struct vw_drawn *drawn, uint32_t out4, uint32_t in4) {
+    return vw_fill_weights(values, drawn, 16 * (uint64_t)out4 * in4, sqrtf(6.0f / (4.0f * (float)in4)));
 }

@@ -18,27 +18,27 @@ static const float ADAM_EPSILON = 1e-8f; // of gradients of the mean loss; sums 
 
 static uint32_t ceiling4(uint32_t count) { return (count + 3) / 4; }
 
-static struct mlp_matrix *add_matrix(struct mlp_list *list, struct mlp_operand in, struct mlp_operand out) {
+static struct vw_mlp_matrix *add_matrix(struct vw_mlp_list *list, struct vw_mlp_operand in, struct vw_mlp_operand out) {
     assert(list->count < MLP_MATRICES_MAX);
-    struct mlp_matrix *matrix = &list->matrices[list->count++];
-    *matrix = (struct mlp_matrix){.first_weight = list->columns,
-                                  .first_bias = MLP_NONE,
-                                  .in_row = in.row,
-                                  .in4 = ceiling4(in.numbers),
-                                  .in = in.numbers,
-                                  .d_in_row = in.d_row,
-                                  .out_row = out.row,
-                                  .out4 = ceiling4(out.numbers),
-                                  .out = out.numbers,
-                                  .d_out_row = out.d_row};
+    struct vw_mlp_matrix *matrix = &list->matrices[list->count++];
+    *matrix = (struct vw_mlp_matrix){.first_weight = list->columns,
+                                     .first_bias = MLP_NONE,
+                                     .in_row = in.row,
+                                     .in4 = ceiling4(in.numbers),
+                                     .in = in.numbers,
+                                     .d_in_row = in.d_row,
+                                     .out_row = out.row,
+                                     .out4 = ceiling4(out.numbers),
+                                     .out = out.numbers,
+                                     .d_out_row = out.d_row};
     list->columns += 4 * matrix->in4 * matrix->out4;
     return matrix;
 }
 
-struct mlp_operand mlp_add_layer(struct mlp_list *list, struct mlp_operand first, struct mlp_operand second,
-                                 uint32_t numbers, uint32_t d_row) {
-    struct mlp_operand out = {list->row_count, numbers, d_row};
-    struct mlp_matrix *matrix = add_matrix(list, first, out);
+struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
+                                       struct vw_mlp_operand second, uint32_t numbers, uint32_t d_row) {
+    struct vw_mlp_operand out = {list->row_count, numbers, d_row};
+    struct vw_mlp_matrix *matrix = add_matrix(list, first, out);
     matrix->first_bias = list->columns;
     list->columns += matrix->out4;
     list->row_count += matrix->out4;
@@ -51,7 +51,7 @@ struct mlp_operand mlp_add_layer(struct mlp_list *list, struct mlp_operand first
     return out;
 }
 
-void mlp_rectify_last(struct mlp_list *list) { list->matrices[list->count - 1].rectifies = true; }
+void vw_mlp_rectify_last(struct vw_mlp_list *list) { list->matrices[list->count - 1].rectifies = true; }
 
 // The head of the effect transient
 enum { HEAD_OUTPUTS = 5 }; // logits of rgb, raw density; raw uncertainty in a row of its own
@@ -62,31 +62,31 @@ enum { HEAD_OUTPUTS = 5 }; // logits of rgb, raw density; raw uncertainty in a r
 static const float HEAD_DENSITY = -3.0f, HEAD_UNCERTAINTY = 4.0f; // before softplus
 
 // Gradients by its hidden layers stand in two places in turn, as those of the trunk.
-void mlp_append_head(struct mlp_list *list, struct mlp_operand features, uint32_t depth, uint32_t width) {
-    const struct mlp_operand none = {0}, code = {list->row_count, 4 * TRANSIENT_CODE4, MLP_NONE};
+void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features, uint32_t depth, uint32_t width) {
+    const struct vw_mlp_operand none = {0}, code = {list->row_count, 4 * TRANSIENT_CODE4, MLP_NONE};
     uint32_t width4 = (width + 3) / 4, d_output = list->d_row_count, places[2] = {d_output + 2, d_output + 2 + width4};
     list->row_count += TRANSIENT_CODE4;
     list->d_row_count += 2 + 2 * width4;
-    struct mlp_operand hidden = features;
+    struct vw_mlp_operand hidden = features;
     for (uint32_t layer = 0; layer < depth; layer++) {
-        hidden = mlp_add_layer(list, hidden, layer ? none : code, width, places[(depth - layer) % 2]);
-        mlp_rectify_last(list);
+        hidden = vw_mlp_add_layer(list, hidden, layer ? none : code, width, places[(depth - layer) % 2]);
+        vw_mlp_rectify_last(list);
         if (layer) list->matrices[list->count - 1].gates_back = true;
     }
-    mlp_add_layer(list, hidden, none, HEAD_OUTPUTS, d_output);
+    vw_mlp_add_layer(list, hidden, none, HEAD_OUTPUTS, d_output);
     list->matrices[list->count - 1].gates_back = true;
     list->head_depth = depth;
 }
 
-static void initialise_head(const struct mlp_list *list, float *weights) {
+static void initialise_head(const struct vw_mlp_list *list, float *weights) {
     float *biases = weights + 4 * (uint64_t)list->matrices[list->count - 1].first_bias;
     biases[3] = HEAD_DENSITY;
     biases[4] = HEAD_UNCERTAINTY;
 }
 
-void mlp_specialise_head(const struct mlp_list *list, struct vw_specialization *s) {
-    const struct mlp_matrix *last = &list->matrices[list->count - 1], *code = last - list->head_depth,
-                            *features = code - 1;
+void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *s) {
+    const struct vw_mlp_matrix *last = &list->matrices[list->count - 1], *code = last - list->head_depth,
+                               *features = code - 1;
     assert(last->out == HEAD_OUTPUTS && code->in == 4 * TRANSIENT_CODE4);
     s->transient_row = last->out_row;
     s->d_transient_row = last->d_out_row;
@@ -98,39 +98,39 @@ void mlp_specialise_head(const struct mlp_list *list, struct vw_specialization *
 }
 
 // Gradients by what layers give out stand in two places in turn, since one layer's is needed while the next is found.
-void mlp_list(const struct model *model, bool transient, uint32_t first_column, struct mlp_list *list) {
+void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list) {
     const uint32_t width4 = model->trunk4, places[2] = {2, 2 + width4},
                    frequencies = model->specialization.position_frequencies;
-    const struct mlp_operand none = {0}, position = {0, 3 + 6 * frequencies, MLP_NONE},
-                             direction = {VW_ENCODED4(frequencies), 3 + 6 * VW_DIRECTION_FREQUENCIES, MLP_NONE};
-    *list = (struct mlp_list){.columns = first_column,
-                              .row_count = direction.row + VW_ENCODED4(VW_DIRECTION_FREQUENCIES),
-                              .d_row_count = 2 + 2 * width4,
-                              .d_heads = {0, 1}};
-    struct mlp_operand trunk = position;
+    const struct vw_mlp_operand none = {0}, position = {0, 3 + 6 * frequencies, MLP_NONE},
+                                direction = {VW_ENCODED4(frequencies), 3 + 6 * VW_DIRECTION_FREQUENCIES, MLP_NONE};
+    *list = (struct vw_mlp_list){.columns = first_column,
+                                 .row_count = direction.row + VW_ENCODED4(VW_DIRECTION_FREQUENCIES),
+                                 .d_row_count = 2 + 2 * width4,
+                                 .d_heads = {0, 1}};
+    struct vw_mlp_operand trunk = position;
     for (uint32_t layer = 0; layer < model->depth; layer++) {
-        trunk = mlp_add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
-                              places[(model->depth - layer) % 2]);
-        mlp_rectify_last(list);
+        trunk = vw_mlp_add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
+                                 places[(model->depth - layer) % 2]);
+        vw_mlp_rectify_last(list);
         if (layer) list->matrices[list->count - 1 - (layer == SKIP_LAYER + 1)].gates_back = true;
     }
-    struct mlp_operand density = mlp_add_layer(list, trunk, none, 1, list->d_heads.density_row);
+    struct vw_mlp_operand density = vw_mlp_add_layer(list, trunk, none, 1, list->d_heads.density_row);
     list->matrices[list->count - 1].adds_back = list->matrices[list->count - 1].gates_back = true;
-    struct mlp_operand feature = mlp_add_layer(list, trunk, none, 4 * width4, places[0]);
-    struct mlp_operand colour = mlp_add_layer(list, feature, direction, 2 * width4, places[1]);
-    mlp_rectify_last(list);
+    struct vw_mlp_operand feature = vw_mlp_add_layer(list, trunk, none, 4 * width4, places[0]);
+    struct vw_mlp_operand colour = vw_mlp_add_layer(list, feature, direction, 2 * width4, places[1]);
+    vw_mlp_rectify_last(list);
     list->matrices[list->count - 2].shifts = true;
     list->matrices[list->count - 2].adds_back = transient; // the way back comes from the head first
     list->shift_column = list->matrices[list->count - 2].first_bias;
-    struct mlp_operand logit = mlp_add_layer(list, colour, none, 3, list->d_heads.logit_row);
+    struct vw_mlp_operand logit = vw_mlp_add_layer(list, colour, none, 3, list->d_heads.logit_row);
     list->matrices[list->count - 1].gates_back = true;
     list->heads = (struct vw_push_heads){density.row, logit.row};
-    if (transient) mlp_append_head(list, feature, MLP_HEAD_DEPTH, 2 * width4);
+    if (transient) vw_mlp_append_head(list, feature, MLP_HEAD_DEPTH, 2 * width4);
 }
 
-void mlp_count(const struct mlp_list *list, uint32_t *partial_columns, uint64_t *param_count) {
+void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uint64_t *param_count) {
     for (uint32_t i = 0; i < list->count; i++) {
-        const struct mlp_matrix *matrix = &list->matrices[i];
+        const struct vw_mlp_matrix *matrix = &list->matrices[i];
         bool biases = matrix->first_bias != MLP_NONE;
         uint32_t columns = matrix->out4 * (4 * matrix->in4 + biases);
         if (columns > *partial_columns) *partial_columns = columns;
@@ -140,23 +140,23 @@ void mlp_count(const struct mlp_list *list, uint32_t *partial_columns, uint64_t 
 
 // ---- Layout ---------------------------------------------------------------------------------------------------------
 
-static void lay_out(const struct vw_config *config, struct model *model) {
+static void lay_out(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
-    struct mlp_list list;
+    struct vw_mlp_list list;
     model->depth = config->mlp_depth;
     model->trunk4 = config->width / 4;
     s->width4 = model->trunk4 / 2; // of the colour layer, which codes shift
     s->position_frequencies = config->frequencies;
     if (config->coarse_network == VW_COARSE_NETWORK_OWN) {
-        mlp_list(model, false, 0, &list);
-        mlp_count(&list, &model->partial_columns, &model->param_count);
+        vw_mlp_list(model, false, 0, &list);
+        vw_mlp_count(&list, &model->partial_columns, &model->param_count);
         model->coarse_columns = list.columns;
     }
-    mlp_list(model, s->effect_transient, 0, &list);
-    mlp_count(&list, &model->partial_columns, &model->param_count);
-    if (s->effect_transient) mlp_specialise_head(&list, s);
+    vw_mlp_list(model, s->effect_transient, 0, &list);
+    vw_mlp_count(&list, &model->partial_columns, &model->param_count);
+    if (s->effect_transient) vw_mlp_specialise_head(&list, s);
     model->weight_columns = list.columns;
-    model->weights = (struct param_range){"weights", 0, 16 * (uint64_t)list.columns};
+    model->weights = (struct vw_param_range){"weights", 0, 16 * (uint64_t)list.columns};
     model->row_count = s->layer_rows = list.row_count;
     model->d_row_count = s->d_layer_rows = list.d_row_count;
     model->row_bytes = VW_LAYER_ROW_BYTES;
@@ -164,8 +164,8 @@ static void lay_out(const struct vw_config *config, struct model *model) {
     s->shift_stride = 1;
 }
 
-static enum vw_status fit(const struct vw_config *config, const struct device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct model *model) {
+static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model) {
     (void)choices;
     model->specialization.gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
     uint64_t slices = model->specialization.chunk_samples / model->specialization.slice_samples,
@@ -179,13 +179,13 @@ static enum vw_status fit(const struct vw_config *config, const struct device_ch
 
 // ---- Initial values: uniform for unit gain, biases 0, and what is padding 0 ----------------------------------------
 
-void mlp_initialise(const struct mlp_list *list, const struct drawn *drawn, float *weights) {
+void vw_mlp_initialise(const struct vw_mlp_list *list, const struct vw_drawn *drawn, float *weights) {
     for (uint32_t i = 0; i < list->count; i++) {
-        const struct mlp_matrix *matrix = &list->matrices[i];
+        const struct vw_mlp_matrix *matrix = &list->matrices[i];
         bool rectifies = matrix->rectifies || !matrix->ends_layer; // only layers with ReLU have two matrices
         float scale = sqrtf((rectifies ? 6.0f : 3.0f) / (float)matrix->fan_in),
               *values = weights + 4 * (uint64_t)matrix->first_weight;
-        fill_weights(values, drawn, 16 * (uint64_t)matrix->in4 * matrix->out4, scale);
+        vw_fill_weights(values, drawn, 16 * (uint64_t)matrix->in4 * matrix->out4, scale);
         for (uint32_t k = 0; k < 16 * matrix->in4 * matrix->out4; k++) {
             uint32_t block = k / 16, out = 4 * (block / matrix->in4) + k % 4,
                      in = 4 * (block % matrix->in4) + k % 16 / 4;
@@ -195,15 +195,15 @@ void mlp_initialise(const struct mlp_list *list, const struct drawn *drawn, floa
     if (list->head_depth) initialise_head(list, weights);
 }
 
-static void initialise(const struct model *model, const struct drawn *drawn, void *params) {
-    struct mlp_list list;
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+    struct vw_mlp_list list;
     float *weights = (float *)((char *)params + model->weights.offset_bytes);
-    mlp_list(model, model->specialization.effect_transient, 0, &list);
+    vw_mlp_list(model, model->specialization.effect_transient, 0, &list);
     memset(weights, 0, model->weights.size_bytes);
-    mlp_initialise(&list, drawn, weights);
+    vw_mlp_initialise(&list, drawn, weights);
     if (!model->coarse_columns) return;
-    mlp_list(model, false, model->coarse_column, &list);
-    mlp_initialise(&list, drawn, weights);
+    vw_mlp_list(model, false, model->coarse_column, &list);
+    vw_mlp_initialise(&list, drawn, weights);
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
@@ -211,8 +211,8 @@ static void initialise(const struct model *model, const struct drawn *drawn, voi
 enum { ENCODE, ACTIVATE, ACTIVATE_BACK, FEED, LAYERS };
 enum { MULTIPLY_COUNT = (FIELD_PASSES_MAX - LAYERS - MLP_MULTIPLY) / 2 };
 
-static struct mlp_passes layers_of(const struct field_passes *passes) {
-    return (struct mlp_passes){(struct vw_pass **)passes->passes + LAYERS, MULTIPLY_COUNT};
+static struct vw_mlp_passes layers_of(const struct vw_field_passes *passes) {
+    return (struct vw_mlp_passes){(struct vw_pass **)passes->passes + LAYERS, MULTIPLY_COUNT};
 }
 
 // Rows of blocks of a matrix that a tile takes: as many as divide it.
@@ -226,11 +226,11 @@ struct tile {
     uint32_t to4, from4;
 };
 
-static struct tile forward_tile(const struct mlp_matrix *matrix) {
+static struct tile forward_tile(const struct vw_mlp_matrix *matrix) {
     return (struct tile){tile_of(matrix->out4), tile_of(matrix->in4)};
 }
 
-static struct tile backward_tile(const struct mlp_matrix *matrix) {
+static struct tile backward_tile(const struct vw_mlp_matrix *matrix) {
     return (struct tile){tile_of(matrix->in4), tile_of(matrix->out4)};
 }
 
@@ -248,7 +248,7 @@ static uint32_t find_tile(struct tiles *tiles, struct tile tile) {
     return i;
 }
 
-static struct tiles list_tiles(const struct mlp_list *list, bool back) {
+static struct tiles list_tiles(const struct vw_mlp_list *list, bool back) {
     struct tiles tiles = {0};
     for (uint32_t i = 0; i < list->count; i++)
         if (!back) find_tile(&tiles, forward_tile(&list->matrices[i]));
@@ -256,40 +256,40 @@ static struct tiles list_tiles(const struct mlp_list *list, bool back) {
     return tiles;
 }
 
-static enum vw_status create_multiply(const struct field *field, const struct field_pass_params *params,
-                                      const struct mlp_list *list, bool back, struct mlp_passes places) {
+static enum vw_status create_multiply(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                      const struct vw_mlp_list *list, bool back, struct vw_mlp_passes places) {
     const struct tiles tiles = list_tiles(list, back);
     struct vw_pass **passes = places.passes + MLP_MULTIPLY + (back ? places.multiply_count : 0);
     enum vw_status status = VW_OK;
     assert(tiles.count <= places.multiply_count);
-    for (uint32_t i = 0; i < tiles.count && status == VW_OK; i++) {
+    for (uint32_t i = 0; i < tiles.count && !status; i++) {
         struct vw_specialization tiled = *params->specialization;
         tiled.tile_to4 = tiles.sizes[i].to4;
         tiled.tile_from4 = tiles.sizes[i].from4;
-        status = field_pass_create(
+        status = vw_field_pass_create(
             field->gpu, params, back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer, &tiled, &passes[i]);
     }
     return status;
 }
 
-enum vw_status mlp_create_layers(const struct field *field, const struct field_pass_params *params,
-                                 const struct mlp_list *list, struct mlp_passes places) {
+enum vw_status vw_mlp_create_layers(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_mlp_list *list, struct vw_mlp_passes places) {
     static const struct vw_shader *const shaders[] = {
         [MLP_GRADIENT] = &vw_shader_gradient_weights_layer,
         [MLP_REDUCE] = &vw_shader_reduce_weights_layer,
     };
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < MLP_MULTIPLY && params->backward && status == VW_OK; i++)
-        status = field_pass_create(field->gpu, params, shaders[i], params->specialization, &places.passes[i]);
-    if (status == VW_OK) status = create_multiply(field, params, list, false, places);
-    if (status == VW_OK && params->backward) status = create_multiply(field, params, list, true, places);
+    for (uint32_t i = 0; i < MLP_MULTIPLY && params->backward && !status; i++)
+        status = vw_field_pass_create(field->gpu, params, shaders[i], params->specialization, &places.passes[i]);
+    if (!status) status = create_multiply(field, params, list, false, places);
+    if (!status && params->backward) status = create_multiply(field, params, list, true, places);
     return status;
 }
 
-static enum vw_status create_passes(const struct field *field, const struct field_pass_params *params,
-                                    struct field_passes *passes) {
+static enum vw_status create_passes(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    struct vw_field_passes *passes) {
     const struct vw_specialization *s = params->specialization;
-    struct mlp_list list;
+    struct vw_mlp_list list;
     const struct {
         uint32_t place;
         const struct vw_shader *shader;
@@ -301,17 +301,17 @@ static enum vw_status create_passes(const struct field *field, const struct fiel
         {FEED, &vw_shader_feed_transient, s->effect_transient},
     };
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(others) && status == VW_OK; i++)
+    for (size_t i = 0; i < VW_ARRAY_COUNT(others) && !status; i++)
         if (others[i].needed)
-            status = field_pass_create(field->gpu, params, others[i].shader, s, &passes->passes[others[i].place]);
-    mlp_list(field->model, s->effect_transient, passes->first_column, &list);
-    return status == VW_OK ? mlp_create_layers(field, params, &list, layers_of(passes)) : status;
+            status = vw_field_pass_create(field->gpu, params, others[i].shader, s, &passes->passes[others[i].place]);
+    vw_mlp_list(field->model, s->effect_transient, passes->first_column, &list);
+    return !status ? vw_mlp_create_layers(field, params, &list, layers_of(passes)) : status;
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 // `push` names the whole matrix; its `from4` rows are read a tile at a time.
-static void record_multiply(struct vw_batch *batch, const struct vw_pass *pass, struct tile tile, uint32_t from4,
+static void record_multiply(struct vw_submission *batch, const struct vw_pass *pass, struct tile tile, uint32_t from4,
                             struct vw_push_multiply push, uint64_t samples) {
     uint32_t begins = push.form & VW_MULTIPLY_ADDS, ends = push.form & VW_MULTIPLY_GATES;
     push.form &= ~(VW_MULTIPLY_ADDS | VW_MULTIPLY_GATES);
@@ -321,15 +321,15 @@ static void record_multiply(struct vw_batch *batch, const struct vw_pass *pass, 
         part.from_row += from;
         part.form |= from ? VW_MULTIPLY_ADDS : begins;
         part.form |= from + tile.from4 == from4 ? ends : 0;
-        vw_batch_dispatch(batch, pass, &part, sizeof part, samples * (push.to4 / tile.to4));
+        vw_submission_dispatch(batch, pass, &part, sizeof part, samples * (push.to4 / tile.to4));
     }
 }
 
-void mlp_record_layers(const struct mlp_list *list, struct mlp_passes places, struct vw_batch *batch,
-                       uint64_t samples) {
+void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *batch,
+                          uint64_t samples) {
     struct tiles tiles = {0};
     for (uint32_t i = 0; i < list->count; i++) {
-        const struct mlp_matrix *matrix = &list->matrices[i];
+        const struct vw_mlp_matrix *matrix = &list->matrices[i];
         struct tile tile = forward_tile(matrix);
         const struct vw_push_multiply push = {.first_weight = matrix->first_weight,
                                               .to_stride = matrix->in4,
@@ -346,20 +346,20 @@ void mlp_record_layers(const struct mlp_list *list, struct mlp_passes places, st
     }
 }
 
-static void record_forward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                           const struct field_chunk *chunk) {
-    struct mlp_list list;
+static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
+                           struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+    struct vw_mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
-    vw_batch_dispatch(batch, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
-    if (passes->passes[FEED]) vw_batch_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
-    mlp_record_layers(&list, layers_of(passes), batch, samples);
-    vw_batch_dispatch(batch, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
+    vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
+    vw_submission_dispatch(batch, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
+    if (passes->passes[FEED]) vw_submission_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
+    vw_mlp_record_layers(&list, layers_of(passes), batch, samples);
+    vw_submission_dispatch(batch, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
 }
 
-static void record_gradient(const struct vw_specialization *specialization, struct mlp_passes places,
-                            struct vw_batch *batch, const struct vw_push_samples *rays,
-                            const struct mlp_matrix *matrix) {
+static void record_gradient(const struct vw_specialization *specialization, struct vw_mlp_passes places,
+                            struct vw_submission *batch, const struct vw_push_samples *rays,
+                            const struct vw_mlp_matrix *matrix) {
     uint32_t samples = rays->ray_count * specialization->samples;
     uint64_t slices = samples / specialization->slice_samples;
     const struct vw_push_matrix push = {.first_weight = matrix->first_weight,
@@ -370,14 +370,14 @@ static void record_gradient(const struct vw_specialization *specialization, stru
                                         .biases = matrix->first_bias != MLP_NONE,
                                         .samples = samples,
                                         .first_ray = rays->first_ray};
-    vw_batch_dispatch(batch, places.passes[MLP_GRADIENT], &push, sizeof push,
-                      slices * VW_TILES(matrix->out4, matrix->in4));
-    vw_batch_dispatch(batch, places.passes[MLP_REDUCE], &push, sizeof push,
-                      (uint64_t)matrix->out4 * (4 * matrix->in4 + push.biases));
+    vw_submission_dispatch(batch, places.passes[MLP_GRADIENT], &push, sizeof push,
+                           slices * VW_TILES(matrix->out4, matrix->in4));
+    vw_submission_dispatch(batch, places.passes[MLP_REDUCE], &push, sizeof push,
+                           (uint64_t)matrix->out4 * (4 * matrix->in4 + push.biases));
 }
 
-static void record_back(const struct vw_pass *pass, struct vw_batch *batch, uint64_t samples,
-                        const struct mlp_matrix *matrix) {
+static void record_back(const struct vw_pass *pass, struct vw_submission *batch, uint64_t samples,
+                        const struct vw_mlp_matrix *matrix) {
     const struct vw_push_multiply push = {.first_weight = matrix->first_weight,
                                           .to_stride = 1,
                                           .from_stride = matrix->in4,
@@ -390,33 +390,34 @@ static void record_back(const struct vw_pass *pass, struct vw_batch *batch, uint
     record_multiply(batch, pass, backward_tile(matrix), matrix->out4, push, samples);
 }
 
-void mlp_record_layers_back(const struct vw_specialization *specialization, const struct mlp_list *list,
-                            struct mlp_passes places, struct vw_batch *batch, const struct vw_push_samples *rays) {
+void vw_mlp_record_layers_back(const struct vw_specialization *specialization, const struct vw_mlp_list *list,
+                               struct vw_mlp_passes places, struct vw_submission *batch,
+                               const struct vw_push_samples *rays) {
     struct tiles tiles = list_tiles(list, true);
     struct vw_pass **back = places.passes + MLP_MULTIPLY + places.multiply_count;
     uint64_t samples = (uint64_t)rays->ray_count * specialization->samples;
     for (uint32_t i = list->count; i-- > 0;) {
-        const struct mlp_matrix *matrix = &list->matrices[i];
+        const struct vw_mlp_matrix *matrix = &list->matrices[i];
         record_gradient(specialization, places, batch, rays, matrix);
         if (matrix->d_in_row != MLP_NONE)
             record_back(back[find_tile(&tiles, backward_tile(matrix))], batch, samples, matrix);
     }
 }
 
-static void record_backward(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                            const struct field_chunk *chunk) {
-    struct mlp_list list;
+static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
+                            struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+    struct vw_mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
-    vw_batch_dispatch(batch, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
-    mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), batch, chunk->rays);
+    vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
+    vw_submission_dispatch(batch, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
+    vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), batch, chunk->rays);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------
 
 // Dispatches, multiply-adds and bytes of a product for `samples`: rows are read for every tile of those written, and
 // these are read again for every tile but the first.
-static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const struct field_work *work,
+static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const struct vw_field_work *work,
                         struct vw_pass_cost *cost) {
     double trips = from4 / tile.from4, rows = (double)from4 * (to4 / tile.to4) + (2 * trips - 1) * to4;
     cost->dispatches += trips * work->chunks;
@@ -424,14 +425,14 @@ static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const st
     cost->bytes += work->samples * VW_LAYER_ROW_BYTES * rows;
 }
 
-void mlp_add_feed_cost(const struct field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
-                       uint32_t *count) {
+void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
+                          uint32_t *count) {
     double bytes = work->samples * (VW_LAYER_ROW_BYTES * TRANSIENT_CODE4 + feature_bytes);
-    pass_cost_add(costs, count, (struct vw_pass_cost){"feed_transient", work->role, work->chunks, 0, bytes});
+    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"feed_transient", work->role, work->chunks, 0, bytes});
 }
 
-void mlp_add_forward_costs(const struct mlp_list *list, const struct field_work *work, struct vw_pass_cost *costs,
-                           uint32_t *count) {
+void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
+                              struct vw_pass_cost *costs, uint32_t *count) {
     struct vw_pass_cost multiply = {.name = "multiply_layer", .role = work->role};
     for (uint32_t i = 0; i < list->count; i++)
         add_product(forward_tile(&list->matrices[i]), list->matrices[i].out4, list->matrices[i].in4, work, &multiply);
@@ -440,52 +441,52 @@ void mlp_add_forward_costs(const struct mlp_list *list, const struct field_work 
             if (list->matrices[i].d_in_row != MLP_NONE)
                 add_product(backward_tile(&list->matrices[i]), list->matrices[i].in4, list->matrices[i].out4, work,
                             &multiply);
-    pass_cost_add(costs, count, multiply);
+    vw_pass_cost_add(costs, count, multiply);
 }
 
-static void list_forward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                               uint32_t *count) {
-    struct mlp_list list;
+static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
+                               struct vw_pass_cost *costs, uint32_t *count) {
+    struct vw_mlp_list list;
     bool transient = work->stores_rows && model->specialization.effect_transient;
     double encoded = VW_ENCODED4(model->specialization.position_frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
-    mlp_list(model, transient, 0, &list);
+    vw_mlp_list(model, transient, 0, &list);
     uint32_t ways = work->stores_rows ? 2 : 1;
     const struct vw_pass_cost encode = {"encode_samples", work->role, work->chunks, 0,
                                         work->samples * VW_LAYER_ROW_BYTES * encoded},
                               activate = {"activate_samples", work->role, ways * work->chunks, 0,
                                           ways * work->samples * 48};
-    pass_cost_add(costs, count, encode);
-    if (transient) mlp_add_feed_cost(work, 0, costs, count);
-    mlp_add_forward_costs(&list, work, costs, count);
-    pass_cost_add(costs, count, activate);
+    vw_pass_cost_add(costs, count, encode);
+    if (transient) vw_mlp_add_feed_cost(work, 0, costs, count);
+    vw_mlp_add_forward_costs(&list, work, costs, count);
+    vw_pass_cost_add(costs, count, activate);
 }
 
-void mlp_add_backward_costs(const struct model *model, const struct mlp_list *list, const struct field_work *work,
-                            struct vw_pass_cost *costs, uint32_t *count) {
+void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
+                               const struct vw_field_work *work, struct vw_pass_cost *costs, uint32_t *count) {
     double slices = work->samples / model->specialization.slice_samples;
     struct vw_pass_cost gradient = {.name = "gradient_weights", .role = work->role},
                         reduce = {.name = "reduce_weights", .role = work->role};
     gradient.dispatches = reduce.dispatches = (double)work->chunks * list->count;
     for (uint32_t i = 0; i < list->count; i++) {
-        const struct mlp_matrix *matrix = &list->matrices[i];
+        const struct vw_mlp_matrix *matrix = &list->matrices[i];
         double tiles = VW_TILES(matrix->out4, matrix->in4),
                partials = 16 * slices * matrix->out4 * (4.0 * matrix->in4 + 1);
         gradient.multiply_adds += work->samples * 16 * matrix->in4 * matrix->out4;
         gradient.bytes += work->samples * VW_LAYER_ROW_BYTES * 4 * tiles + partials;
         reduce.bytes += partials;
     }
-    pass_cost_add(costs, count, gradient);
-    pass_cost_add(costs, count, reduce);
+    vw_pass_cost_add(costs, count, gradient);
+    vw_pass_cost_add(costs, count, reduce);
 }
 
-static void list_backward_costs(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                                uint32_t *count) {
-    struct mlp_list list;
-    mlp_list(model, model->specialization.effect_transient, 0, &list);
-    mlp_add_backward_costs(model, &list, work, costs, count);
+static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
+                                struct vw_pass_cost *costs, uint32_t *count) {
+    struct vw_mlp_list list;
+    vw_mlp_list(model, model->specialization.effect_transient, 0, &list);
+    vw_mlp_add_backward_costs(model, &list, work, costs, count);
 }
 
-const struct field_kind field_mlp = {
+const struct vw_field_kind field_mlp = {
     .name = "mlp",
     .renders_in_rows = true,
     .lay_out = lay_out,

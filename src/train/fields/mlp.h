@@ -18,7 +18,7 @@
 enum { MLP_HEAD_DEPTH = 4 }; // layers of the effect transient's head, half as wide, as in NeRF-W
 enum { MLP_DEPTH_MAX = 16, MLP_MATRICES_MAX = MLP_DEPTH_MAX + 8 + MLP_HEAD_DEPTH, MLP_NONE = UINT32_MAX };
 
-struct mlp_matrix {
+struct vw_mlp_matrix {
     uint32_t first_weight, first_bias;   // vec4 of the range weights; first_bias: MLP_NONE for a layer's second matrix
     uint32_t in_row, in4, out_row, out4; // rows of VW_SLOT_LAYER_ROWS
     uint32_t in, out;                    // numbers that count, without padding
@@ -31,8 +31,8 @@ struct mlp_matrix {
     bool gates_back;                     // that is complete with this one, and stands behind a ReLU
 };
 
-struct mlp_list {
-    struct mlp_matrix matrices[MLP_MATRICES_MAX];
+struct vw_mlp_list {
+    struct vw_mlp_matrix matrices[MLP_MATRICES_MAX];
     uint32_t count;
     uint32_t columns, row_count, d_row_count; // vec4 of weights, where the list ends; rows of a sample
     struct vw_push_heads heads, d_heads;      // raw density and logits, and their gradients
@@ -41,54 +41,56 @@ struct mlp_list {
 };
 
 // What a layer takes in or gives out.
-struct mlp_operand {
+struct vw_mlp_operand {
     uint32_t row, numbers, d_row; // numbers: without padding; d_row: MLP_NONE where no gradient is wanted
 };
 
 // A function of model->depth, model->trunk4 and the frequencies of the specialization. `transient`: with the head of
 // that effect behind the other matrices, in further rows; it says where it is in the specialization. `first_column`:
 // with which the network begins; 0, or model->coarse_column for the coarse one.
-void mlp_list(const struct model *model, bool transient, uint32_t first_column, struct mlp_list *list);
+void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list);
 
 // ---- Layers, also of the head of the effect transient, which both fields have
 // ----------------------------------------
 
 // A layer of `numbers` outputs from one or two operands (the second: of 0 numbers, or without a gradient). Its output's
 // rows follow all others; the gradients by it stand at `d_row`.
-struct mlp_operand mlp_add_layer(struct mlp_list *list, struct mlp_operand first, struct mlp_operand second,
-                                 uint32_t numbers, uint32_t d_row);
-void mlp_rectify_last(struct mlp_list *list);
+struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
+                                       struct vw_mlp_operand second, uint32_t numbers, uint32_t d_row);
+void vw_mlp_rectify_last(struct vw_mlp_list *list);
 // vec4 columns of partial sums that the largest gradient of a matrix takes, and the params without padding.
-void mlp_count(const struct mlp_list *list, uint32_t *partial_columns, uint64_t *param_count);
+void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uint64_t *param_count);
 // Initial values of the whole list; `weights`: of column 0.
-void mlp_initialise(const struct mlp_list *list, const struct drawn *drawn, float *weights);
+void vw_mlp_initialise(const struct vw_mlp_list *list, const struct vw_drawn *drawn, float *weights);
 
 // A list's passes among those of a field: gradient_weights and reduce_weights, then multiply_layer for each size of
 // tile, forward and behind them back.
 enum { MLP_GRADIENT, MLP_REDUCE, MLP_MULTIPLY };
-struct mlp_passes {
+struct vw_mlp_passes {
     struct vw_pass **passes;
     uint32_t multiply_count; // places for sizes of tiles, forward, and as many back
 };
-enum vw_status mlp_create_layers(const struct field *field, const struct field_pass_params *params,
-                                 const struct mlp_list *list, struct mlp_passes places);
+enum vw_status vw_mlp_create_layers(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_mlp_list *list, struct vw_mlp_passes places);
 // Records all layers of a list forward, for so many samples; or back, through those of a chunk of rays, as many per ray
 // as the specialization says.
-void mlp_record_layers(const struct mlp_list *list, struct mlp_passes places, struct vw_batch *batch, uint64_t samples);
-void mlp_record_layers_back(const struct vw_specialization *specialization, const struct mlp_list *list,
-                            struct mlp_passes places, struct vw_batch *batch, const struct vw_push_samples *rays);
+void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *batch,
+                          uint64_t samples);
+void vw_mlp_record_layers_back(const struct vw_specialization *specialization, const struct vw_mlp_list *list,
+                               struct vw_mlp_passes places, struct vw_submission *batch,
+                               const struct vw_push_samples *rays);
 // Appends the head of the effect transient: code and outputs take the next rows, then come `depth` layers of `width`
 // with ReLU, and one of logits of rgb, raw density, and raw uncertainty.
-void mlp_append_head(struct mlp_list *list, struct mlp_operand features, uint32_t depth, uint32_t width);
+void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features, uint32_t depth, uint32_t width);
 // Tells passes where it is. The list ends with the head.
-void mlp_specialise_head(const struct mlp_list *list, struct vw_specialization *specialization);
+void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *specialization);
 // What feed_transient stores, with so many bytes of features to copy per sample.
-void mlp_add_feed_cost(const struct field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
-                       uint32_t *count);
+void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
+                          uint32_t *count);
 // What layers load, store and multiply; back: of products with a gradient by what comes in.
-void mlp_add_forward_costs(const struct mlp_list *list, const struct field_work *work, struct vw_pass_cost *costs,
-                           uint32_t *count);
-void mlp_add_backward_costs(const struct model *model, const struct mlp_list *list, const struct field_work *work,
-                            struct vw_pass_cost *costs, uint32_t *count);
+void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
+                              struct vw_pass_cost *costs, uint32_t *count);
+void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
+                               const struct vw_field_work *work, struct vw_pass_cost *costs, uint32_t *count);
 
 #endif

@@ -6,9 +6,9 @@
 #include "base/memory.h"
 #include "train/effects/registry.h"
 
-static const struct field_kind *const kinds[] = {[VW_FIELD_HASH] = &field_hash, [VW_FIELD_MLP] = &field_mlp};
+static const struct vw_field_kind *const kinds[] = {[VW_FIELD_HASH] = &field_hash, [VW_FIELD_MLP] = &field_mlp};
 
-const struct field_kind *field_kind_of(enum vw_field field) {
+const struct vw_field_kind *vw_field_kind_of(enum vw_field field) {
     assert((size_t)field < VW_ARRAY_COUNT(kinds));
     return kinds[field];
 }
@@ -17,25 +17,25 @@ enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw
                                        uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (!verdicts[i].on || strcmp(verdicts[i].name, "occupancy") != 0) continue;
-        bool skips = field_kind_of(config->field)->skips_samples;
+        bool skips = vw_field_kind_of(config->field)->skips_samples;
         if (skips && !config->importance_samples) continue;
-        if (effects_names(config->effects, verdicts[i].name))
+        if (vw_effects_names(config->effects, verdicts[i].name))
             return vw_fail(VW_ERROR_USAGE, "--effects: %s is not there with --%s %s; leave it out", verdicts[i].name,
                            skips ? "importance-samples" : "field", skips ? "above 0" : vw_field_name(config->field));
         verdicts[i].on = false;
     }
-    enum vw_status status = effects_follow_pose(config, verdicts, count);
-    if (status == VW_OK) status = effects_follow_transient(config, verdicts, count);
-    return status == VW_OK ? effects_follow_encoder(config, verdicts, count) : status;
+    enum vw_status status = vw_effects_follow_pose(config, verdicts, count);
+    if (!status) status = vw_effects_follow_transient(config, verdicts, count);
+    return !status ? vw_effects_follow_encoder(config, verdicts, count) : status;
 }
 
-void field_passes_destroy(struct field_passes *passes) {
+void vw_field_passes_destroy(struct vw_field_passes *passes) {
     for (size_t i = 0; i < FIELD_PASSES_MAX; i++) vw_pass_destroy(&passes->passes[i]);
 }
 
-enum vw_status field_pass_create(struct vw_gpu *gpu, const struct field_pass_params *params,
-                                 const struct vw_shader *shader, const struct vw_specialization *specialization,
-                                 struct vw_pass **pass) {
+enum vw_status vw_field_pass_create(struct vw_gpu *gpu, const struct vw_field_pass_params *params,
+                                    const struct vw_shader *shader, const struct vw_specialization *specialization,
+                                    struct vw_pass **pass) {
     const struct vw_pass_params created = {.shader = shader,
                                            .specialization = (const uint32_t *)specialization,
                                            .specialization_count = VW_SPECIALIZATION_COUNT,

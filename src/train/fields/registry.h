@@ -10,26 +10,26 @@
 #include "train/fields/initial_values.h"
 #include "viewworth/train.h"
 
-struct field; // train/field.h, and so on
-struct model;
-struct device_choices;
+struct vw_radiance_field; // train/field.h, and so on
+struct vw_model;
+struct vw_device_choices;
 struct vw_pass_cost;
 
 enum { FIELD_PASSES_MAX = 32 };
 
 // The passes of a field; which is which is the field's own. Several sets, each with its specialization, may share the
 // buffers of a step.
-struct field_passes {
+struct vw_field_passes {
     struct vw_specialization specialization;
     uint32_t first_column; // of weights, of the network that they are of: 0, or model->coarse_column
     struct vw_pass *passes[FIELD_PASSES_MAX];
 };
 
 // What the passes of a set have in common.
-struct field_pass_params {
+struct vw_field_pass_params {
     const struct vw_specialization *specialization;
     const struct vw_binding
-        *bindings; // of rays, samples and field_bind(); behind them those of the step, with backward
+        *bindings; // of rays, samples and vw_field_bind(); behind them those of the step, with backward
     uint32_t binding_count;
     struct vw_buffer *d_grid; // with backward: of a field with a grid
     const char *role;         // in the timers; NULL for a training's own
@@ -37,56 +37,56 @@ struct field_pass_params {
 };
 
 // Where a chunk's samples are. `kept`: vw_kept, where samples are skipped, else NULL.
-struct field_chunk {
+struct vw_field_chunk {
     const struct vw_push_samples *rays;
     struct vw_buffer *kept;
 };
 
 // How often a step or a measurement calls on it.
-struct field_work {
+struct vw_field_work {
     double samples;
     uint32_t chunks;
     const char *role; // as of the passes
     bool stores_rows; // for the way back
 };
 
-struct field_kind {
+struct vw_field_kind {
     const char *name;     // as --field takes it
     bool skips_samples;   // it can do without the samples that the effect occupancy leaves out
     bool renders_in_rows; // it needs the rows of a training chunk to render, too
     // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
     // many columns a coarse network. The first to be called; the specialization has config and effects.
-    void (*lay_out)(const struct vw_config *config, struct model *model);
+    void (*lay_out)(const struct vw_config *config, struct vw_model *model);
     // What depends on the device and on the samples of a chunk, which are known by then.
-    enum vw_status (*fit)(const struct vw_config *config, const struct device_choices *choices,
-                          const struct vw_gpu_limits *limits, struct model *model);
+    enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model);
     // Initial values of both ranges, and of the range coarse.
-    void (*initialise)(const struct model *model, const struct drawn *drawn, void *params);
-    enum vw_status (*create_passes)(const struct field *field, const struct field_pass_params *params,
-                                    struct field_passes *passes);
+    void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+    enum vw_status (*create_passes)(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    struct vw_field_passes *passes);
     // From VW_SLOT_RAYS to VW_SLOT_FIELD.
-    void (*record_forward)(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                           const struct field_chunk *chunk);
+    void (*record_forward)(const struct vw_model *model, const struct vw_field_passes *passes,
+                           struct vw_submission *batch, const struct vw_field_chunk *chunk);
     // From VW_SLOT_D_FIELD to VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
-    void (*record_backward)(const struct model *model, const struct field_passes *passes, struct vw_batch *batch,
-                            const struct field_chunk *chunk);
+    void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
+                            struct vw_submission *batch, const struct vw_field_chunk *chunk);
     // What these passes load, store and multiply (pass_costs.h).
-    void (*list_forward_costs)(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                               uint32_t *count);
-    void (*list_backward_costs)(const struct model *model, const struct field_work *work, struct vw_pass_cost *costs,
-                                uint32_t *count);
+    void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
+                               struct vw_pass_cost *costs, uint32_t *count);
+    void (*list_backward_costs)(const struct vw_model *model, const struct vw_field_work *work,
+                                struct vw_pass_cost *costs, uint32_t *count);
 };
 
-extern const struct field_kind field_hash, field_mlp;
+extern const struct vw_field_kind field_hash, field_mlp;
 
-const struct field_kind *field_kind_of(enum vw_field field);
+const struct vw_field_kind *vw_field_kind_of(enum vw_field field);
 // All of them, in the order of enum vw_field.
-const struct field_kind *const *field_kinds(uint32_t *count);
+const struct vw_field_kind *const *field_kinds(uint32_t *count);
 
-void field_passes_destroy(struct field_passes *passes);
+void vw_field_passes_destroy(struct vw_field_passes *passes);
 // For create_passes(): one pass, with the set's specialization unless another is given.
-enum vw_status field_pass_create(struct vw_gpu *gpu, const struct field_pass_params *params,
-                                 const struct vw_shader *shader, const struct vw_specialization *specialization,
-                                 struct vw_pass **pass);
+enum vw_status vw_field_pass_create(struct vw_gpu *gpu, const struct vw_field_pass_params *params,
+                                    const struct vw_shader *shader, const struct vw_specialization *specialization,
+                                    struct vw_pass **pass);
 
 #endif

@@ -2,8 +2,9 @@
 
 #include <math.h>
 
-void probe_read(const struct probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe) {
-    const struct measurement measured = validation_read(context->validation, rows, NULL);
+void vw_probe_read(const struct vw_probe_context *context, const vw_float4 *rows, bool stepped,
+                   struct vw_probe *probe) {
+    const struct vw_field_measurement measured = vw_validation_read(context->validation, rows, NULL);
     bool valid = measured.finite && !(stepped && rows->z != 0.0f);
     probe->val_psnr = valid ? measured.val_psnr : NAN;
     probe->val_psnr_pooled = valid ? measured.val_psnr_pooled : NAN;

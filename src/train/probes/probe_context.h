@@ -10,23 +10,23 @@
 #include "train/validation.h"
 #include "viewworth/types.h"
 
-struct probe_context { // all borrowed
+struct vw_probe_context { // all borrowed
     const struct vw_scene *scene;
     const struct vw_config *config;
     bool masks; // mask files are obeyed
-    struct field *field;
-    const struct step_passes *step;
-    const struct validation *validation;
-    struct schedule *schedule;
-    const struct snapshot *snapshot;    // empty unless a probe needs it
+    struct vw_radiance_field *field;
+    const struct vw_step_passes *step;
+    const struct vw_validation *validation;
+    struct vw_photo_order *schedule;
+    const struct vw_snapshot *snapshot; // empty unless a probe needs it
     struct vw_buffer *pixels, *scalars; // of the trainer's batches
 };
 
 // Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
-void probe_read(const struct probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
+void vw_probe_read(const struct vw_probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
 
 // Of a trainer, borrowed, for what works on its training when nothing is in flight.
 struct vw_trainer;
-const struct probe_context *vw_trainer_context(struct vw_trainer *trainer);
+const struct vw_probe_context *vw_trainer_context(struct vw_trainer *trainer);
 
 #endif

@@ -3,21 +3,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "train/pixels.h"
-#include "base/clock.h"
 
-static uint32_t probe_count(const struct probe_context *context) {
+static uint32_t probe_count(const struct vw_probe_context *context) {
     return context->schedule->train_count * SAME_STATE_DRAWS;
 }
 
-enum vw_status same_state_create(const struct probe_context *context, uint32_t others,
-                                 struct same_state_probes *probes) {
+enum vw_status vw_same_state_create(const struct vw_probe_context *context, uint32_t others,
+                                    struct vw_same_state_probes *probes) {
     probes->probes = vw_allocate((size_t)others + probe_count(context), sizeof *probes->probes);
     return probes->probes ? VW_OK : VW_ERROR_MEMORY;
 }
 
-void same_state_destroy(struct same_state_probes *probes) { free(probes->probes); }
+void vw_same_state_destroy(struct vw_same_state_probes *probes) { free(probes->probes); }
 
 // How many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., lie before the beginning of epoch `place` of
 // those that are counted.
@@ -25,9 +25,9 @@ static uint64_t middles_before(uint64_t states, uint64_t counted, uint64_t place
     return (2 * states * place + counted - 1) / (2 * counted);
 }
 
-bool same_state_due(const struct probe_context *context, uint64_t step) {
+bool vw_same_state_due(const struct vw_probe_context *context, uint64_t step) {
     const struct vw_config *config = context->config;
-    uint32_t epoch = schedule_epoch_of_step(context->schedule, step);
+    uint32_t epoch = vw_photo_order_epoch_of_step(context->schedule, step);
     if (!config->same_state || step == 0 || step % context->schedule->train_count != 0 ||
         epoch < config->burn_in_epochs)
         return false;
@@ -43,34 +43,35 @@ struct part {
 };
 
 // The pixels of probe `index` are drawn as those of the next step would be, by a draw that nothing else takes.
-static void draw_pixels(const struct probe_context *context, const struct part *part, uint32_t index,
+static void draw_pixels(const struct vw_probe_context *context, const struct part *part, uint32_t index,
                         struct vw_pixel *pixels) {
     uint32_t view = context->schedule->train_views[index / SAME_STATE_DRAWS], rays = context->config->rays;
-    const struct pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), part->step,
-                                     part->first_draw + index, context->field->model->picture_side};
-    pixels_draw(context->scene, view, &drawn, rays, pixels);
-    if (!context->masks) pixels_unmask(context->scene, pixels, rays);
+    const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), part->step,
+                                        part->first_draw + index, context->field->model->picture_side};
+    vw_pixels_draw(context->scene, view, &drawn, rays, pixels);
+    if (!context->masks) vw_pixels_unmask(context->scene, pixels, rays);
 }
 
-static enum vw_status take_part(const struct probe_context *context, struct vw_batch *batch, const struct part *part) {
-    uint32_t stride = validation_rows_per_measurement(context->validation), rays = context->config->rays;
+static enum vw_status take_part(const struct vw_probe_context *context, struct vw_submission *batch,
+                                const struct part *part) {
+    uint32_t stride = vw_validation_rows_per_measurement(context->validation), rays = context->config->rays;
     struct vw_pixel *pixels = vw_buffer_map(context->pixels);
-    vw_batch_begin(batch);
-    if (part->first == 0) snapshot_record_save(context->snapshot, batch);
+    vw_submission_begin(batch);
+    if (part->first == 0) vw_snapshot_record_save(context->snapshot, batch);
     for (uint32_t i = 0; i < part->count; i++) {
         draw_pixels(context, part, part->first + i, pixels + (size_t)i * rays);
-        step_record(context->step, batch, part->step, i * rays, i * stride);
-        validation_record(context->validation, batch, i * stride);
-        snapshot_record_restore(context->snapshot, batch);
+        vw_step_record_passes(context->step, batch, part->step, i * rays, i * stride);
+        vw_validation_record(context->validation, batch, i * stride);
+        vw_snapshot_record_restore(context->snapshot, batch);
     }
-    enum vw_status status = vw_batch_submit(batch);
-    return status == VW_OK ? vw_batch_wait(batch) : status;
+    enum vw_status status = vw_submission_submit(batch);
+    return !status ? vw_submission_wait(batch) : status;
 }
 
-static void read_part(struct same_state_probes *probes, const struct probe_context *context,
+static void read_part(struct vw_same_state_probes *probes, const struct vw_probe_context *context,
                       const struct vw_step_record *record, const struct part *part) {
     const vw_float4 *rows = vw_buffer_map(context->scalars);
-    uint32_t stride = validation_rows_per_measurement(context->validation);
+    uint32_t stride = vw_validation_rows_per_measurement(context->validation);
     for (uint32_t i = 0; i < part->count; i++, rows += stride) {
         uint32_t index = record->probe_count + part->first + i;
         struct vw_probe *probe = &probes->probes[index];
@@ -78,23 +79,23 @@ static void read_part(struct same_state_probes *probes, const struct probe_conte
                                    .index = index,
                                    .kind = VW_PROBE_SAME_STATE,
                                    .view = context->schedule->train_views[(part->first + i) / SAME_STATE_DRAWS]};
-        probe_read(context, rows, true, probe);
+        vw_probe_read(context, rows, true, probe);
     }
 }
 
-enum vw_status same_state_take(struct same_state_probes *probes, const struct probe_context *context,
-                               struct vw_batch *batch, uint32_t first_draw, struct vw_step_record *record) {
+enum vw_status vw_same_state_take(struct vw_same_state_probes *probes, const struct vw_probe_context *context,
+                                  struct vw_submission *batch, uint32_t first_draw, struct vw_step_record *record) {
     double started_s = vw_now_s();
-    const struct schedule *schedule = context->schedule;
+    const struct vw_photo_order *schedule = context->schedule;
     enum vw_status status = vw_scene_decode(context->scene, schedule->train_views, schedule->train_count);
     uint32_t total = probe_count(context), batch_steps = context->schedule->batch_steps;
     struct part part = {.step = record->step + 1, .first_draw = first_draw};
-    for (; part.first < total && status == VW_OK; part.first += part.count) {
+    for (; part.first < total && !status; part.first += part.count) {
         part.count = total - part.first < batch_steps ? total - part.first : batch_steps;
         status = take_part(context, batch, &part);
-        if (status == VW_OK) read_part(probes, context, record, &part);
+        if (!status) read_part(probes, context, record, &part);
     }
-    if (status != VW_OK) return status;
+    if (status) return status;
     if (record->probe_count) memcpy(probes->probes, record->probes, record->probe_count * sizeof *probes->probes);
     record->probes = probes->probes;
     record->probe_count += total;

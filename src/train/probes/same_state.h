@@ -11,7 +11,7 @@
 // to it.
 enum { SAME_STATE_DRAWS = 2 };
 
-struct same_state_probes {
+struct vw_same_state_probes {
     struct vw_probe *probes; // owned; those of a step that is probed, with its others before them
     uint64_t probed_step;    // the last one whose state was probed
     uint64_t taken_count;    // probes taken
@@ -19,18 +19,18 @@ struct same_state_probes {
 };
 
 // `others`: how many other probes a step may have.
-enum vw_status same_state_create(const struct probe_context *context, uint32_t others,
-                                 struct same_state_probes *probes);
-void same_state_destroy(struct same_state_probes *probes);
+enum vw_status vw_same_state_create(const struct vw_probe_context *context, uint32_t others,
+                                    struct vw_same_state_probes *probes);
+void vw_same_state_destroy(struct vw_same_state_probes *probes);
 
 // Whether the state behind this step is probed: that at the end of the middle epoch of each of N nearly equal parts of
 // the epochs behind burn-in.
-bool same_state_due(const struct probe_context *context, uint64_t step);
+bool vw_same_state_due(const struct vw_probe_context *context, uint64_t step);
 
 // Probes the state on the device, which is that behind the record's step, in as many submissions as it takes, and adds
 // what it finds to the record's probes: photo by photo in the order of their views, draw by draw. The draws of pixels
 // from `first_draw` on are free. Nothing is in flight, and `batch` and all the scalars are free.
-enum vw_status same_state_take(struct same_state_probes *probes, const struct probe_context *context,
-                               struct vw_batch *batch, uint32_t first_draw, struct vw_step_record *record);
+enum vw_status vw_same_state_take(struct vw_same_state_probes *probes, const struct vw_probe_context *context,
+                                  struct vw_submission *batch, uint32_t first_draw, struct vw_step_record *record);
 
 #endif

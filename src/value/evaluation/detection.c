@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "value/evaluation/agreement.h"
 #include "value/evaluation/evaluation.h"
 #include "value/evaluation/resampling.h"
-#include "base/memory.h"
 
 static const char clean[] = "clean";
 

@@ -6,9 +6,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "ledger/retraining_store.h"
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
-#include "ledger/retraining_store.h"
 
 extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
 

@@ -4,8 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "value/measure.h"
 #include "base/statistics.h"
+#include "value/measure.h"
 
 static const struct {
     const char *name;

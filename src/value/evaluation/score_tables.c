@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ledger/find_image.h"
 #include "base/memory.h"
+#include "ledger/find_image.h"
 
 struct vw_value_input vw_value_input_truncate(const struct vw_value_input *run, uint32_t epochs) {
     struct vw_value_input first = *run;
