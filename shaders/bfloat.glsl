@@ -1,5 +1,5 @@
-// Numbers as bfloats, the upper halves of floats: 8 binary digits and the whole range of exponents. Activations and their gradients are
-// kept so between passes; sums are floats. Rounded by integers, so that no driver decides.
+// Numbers as bfloats, the upper halves of floats: 8 binary digits and the whole range of exponents. Activations and
+// their gradients are kept so between passes; sums are floats. Rounded by integers, so that no driver decides.
 #ifndef BFLOAT_GLSL
 #define BFLOAT_GLSL
 
@@ -10,7 +10,8 @@ uint bfloat_bits(float x) {
 }
 
 uvec2 pack_bfloats(vec4 v) {
-    return uvec2(bfloat_bits(v.x) >> 16 | (bfloat_bits(v.y) & 0xFFFF0000u), bfloat_bits(v.z) >> 16 | (bfloat_bits(v.w) & 0xFFFF0000u));
+    return uvec2(bfloat_bits(v.x) >> 16 | (bfloat_bits(v.y) & 0xFFFF0000u),
+                 bfloat_bits(v.z) >> 16 | (bfloat_bits(v.w) & 0xFFFF0000u));
 }
 
 vec4 unpack_bfloats(uvec2 packed) {

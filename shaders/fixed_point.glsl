@@ -1,8 +1,9 @@
 // Gradients of grid entries as integers, so that atomics add them in any order to the same bits (decisions 2 and 3).
 //
-// Narrow: one 64-bit word carries both features of a pair as 32-bit fixed point: word = first + (second << 32) in two's complement, whose
-// parts come apart exactly as long as neither sum leaves 32 bits. Wide: one 64-bit word per feature.
-// The host chooses quantum and clamp (src/train/model.c) so that the sum of all contributions of a step cannot leave its bits.
+// Narrow: one 64-bit word carries both features of a pair as 32-bit fixed point: word = first + (second << 32) in two's
+// complement, whose parts come apart exactly as long as neither sum leaves 32 bits. Wide: one 64-bit word per feature.
+// The host chooses quantum and clamp (src/train/model.c) so that the sum of all contributions of a step cannot leave
+// its bits.
 #ifndef FIXED_POINT_GLSL
 #define FIXED_POINT_GLSL
 

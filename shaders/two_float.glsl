@@ -1,5 +1,5 @@
-// Sums that do not lose the last bits: a number as an unevaluated sum high + low of two floats (Knuth's two-sum, Dekker's product).
-// `precise` forbids the contractions and reorderings that would break the error terms.
+// Sums that do not lose the last bits: a number as an unevaluated sum high + low of two floats (Knuth's two-sum,
+// Dekker's product). `precise` forbids the contractions and reorderings that would break the error terms.
 #ifndef TWO_FLOAT_GLSL
 #define TWO_FLOAT_GLSL
 
@@ -31,8 +31,8 @@ vec2 two_add(vec2 sum, vec2 value) {
     return vec2(high, rest);
 }
 
-// The same with a third float for what two cannot hold, so that the error stays near n * 2^-70: equal values round the same way every time,
-// and of millions the errors would add up.
+// The same with a third float for what two cannot hold, so that the error stays near n * 2^-70: equal values round the
+// same way every time, and of millions the errors would add up.
 vec3 three_add(vec3 sum, vec3 value) {
     vec2 first = two_sum(sum.x, value.x);
     vec2 second = two_sum(sum.y, value.y);

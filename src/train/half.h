@@ -1,5 +1,5 @@
-// Floats as halves: binary16 of IEEE 754, as `--table-precision float16` keeps the hash grid. shaders/grid_pair.glsl
-// does the same.
+// Floats as halves: binary16 of IEEE 754, as `--table-precision float16` keeps the hash grid.
+// shaders/field_hash/grid_pair.glsl does the same.
 #ifndef VIEWWORTH_TRAIN_HALF_H
 #define VIEWWORTH_TRAIN_HALF_H
 

@@ -10,7 +10,7 @@
 #include "train/view_fit.h"
 
 enum { TILE_RAYS = 4096 };
-static const double FIT_RIDGE = 0.1; // as in shaders/appearance.glsl
+static const double FIT_RIDGE = 0.1; // as in shaders/effects/appearance.glsl
 
 // The pixels of one view that are looked at, with what was rendered there.
 struct seen_view {
@@ -53,8 +53,8 @@ static enum vw_status render(struct vw_evaluator *evaluator, struct seen_view *s
     return status;
 }
 
-// What shaders/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1 + gain)
-// rendered + bias. Nothing to fit on gives 0 and 0.
+// What shaders/effects/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1
+// + gain) rendered + bias. Nothing to fit on gives 0 and 0.
 static void fit_channel(struct seen_view *seen, int channel) {
     double rr = FIT_RIDGE, r = 0, n = FIT_RIDGE, rm = 0, m = 0;
     for (uint32_t i = 0; i < seen->fit_count; i++) {

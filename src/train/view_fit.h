@@ -1,6 +1,7 @@
 // Validation of photos that differ in exposure. Every measurement fits a gain and a bias to each view on rays of the
-// photo's left half and takes the errors on rays of its right half (shaders/fit_views.comp). The fit is a function of
-// the params alone, as all of validation (decision 1). If the width is odd, the middle column is in neither half.
+// photo's left half and takes the errors on rays of its right half (shaders/effects/fit_views.comp). The fit is a
+// function of the params alone, as all of validation (decision 1). If the width is odd, the middle column is in neither
+// half.
 #ifndef VIEWWORTH_TRAIN_VIEW_FIT_H
 #define VIEWWORTH_TRAIN_VIEW_FIT_H
 

@@ -28,7 +28,7 @@ fi
 # Registry names, in order: first column of the table.
 mapfile -t effects < <("$program" info scenes/clean.json --pilot-steps 0 --quiet | sed -n '/^effect /,$p' | tail -n +2 | awk '{print $1}')
 # "stem define" of every shader.
-mapfile -t shaders < <(sed -nE 's/^viewworth_add_shader\(([a-z_]+)( VARIANT [a-z]+ DEFINE ([A-Z_]+))?\).*/\1 \3/p' shaders/list.cmake)
+mapfile -t shaders < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+)( VARIANT [a-z]+ DEFINE ([A-Z_]+))?\).*/\1 \3/p' shaders/list.cmake)
 
 # The constant id of an effect's switch; nothing for one that the host does alone.
 constant_of() {
@@ -71,7 +71,7 @@ settings_for() {
 
 # compiled SHADER: the shader as it is, compiled once for all effects: leaves $whole.spv and $whole.txt.
 compiled() {
-    whole="$work/whole ${1/ /-}"
+    whole="$work/whole ${1//[ \/]/-}"
     [[ -s $whole.txt ]] || { compile shaders "$1" "$whole.spv" && text "$whole.spv" "$whole.txt"; }
 }
 
@@ -103,7 +103,7 @@ same_code() {
 
 # So that the comparison itself is no empty one: an effect that is on changes the code of the pass that it is in.
 sees_a_difference() {
-    compile shaders "composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 &&
+    compile shaders "rays/composite_rays " "$work/with.spv" && code "$work/with.spv" "$work/off.txt" 17:0 &&
         code "$work/with.spv" "$work/on.txt" 17:1 18:0.5 && ! cmp -s "$work/off.txt" "$work/on.txt"
 }
 

@@ -7,9 +7,9 @@ set -uo pipefail
 command -v glslangValidator >/dev/null || { echo "SKIPPED: glslangValidator is missing; scripts/install_packages installs it"; exit 77; }
 plain=$folder/shaders # what a reader of floats alone would have written
 cp -r "$root/shaders" "$plain"
-rm "$plain/grid_pair.glsl"
+rm "$plain/field_hash/grid_pair.glsl"
 sed -i -E '/grid_pair\.glsl/d; s/GRID_PAIR/vec2/g; s/(LOAD|STORE)_PAIR\(moved\)/moved/g; s/LOAD_PAIR\((grid\[[a-z]+\])\)/\1/g;
-    s/STORE_PAIR\((.*)\);/\1;/' "$plain"/*.comp "$plain"/*.glsl
+    s/STORE_PAIR\((.*)\);/\1;/' "$plain"/*/*.comp "$plain"/*/*.glsl
 
 # compile FOLDER STEM OUT [ARGUMENT]...
 compile() { glslangValidator --quiet --target-env vulkan1.2 "-I$1" "${@:4}" -o "$3" "$1/$2.comp"; }
@@ -19,10 +19,10 @@ same_code() {
 }
 other_code() { compile "$root/shaders" "$1" "$folder/half.spv" -DVW_HALF_GRID && ! cmp -s "$folder"/{usual,half}.spv; }
 
-mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
-check "four passes touch the grid" test "${stems[*]}" = "refresh_occupancy forward_field gradient_positions update_grid"
-check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*.comp '$plain/hash_grid.glsl'"
-check "and no other pass includes what knows more" test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- *.comp *.glsl | wc -l)" -eq 4
+mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
+check "four passes touch the grid" test "${stems[*]}" = "effects/refresh_occupancy field_hash/forward_field effects/gradient_positions field_hash/update_grid"
+check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain/field_hash/hash_grid.glsl'"
+check "and no other pass includes what knows more" test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl | wc -l)" -eq 4
 for stem in "${stems[@]}"; do
     check "$stem on floats is as if there were no other form" same_code "$stem"
     check "$stem on halves is not" other_code "$stem"

@@ -132,7 +132,7 @@ struct reference_matrix {
 // The four matrices by name and size.
 void reference_matrices(const struct vw_specialization *s, struct reference_weights *weights,
                         struct reference_matrix matrices[REFERENCE_MATRICES]);
-// From the 4x4 blocks of the params block (see shaders/mlp.glsl). `blocks` has 4 * weight_columns floats.
+// From the 4x4 blocks of the params block (see shaders/networks/mlp.glsl). `blocks` has 4 * weight_columns floats.
 void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks,
                                    struct reference_weights *weights);
 // Index in `blocks` of weight [out][in] of matrix `matrix`.
@@ -187,7 +187,8 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
 
 // One channel's loss, and its slope by the error.
 double reference_loss(const struct vw_specialization *s, double error, double *slope);
-// Its second derivative, as Gauss-Newton products take it: of L1 and Huber that of a smooth loss (shaders/loss.glsl).
+// Its second derivative, as Gauss-Newton products take it: of L1 and Huber that of a smooth loss
+// (shaders/rays/loss.glsl).
 double reference_curvature(const struct vw_specialization *s, double error);
 
 // ---- appearance.c ---------------------------------------------------------------------------------------------------

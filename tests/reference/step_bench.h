@@ -119,7 +119,7 @@ struct reference_step *step_bench_reference(struct step_bench *bench);
 
 // ---- Activation rows ------------------------------------------------------------------------------------------------
 
-// Where the rows begin, in the order of shaders/mlp.glsl; the last two are those that scatter_grid reads.
+// Where the rows begin, in the order of shaders/networks/mlp.glsl; the last two are those that scatter_grid reads.
 struct step_rows {
     uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;
 };

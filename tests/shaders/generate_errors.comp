@@ -1,5 +1,5 @@
-// Rays with black targets whose colours are whole multiples of 2^-24: errors whose exact sum a host can form. Colour c of pixel i is
-// (hash(3 i + c) & mask | constant) * 2^-24. An invocation makes pixels_each of them.
+// Rays with black targets whose colours are whole multiples of 2^-24: errors whose exact sum a host can form. Colour c
+// of pixel i is (hash(3 i + c) & mask | constant) * 2^-24. An invocation makes pixels_each of them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common.glsl"

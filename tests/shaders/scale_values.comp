@@ -6,7 +6,10 @@ layout(local_size_x = 64) in;
 #include "invocation.glsl"
 
 layout(constant_id = 2) const uint OFFSET = 0;
-layout(push_constant, scalar) uniform Push { uint count; uint factor; };
+layout(push_constant, scalar) uniform Push {
+    uint count;
+    uint factor;
+};
 layout(set = 0, binding = 0, scalar) readonly buffer Source { uint source[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer Target { uint target[]; };
 

@@ -1,9 +1,9 @@
 // Photos that differ in exposure, white balance and light: numbers per photo, and the passes that use and update them.
-//   light form (effect `appearance`): a gain and a bias per channel of what is rendered, see shaders/appearance.glsl
-//   full form (effect `appearance_code`): a code of 48 numbers that enters the colour network, see
-//   shaders/mix_code.comp
-// Only training uses these numbers. Validation fits a gain and a bias of its own to each view (shaders/fit_views.comp),
-// and rendering uses none.
+//   light form (effect `appearance`): a gain and a bias per channel of what is rendered, see
+//   shaders/effects/appearance.glsl full form (effect `appearance_code`): a code of 48 numbers that enters the colour
+//   network, see shaders/effects/mix_code.comp
+// Only training uses these numbers. Validation fits a gain and a bias of its own to each view
+// (shaders/effects/fit_views.comp), and rendering uses none.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_H
 #define VIEWWORTH_TRAIN_EFFECTS_APPEARANCE_H
 

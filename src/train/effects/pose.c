@@ -94,7 +94,7 @@ void vw_pose_record_update(const struct vw_pose_effect *pose, struct vw_submissi
 
 static double length_of(vw_float4 v) { return sqrt((double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z); }
 
-// Turns as shaders/pose.glsl has them.
+// Turns as shaders/effects/pose.glsl has them.
 static void add_correction(const struct vw_gpu_camera *camera, const struct vw_pose *pose, double share,
                            struct vw_camera_corrections *sum) {
     double unit = 1.0 / fmax(1.0, camera->reference.w), edges = length_of(pose->shift),

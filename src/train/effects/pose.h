@@ -1,5 +1,5 @@
 // The effect `pose`: a small correction of each training camera, a shift and a turn, all 0 at first
-// (shaders/pose.glsl).
+// (shaders/effects/pose.glsl).
 //   generate_rays: rays of the corrected camera -> ... -> gradient_positions: from the gradients by samples' encodings
 //   to those by their positions -> gradient_pose: force and torque of each ray -> update_pose: the photo's correction,
 //   lazily

@@ -1,6 +1,7 @@
 // The effect `visibility`: what stands before the scene in one photo alone is left out of the loss, as far as a small
 // network of the pixel's place and of a code of the photo says so (HA-NeRF's image-dependent 2-D mask,
-// shaders/visibility.glsl). The network's weights stand behind all others that update_weights moves; codes are lazy.
+// shaders/effects/visibility.glsl). The network's weights stand behind all others that update_weights moves; codes are
+// lazy.
 //   predict_visibility: how visible each ray is -> backward_rays: the loss and its slope, times that ->
 //   gradient_visibility, reduce_visibility: the network's gradient -> update_visibility: the photo's code
 // Training alone uses it; validation and rendering do not know it. The backward sweep of lasting credit holds what is

@@ -1,5 +1,5 @@
 // The field of instant-ngp (Mueller et al., SIGGRAPH 2022): a multiresolution hash grid, a density network and a colour
-// network, see shaders/hash_grid.glsl and shaders/mlp.glsl.
+// network, see shaders/field_hash/hash_grid.glsl and shaders/networks/mlp.glsl.
 #include <assert.h>
 #include <math.h>
 #include <string.h>

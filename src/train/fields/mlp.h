@@ -3,10 +3,10 @@
 //   (skip) trunk -> raw density; trunk -> feature (no ReLU) feature and encoded direction -> half as wide with ReLU ->
 //   rgb
 // A layer is one matrix, or two that add up where it takes in two things. A matrix is stored as 4x4 blocks, row of
-// blocks by row of blocks, a block as four vec4 columns (as in shaders/mlp.glsl); behind that of a layer's first matrix
-// stand its biases, a vec4 for each row of blocks. The passes (shaders/multiply_layer.comp) walk a list of matrices,
-// forward in its order, back against it.
-// The density is exp(raw), cut, as the hash grid's, in place of NeRF's ReLU, which dies of unlucky beginnings.
+// blocks by row of blocks, a block as four vec4 columns (as in shaders/networks/mlp.glsl); behind that of a layer's
+// first matrix stand its biases, a vec4 for each row of blocks. The passes (shaders/field_mlp/multiply_layer.comp) walk
+// a list of matrices, forward in its order, back against it. The density is exp(raw), cut, as the hash grid's, in place
+// of NeRF's ReLU, which dies of unlucky beginnings.
 #ifndef VIEWWORTH_TRAIN_FIELDS_MLP_H
 #define VIEWWORTH_TRAIN_FIELDS_MLP_H
 

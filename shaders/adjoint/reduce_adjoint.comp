@@ -1,0 +1,27 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Adds the partial sums of direct_adjoint or multiply_blocks in order: the step's credit and the size of its adjoint,
+// to the host, and how far ahead and behind along the direction colours are taken.
+#include "common.glsl"
+#include "two_float.glsl"
+layout(local_size_x = 1) in;
+
+BUFFER(VW_SLOT_SWEEP_SUMS) readonly buffer Sums { vec4 sums[]; };
+BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_SWEEP_STATE) buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_SCALARS) writeonly buffer Scalars { vec4 scalars[]; };
+PUSH uniform Push { vw_push_reduce push; };
+
+// Relative to the params: colours are differentiated to 1e-4 or better for 1e-5 to 1e-2.
+const float STRIDE = 1e-3;
+
+void main() {
+    vec2 credit = vec2(0.0);
+    vec3 square = vec3(0.0);
+    for (uint i = 0u; i < push.count; i++) {
+        credit = two_add(credit, sums[2u * i].xy);
+        square += sums[2u * i + 1u].xyz;
+    }
+    sweep.epsilon = square.x > 0.0 ? STRIDE * sqrt(square.y / square.x) : 0.0;
+    scalars[push.scalar_row] = vec4(credit, sqrt(square.z), state.nonfinite == 0u ? 0.0 : 1.0);
+}

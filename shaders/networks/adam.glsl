@@ -1,0 +1,30 @@
+// Adam (Kingma and Ba, 2015) on four parameters at a time, or plain gradient descent. With beta1 = 0 there is no first
+// moment: the step is this photo's own gradient (see src/experiment/README.md, "Why no momentum").
+#ifndef ADAM_GLSL
+#define ADAM_GLSL
+
+// Never below one quantum of the mean gradient, so that a gradient of a few quanta cannot blow up (decision 4).
+float adam_epsilon() { return GRADIENT_QUANTUM * INVERSE_RAYS; }
+
+// 1 - beta^visits, without cancellation for the first visits.
+float bias_correction(float beta, uint visits) {
+    if (visits == 1u) return 1.0 - beta;
+    return 1.0 - exp2(float(visits) * log2(beta));
+}
+
+// gradient: of the mean loss. Updates the moments and returns what to subtract from the parameters; not finite where
+// its square is not.
+vec4 adam_step(vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
+    if (OPTIMIZER == OPTIMIZER_SGD) return LEARNING_RATE * gradient;
+    moment2 = BETA2 * moment2 + (1.0 - BETA2) * gradient * gradient;
+    vec4 direction = gradient;
+    if (MOMENTUM != 0u) {
+        moment1 = BETA1 * moment1 + (1.0 - BETA1) * gradient;
+        direction = moment1 / bias_correction(BETA1, visits);
+    }
+    vec4 square = moment2 / bias_correction(BETA2, visits);
+    vec4 by = LEARNING_RATE * direction / (sqrt(square) + adam_epsilon());
+    return finite(square) ? by : square; // an infinite square would silently hold its parameter in place for ever
+}
+
+#endif

@@ -1,0 +1,83 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples'
+// rgb and raw density, and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their
+// number. Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone: with their buffers there would be
+// more than some devices bind.
+#include "common.glsl"
+#include "rays/background.glsl"
+#include "rays/composite.glsl"
+#include "rays/loss.glsl"
+#include "rays/ray_samples.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
+BUFFER(VW_SLOT_D_FIELD) buffer DField { vec4 d_field[]; };
+BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
+BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
+PUSH uniform Push { vw_push_samples push; };
+
+#ifdef VW_RAY_EFFECTS
+#include "effects/appearance.glsl"
+#include "effects/sky.glsl"
+#include "effects/visibility.glsl"
+BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
+BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
+BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
+BUFFER(VW_SLOT_VISIBILITY) buffer Visibility { vec2 visibility[]; };
+#endif
+
+void main() {
+    uint index = invocation_index();
+    if (index >= push.ray_count) return;
+    uint ray_index = push.first_ray + index;
+    vw_ray ray = rays[ray_index];
+    uint first, count;
+    ray_slots(index, first, count);
+
+    ray_march forward = ray_march(0.0, vec3(0.0));
+    for (uint i = 0u; i < count; i++) {
+        d_field[first + i].w = forward.tau; // kept for the way back
+        march(forward, field[first + i], length_of(ray, first + i, i));
+    }
+    float left = transmittance(forward.tau);
+    vec3 backdrop = background_colour(ray_index, push.key);
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
+#endif
+    vec3 behind = left * backdrop;
+    vec3 rendered = forward.colour + behind, seen = rendered;
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], rendered);
+#endif
+    vec3 error = seen - ray.target_weight.rgb;
+    vec3 value, slope;
+    for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
+    if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
+    float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
+    float loss = share * (value.x + value.y + value.z);
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_VISIBILITY != 0u && LOSS != LOSS_GIVEN) {
+        float visible = visibility[ray_index].x, hidden = 1.0 - visible,
+              by_size = ray.target_weight.w * size_weight(push.key);
+        visibility[ray_index].y = loss - 2.0 * by_size * hidden;
+        loss = visible * loss + by_size * hidden * hidden;
+        share *= visible;
+    }
+#endif
+    ray_loss[ray_index] = loss;
+    if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
+
+    vec3 d_colour = share * slope;
+#ifdef VW_RAY_EFFECTS
+    if (EFFECT_APPEARANCE != 0u) {
+        vec3 d_seen = d_colour;
+        d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, d_colour);
+    }
+    if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
+#endif
+    for (uint i = count; i-- > 0u;)
+        d_field[first + i] =
+            march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);
+}

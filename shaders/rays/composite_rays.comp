@@ -1,0 +1,29 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One validation or rendering ray per invocation: its colour before the backdrop (sky or background), and the
+// transmittance that remains.
+#include "common.glsl"
+#include "rays/background.glsl"
+#include "rays/composite.glsl"
+#include "rays/sample_places.glsl"
+#include "effects/sky.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
+BUFFER(VW_SLOT_COLOURS) writeonly buffer Colours { vec4 colours[]; };
+PUSH uniform Push { vw_push_samples push; };
+
+void main() {
+    uint index = invocation_index();
+    if (index >= push.ray_count) return;
+    uint ray_index = push.first_ray + index;
+    vw_ray ray = rays[ray_index];
+    ray_march forward = ray_march(0.0, vec3(0.0));
+    for (uint i = 0u; i < SAMPLES; i++)
+        march(forward, field[index * SAMPLES + i], sample_length(ray, index * SAMPLES + i, i));
+    float left = transmittance(forward.tau);
+    vec3 backdrop = background_colour(ray_index, push.key);
+    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
+    colours[ray_index] = vec4(forward.colour + left * backdrop, left);
+}

@@ -1,0 +1,38 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// One ray per pixel: the camera model and the box, and the target colour composited on the background. In training the
+// effect pose has its say about the camera.
+#include "common.glsl"
+#include "rays/background.glsl"
+#include "rays/camera.glsl"
+#include "effects/pose.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };
+BUFFER(VW_SLOT_PIXELS) readonly buffer Pixels { vw_pixel pixels[]; };
+BUFFER(VW_SLOT_POSES) readonly buffer Poses { vw_pose poses[]; };
+BUFFER(VW_SLOT_RAYS) writeonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_STEP_STATE) writeonly buffer State { vw_step_state state; };
+BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow[]; };
+PUSH uniform Push { vw_push_rays push; };
+
+void main() {
+    uint index = invocation_index();
+    if (index == 0u) { // a step begins here
+        state.nonfinite = 0u;
+        state.clamped = 0u;
+        if (EFFECT_APPEARANCE != 0u || EFFECT_APPEARANCE_CODE != 0u || EFFECT_APPEARANCE_ENCODER != 0u ||
+            EFFECT_VISIBILITY != 0u || EFFECT_TRANSIENT != 0u || EFFECT_POSE != 0u)
+            state.view = pixels[push.first_pixel].view;
+    }
+    if (index < overflow.length() / VW_OVERFLOW_STRIDE) overflow[index * VW_OVERFLOW_STRIDE] = 0u;
+    if (index >= rays.length()) return;
+    vw_pixel pixel = pixels[push.first_pixel + min(index, push.ray_count - 1u)];
+    vw_gpu_camera camera = cameras[pixel.view];
+    if (EFFECT_POSE != 0u) camera = corrected_camera(camera, poses[pixel.view]);
+    vw_ray ray = camera_ray(camera, vec2(pixel.x_px, pixel.y_px));
+    vec3 target = pixel.rgba.rgb;
+    if (EFFECT_BACKGROUND != 0u) target = mix(background_colour(index, push.key), target, pixel.rgba.a);
+    ray.target_weight = vec4(target, index < push.ray_count ? pixel.weight : 0.0);
+    rays[index] = ray;
+}

@@ -1,0 +1,25 @@
+// The samples of a ray as passes over them find them: one in each stratum, or with importance samples where
+// place_samples put them.
+#ifndef SAMPLE_PLACES_GLSL
+#define SAMPLE_PLACES_GLSL
+#include "rays/sampling.glsl"
+
+BUFFER(VW_SLOT_KEPT_SAMPLES) readonly buffer KeptSamples { uint kept_samples[]; };
+
+float listed_place(uint sample_of_chunk) { return uintBitsToFloat(kept_samples[sample_of_chunk]); }
+
+float sample_place(uint sample_of_chunk, uint ray, uint sample_in_ray, uvec4 key) {
+    if (IMPORTANCE != 0u) return listed_place(sample_of_chunk);
+    return even_place(ray, sample_in_ray, key);
+}
+
+// Of the part of the ray that a sample stands for, in box edges.
+float sample_length(vw_ray ray, uint sample_of_chunk, uint sample_in_ray) {
+    if (IMPORTANCE == 0u) return stratum_length(ray, sample_in_ray);
+    bool first = sample_in_ray == 0u, last = sample_in_ray + 1u == SAMPLES;
+    float place = listed_place(sample_of_chunk), before = listed_place(sample_of_chunk - (first ? 0u : 1u)),
+          behind = listed_place(sample_of_chunk + (last ? 0u : 1u));
+    return length_between(ray, first ? 0.0 : 0.5 * (before + place), last ? float(STRATA) : 0.5 * (place + behind));
+}
+
+#endif
