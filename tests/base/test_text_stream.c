@@ -1,4 +1,5 @@
 // Texts are printed into memory whole or not at all.
+// wrap: reallocarray
 #include "support/cmocka_test.h"
 
 #include <stdbool.h>

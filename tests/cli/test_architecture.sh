@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The rules that a compiler does not know: who may include whom, and what no file may hold. Every rule is stated with a
 # violation: the rule holds in the tree, and is broken in a copy of the tree that contains the violation.
+# label: unsanitized
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 . tests/support/shell_test.sh

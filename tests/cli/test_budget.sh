@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # value --accuracy and --budget from outside: what is chosen, that the time is kept, that a run goes on with what was chosen, and that the
 # printed options give the same bits. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 photos=12 # to train on, in clean.json

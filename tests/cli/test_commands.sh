@@ -179,13 +179,13 @@ check "too few epochs leave a table without rows" test "$(cat "$folder/short/sco
 
 # ---- The quality of scores ----------------------------------------------------------------------------------------------
 
-quality() { "$root/scripts/score_quality" "$@" | grep '^dv_' | tr '\n' ' '; }
+quality() { "$root/scripts/lab/score_quality" "$@" | grep '^dv_' | tr '\n' ' '; }
 check "without corrupted photos there is no AUC" test "$(quality "$folder/first")" = 'dv_loss - dv_psnr - '
 check "a run agrees with itself" test "$(quality "$folder/first" "$folder/second")" = \
     'dv_loss - 1.0000 dv_psnr - 1.0000 '
 query second "UPDATE image SET ground_truth = 'blur'
     WHERE image_id IN (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value LIMIT 3)"
-check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/score_quality" "$folder/second"
+check "corrupted photos with the least scores are found" prints '^dv_psnr 1\.0000$' "$root/scripts/lab/score_quality" "$folder/second"
 query second "UPDATE image SET ground_truth = NULL"
 check "without ground truth there is no AUC" test "$(quality "$folder/second")" = 'dv_loss - dv_psnr - '
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # `viewworth compare` on a tiny recipe: that its metrics are those of train and render, and that it
 # trains nothing twice. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Man pages and bash completion: made from the tables of commands and options, with nothing missing. Takes the program's path.
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

@@ -3,6 +3,7 @@
 # as one from which the effect is compiled out. Loops over the effects that the program lists and the shaders in shaders/list.cmake.
 # test_effects_off.sh PROGRAM [EFFECT]...: these alone. Skipped while shaders and effects are as they were when it last passed.
 # In the second form the switch is no specialization constant but 0, and VW_WITHOUT_<EFFECT> is defined for what else wants to be left out.
+# label: unsanitized
 set -uo pipefail
 program=$(realpath "$1")
 cd "$(dirname "$0")/../.."

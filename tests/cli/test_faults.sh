@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # One or two faults of each kind (tests/support/fault_kinds.sh): no crash, messages with a remedy, nothing half-written, nothing lost. Takes
 # the program's path. scripts/faults makes them all.
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

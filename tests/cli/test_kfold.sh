@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # value --kfold: train and validation photos validate in turn, and scores are means over the trainings. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/tests/support/tiny.json

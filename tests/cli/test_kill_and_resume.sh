@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Every command that trains can be stopped and resumed: it is killed, resumed, interrupted and resumed again, each time
 # partway, and leaves what the same command leaves without interruption. Takes the program's path, and names of cases to run these alone.
+# label: once
+# sanitized: value compare
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 chosen=("${@:2}")

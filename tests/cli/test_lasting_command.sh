@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Lasting credit from outside: lasting OUT, value --lasting, reproduce --lasting, and what uses the scores. Takes the program's path;
 # test_lasting_run.c stops sweeps and forges steps.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/tests/support/tiny.json

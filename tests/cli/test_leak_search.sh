@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds with sanitizers search every program for leaks, also when it opened a Vulkan driver, the validation layer or
 # OpenImageIO with its 250 libraries. Usage: test_leak_search.sh PROGRAM
+# label: sanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 build=$(dirname "$program")

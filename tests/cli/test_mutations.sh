@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # That the list of scripts/check_mutations fits the tree: a change of the code that it breaks on purpose changes the list as well.
+# label: unsanitized
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 . tests/support/shell_test.sh

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # --table-precision float32 costs nothing (design, decision 7): the passes that touch the grid have, in their usual form, the code of passes
 # that know of no other. Takes the program's path. What the half form computes: build/test_passes update_grid_half and the other two.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

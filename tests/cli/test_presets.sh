@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # --preset: what it sets, that explicit options override it, and that every preset trains. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/tests/support/tiny.json

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What the READMEs say is true of the tree: links, paths, commands, options, the SQL that reads a ledger, and the words.
 # Takes the program's path.
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 cd "$root" || exit 1

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The report: that value writes it and report makes the same again, and what a browser makes of it. Takes the program's path; the browser is
 # headless Chromium, driven by report_browser.py.
+# label: once
 set -uo pipefail
 program=$(realpath "$1")
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Resuming, extending and auditing runs from outside (decision 11). Takes the program's path; test_kill_and_resume.sh stops runs partway.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json

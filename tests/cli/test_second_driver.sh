@@ -2,6 +2,7 @@
 # A valuation on a second Vulkan driver, SwiftShader, whose compiler, limits and rounding are others than lavapipe's: it ends in
 # time, and its scores are lavapipe's within rounding. Takes the program's path. The driver comes with Debian's chromium and is found
 # there; VIEWWORTH_SWIFTSHADER names another vk_swiftshader_icd.json.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

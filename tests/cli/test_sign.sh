@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # keygen, --sign, verify --key and the table of verify from outside; test_run_verify.c has the attacks. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/tests/support/tiny.json

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # `viewworth tradeoff` on a tiny recipe: what it leaves, that its metrics are what the runs say, and that it measures
 # nothing twice. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 cp "$root/tests/support/tiny.json" "$folder"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # value --until-stable from outside: where it stops, that this is the same whatever interrupts it, and that it goes on. Takes the program's
 # path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 

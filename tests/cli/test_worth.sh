@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # worth and value --worth from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/tests/support/tiny.json

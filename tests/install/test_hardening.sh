@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What the compiler and the linker add against attacks is in every binary that is installed, and a program without it
 # fails every check here. Usage: test_hardening.sh PROGRAM
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 build=$(dirname "$program")

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # An installed copy works without the build: the program, and the example in tests/example built against the library by
 # pkg-config and by CMake's find_package. Usage: test_install.sh PROGRAM
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 build=$(dirname "$program")

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The Debian package that CPack makes of a build: its fields, what it holds, and that it works where it is unpacked.
 # tests/long/test_package_root.sh installs one in a clean Debian. Usage: test_package.sh PROGRAM
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 for tool in cpack dpkg-deb dpkg-shlibdeps file; do

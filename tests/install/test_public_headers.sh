@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The shared library exports what the public headers declare, no more and no less, and every public header compiles alone
 # as C17 and as C++17. Usage: test_public_headers.sh PROGRAM
+# label: unsanitized
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 library=$(dirname "$program")/libviewworth.so

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # `viewworth benchmark` on a tiny recipe: what it writes, and that it trains nothing twice. Takes the
 # program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 cp "$root/tests/support/tiny.json" "$folder"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The comparison of losses (scripts/lab/compare_losses), on a tiny scene: it measures what the runs recorded, and says when it cannot.
 # Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }

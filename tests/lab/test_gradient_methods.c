@@ -1,5 +1,6 @@
 // Methods that need gradients and no retraining: In-Run Data Shapley against what steps really change, TracIn against
 // small steps that are really taken, and influence functions against another way to solve for them.
+// label: device
 #include "support/cmocka_test.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # value --same-state from outside: what it adds, that it changes nothing else, and that its rows come again. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json

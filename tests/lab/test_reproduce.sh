@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # The same scene valued with several seeds: what agrees, what a seed varies, and resume. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$folder/corrupted.json

@@ -10,7 +10,7 @@ value() { # value NAME OPTION...
 
 # quality COLUMN RUN [RUN2]: of dv_psnr; column 2 is the AUC, 3 the correlation.
 quality() {
-    "$root/scripts/score_quality" "$folder/$2" ${3:+"$folder/$3"} | awk -v column="$1" '$1 == "dv_psnr" {print $column}'
+    "$root/scripts/lab/score_quality" "$folder/$2" ${3:+"$folder/$3"} | awk -v column="$1" '$1 == "dv_psnr" {print $column}'
 }
 
 at_least() { # at_least LIMIT FIGURE

@@ -1,4 +1,5 @@
 // The writer gives the ledger that plain appends give, takes no more than it may, and tells of failures.
+// wrap: vw_ledger_append pthread_create
 #include "support/ledger_fixture.h"
 
 #include <errno.h>

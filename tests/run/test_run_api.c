@@ -1,4 +1,5 @@
 // The run of viewworth.h as a program uses it: in pieces, stopped, resumed and finished.
+// wrap: vw_ledger_append vw_ledger_writer_add vw_checkpoints_save
 #include "support/cmocka_test.h"
 
 #include <stdatomic.h>

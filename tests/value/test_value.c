@@ -427,7 +427,7 @@ static void score_quality_tells_auc_and_r(void **state) {
     uint32_t count = 0;
     struct vw_ledger_score *a = record_run(*state, "it's one", "{}", 1, 7, &count),
                            *b = record_run(*state, "two", "{}", 1, 8, &count);
-    char *script = vw_format_text("%s/scripts/score_quality", VW_SOURCE_FOLDER);
+    char *script = vw_format_text("%s/scripts/lab/score_quality", VW_SOURCE_FOLDER);
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
     check_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
