@@ -130,7 +130,7 @@ old_words_in() { # old_words_in FILE...
 
 help_texts >"$folder/help"
 
-check "the README has under 200 lines" test "$(wc -l <README.md)" -lt 200
+check "the README has under 160 lines" test "$(wc -l <README.md)" -lt 160
 check "every relative link leads somewhere" none "$(broken_links)"
 check "every path named exists" none "$(missing_paths)"
 check "every command named takes the options named" none "$(wrong_calls)"
