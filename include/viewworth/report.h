@@ -11,10 +11,14 @@
 
 VW_PUBLIC_BEGIN
 
+struct vw_report_options {
+    bool no_thumbnails; // leave the photos out
+};
+
 struct vw_report_params {
     const struct vw_scene *scene; // an open scene, for thumbnails of the runs that used it; NULL: none
     const char *device;           // renders recipes that are not open; NULL: the preferred device
-    bool no_thumbnails;           // leave the photos out
+    struct vw_report_options options;
 };
 
 // Writes one self-contained HTML page of all folders to the file `to`, whole or not at all. Shows of each folder its

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "viewworth/ledger.h"
+#include "viewworth/report.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
@@ -42,6 +43,14 @@ enum {
     VW_EXPLICIT_EPOCHS = 32,
 };
 
+// Lasting credit (value.h): one backward pass through the finished training.
+struct vw_lasting_options {
+    bool wanted;   // compute it, unless OUT has it
+    uint32_t rays; // of each step that the backward pass uses; 0: all, or those of the result that OUT has
+    bool no_gate;  // do not check the result by trainings
+    bool matrix;   // also credit each validation photo's own PSNR; each costs up to half a backward pass more
+};
+
 struct vw_run_params {
     struct vw_scene_params scene;   // path is needed; gpu is ignored, since the run opens the device
     const struct vw_config *config; // NULL: vw_config_default
@@ -55,12 +64,9 @@ struct vw_run_params {
     uint32_t explicit_fields;       // VW_EXPLICIT_*
     const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
     const char *sign_key_path;      // sign the finished run with this secret key (viewworth keygen); NULL: do not
-    bool lasting;                   // also sweep the finished training for lasting credit (value.h), unless it was
-    uint32_t lasting_rays; // of each step that the sweep's product takes; 0: all, or those of a sweep that is there
-    bool lasting_matrix; // the sweep also credits each validation photo's own PSNR; each costs up to half a sweep more
-    bool no_gate;        // do not check by trainings what the sweep says
-    bool no_thumbnails;  // leave the photos out of the report
-    bool profile;        // time every pass
+    struct vw_lasting_options lasting;
+    struct vw_report_options report;
+    bool profile;              // time every pass
     vw_run_progress *progress; // NULL: none
     void *context;             // passed to progress; borrowed until the run is closed
 };

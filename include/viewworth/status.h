@@ -61,6 +61,16 @@ struct vw_saved_error {
 struct vw_saved_error vw_error_save(void);
 void vw_error_restore(const struct vw_saved_error *kept);
 
+// The first failure of several pieces of work, with its message. All zero: none has failed.
+struct vw_first_failure {
+    enum vw_status status;
+    struct vw_saved_error why;
+};
+// Keeps a failure and its message unless an earlier one is kept.
+void vw_first_failure_note(struct vw_first_failure *failure, enum vw_status status);
+// Returns the kept status and makes its message the recorded one again.
+enum vw_status vw_first_failure_report(const struct vw_first_failure *failure);
+
 // The program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
 int vw_exit_code(enum vw_status status);
 

@@ -54,6 +54,17 @@ struct vw_saved_error vw_error_save(void) {
 
 void vw_error_restore(const struct vw_saved_error *kept) { memcpy(message, kept->message, sizeof message); }
 
+void vw_first_failure_note(struct vw_first_failure *failure, enum vw_status status) {
+    if (failure->status || !status) return;
+    failure->status = status;
+    failure->why = vw_error_save();
+}
+
+enum vw_status vw_first_failure_report(const struct vw_first_failure *failure) {
+    if (failure->status) vw_error_restore(&failure->why);
+    return failure->status;
+}
+
 int vw_exit_code(enum vw_status status) {
     switch (status) {
     case VW_OK: return 0;

@@ -229,7 +229,8 @@ void vw_merge_report(const char *out, struct vw_merged_runs *runs) {
     if (folders) folders[0] = out;
     for (uint32_t i = 0; folders && i < count; i++) folders[i + 1] = runs->runs[i].folder;
     enum vw_status status = folders && path ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_report_write(folders, count + 1, path, &(struct vw_report_params){.no_thumbnails = true});
+    if (!status)
+        status = vw_report_write(folders, count + 1, path, &(struct vw_report_params){.options.no_thumbnails = true});
     if (status) vw_log_warning("no report: %s", vw_error_message());
     else runs->reported = count;
     free(folders);

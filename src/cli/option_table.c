@@ -239,7 +239,7 @@ const struct vw_option vw_option_table[] = {
      "Sign the finished run and its files with the secret key in file KEY (see keygen); writes signature.json",
      VW_OPTIONS_ONE_RUN | VW_OPTIONS_IMPORT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, sign), COMMON},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
-     VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, no_thumbnails)},
+     VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
     // The scene and its photos.
     {"format", "NAME", "Scene format: recipe, transforms, phototourism or colmap", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
@@ -337,19 +337,19 @@ const struct vw_option vw_option_table[] = {
     {"lasting", NULL,
      "Also sweep the finished training backwards for lasting credit: what the steps on a photo leave behind at its end "
      "(scores lasting_psnr and lasting_loss)",
-     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE | VW_OPTIONS_BENCHMARK, VW_SECTION_SCORES, OPTION(FLAG, lasting),
-     COMMON},
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE | VW_OPTIONS_BENCHMARK, VW_SECTION_SCORES,
+     OPTION(FLAG, lasting.wanted), COMMON},
     {"lasting-rays", "N", "Rays of each step by which the sweep follows its gradient back; fewer are faster",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting_rays), RANGE(1, 65536),
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536),
      DEFAULT("all rays of a step")},
     {"lasting-matrix", NULL,
      "Also follow back the PSNR of each validation photo by itself: lasting credit by validation photo in matrix.csv, "
      "and among the candidates of select --verify. Each validation photo adds up to half the time of a sweep without",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting_matrix)},
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix)},
     {"no-gate", NULL,
      "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter; "
      "the sweep then stays without that check",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, no_gate)},
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.no_gate)},
 
     // The field.
     {"preset", NULL,

@@ -7,6 +7,7 @@
 
 #include "cli/option_presets.h"
 #include "experiment/photo_sets.h"
+#include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
@@ -36,8 +37,8 @@ struct vw_options {
     uint32_t seeds;    // number of runs
     uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
-    bool lasting, lasting_matrix, no_gate;
-    uint32_t lasting_rays; // 0: all
+    struct vw_lasting_options lasting;
+    struct vw_report_options report;
     const char *payout;
     double until_stable;         // 0: take all epochs
     uint32_t worth, retrainings; // retrainings in all: of value, of worth
@@ -67,7 +68,6 @@ struct vw_options {
     const char *scores;       // OUT of a valued run
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
-    bool no_thumbnails;
     bool paper_methods;
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time

@@ -68,11 +68,8 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .explicit_fields = list_explicit_fields(options),
         .payout = options->payout,
         .lasting = options->lasting,
-        .lasting_rays = options->lasting_rays,
-        .lasting_matrix = options->lasting_matrix,
-        .no_gate = options->no_gate,
         .sign_key_path = options->sign,
-        .no_thumbnails = options->no_thumbnails,
+        .report = options->report,
         .profile = options->profile,
     };
     return options->budget ? vw_budget_parse(options->budget, &params->budget_s) : VW_OK;

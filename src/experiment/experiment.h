@@ -16,13 +16,13 @@ struct vw_experiment_params {
     struct vw_scene_params scene;   // path is needed; gpu is ignored
     const struct vw_config *config; // needed; its seed is the first one
     struct vw_device_choice devices;
-    const char *out;    // needed
-    uint32_t seeds;     // as many are compared: config->seed and those after it
-    uint32_t together;  // runs or trainings that take their steps together on each device; 0: by it
-    bool no_thumbnails; // leave the photos out of the report
+    const char *out;   // needed
+    uint32_t seeds;    // as many are compared: config->seed and those after it
+    uint32_t together; // runs or trainings that take their steps together on each device; 0: by it
+    struct vw_report_options report;
     bool paper_methods; // reproduce: also the other forms of scores that the paper discusses (value.h)
     const char *methods, *run_equivalents; // benchmark, reproduce: as method_scorers.h has them
-    struct vw_lasting_wanted lasting;      // sweeps of single runs
+    struct vw_lasting_options lasting;     // of single runs
     struct vw_interrupt interrupt;         // asked between batches of steps, and between retrainings
     vw_run_progress *progress;             // of single runs; NULL: none
     void *context;                         // passed to progress

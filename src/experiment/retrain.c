@@ -247,15 +247,8 @@ struct work {
     struct seat seats[VW_SESSION_TRAININGS_MAX];
     uint32_t busy;
     double counted_cpu_s; // shared out among the seats
-    enum vw_status status;
-    struct vw_saved_error why;
+    struct vw_first_failure failure;
 };
-
-static void note(struct work *work, enum vw_status status) {
-    if (work->status || !status) return;
-    work->status = status;
-    work->why = vw_error_save();
-}
 
 static void share_cpu_time(struct work *work) {
     double now_s = vw_cpu_s();
@@ -313,7 +306,7 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
                                              &found);
     if (!status && !found) status = sit_down(work, retraining, id, result);
     retrainer->recalled += !status && found;
-    note(work, status);
+    vw_first_failure_note(&work->failure, status);
     return true;
 }
 
@@ -399,7 +392,7 @@ static void advance(struct work *work) {
             continue;
         }
         if (!status) status = finish(work, seat);
-        note(work, status);
+        vw_first_failure_note(&work->failure, status);
         share_cpu_time(work);
         vw_trainer_destroy(&seat->trainer);
         free(seat->views);
@@ -410,14 +403,13 @@ static void advance(struct work *work) {
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results) {
     struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
-    for (uint32_t next = 0; work.busy > 0 || (!work.status && next < count);) {
-        while (!work.status && next < count && work.busy < work.retrainer->at_a_time &&
+    for (uint32_t next = 0; work.busy > 0 || (!work.failure.status && next < count);) {
+        while (!work.failure.status && next < count && work.busy < work.retrainer->at_a_time &&
                begin(&work, &retrainings[next], &results[next]))
             next++;
         advance(&work);
     }
-    if (work.status) vw_error_restore(&work.why);
-    return work.status;
+    return vw_first_failure_report(&work.failure);
 }
 
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,

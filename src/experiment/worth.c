@@ -129,7 +129,7 @@ static enum vw_status retrain(struct work *work) {
 
 static enum vw_status write_outputs(struct work *work) {
     const struct vw_worth_run_params *params = work->params;
-    const struct vw_report_params report = {.device = params->devices.first, .no_thumbnails = params->no_thumbnails};
+    const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
     enum vw_status status = write_scores(work);
     if (!status)
         status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out,

@@ -9,6 +9,7 @@
 #include "run/scoring.h"
 #include "run/session.h"
 #include "value/worth.h"
+#include "viewworth/report.h"
 
 struct vw_worth_run_params {
     const char *out;                 // of a finished run
@@ -16,9 +17,9 @@ struct vw_worth_run_params {
     uint32_t retrainings;            // in all, those of the ledger included; with until_accuracy the most
     double until_accuracy;           // stop where the lower end of the accuracy's interval reaches it; 0: never
     uint32_t together;               // retrainings that take their steps together on each device; 0: by it
-    bool no_thumbnails;              // leave the photos out of the report
-    const char *payout;              // an amount to divide among the providers; NULL: none
-    const char *sign_key_path;       // NULL: the run is not signed
+    struct vw_report_options report;
+    const char *payout;        // an amount to divide among the providers; NULL: none
+    const char *sign_key_path; // NULL: the run is not signed
     struct vw_interrupt interrupt;
 };
 

@@ -249,26 +249,15 @@ struct course {
     bool ended;
 };
 
-// The first failure of several runs.
-struct failure {
-    enum vw_status status;
-    struct vw_saved_error why;
-};
-
-static void note(struct failure *failure, enum vw_status status) {
-    if (failure->status || !status) return;
-    *failure = (struct failure){status, vw_error_save()};
-}
-
 enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses) {
     struct course *courses = vw_allocate(count, sizeof *courses);
-    struct failure failure = {VW_OK};
+    struct vw_first_failure failure = {VW_OK};
     bool interrupted = false;
     for (uint32_t i = 0; i < count; i++) statuses[i] = VW_ERROR_MEMORY;
     if (!courses) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
         statuses[i] = start(runs[i], UINT64_MAX, &courses[i].last_step, &courses[i].ended);
-        note(&failure, statuses[i]);
+        vw_first_failure_note(&failure, statuses[i]);
     }
     for (uint32_t left = count; left > 0;) {
         left = 0;
@@ -277,13 +266,12 @@ enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum 
             runs[i]->stopping |= interrupted;
             statuses[i] = advance_batch(runs[i], courses[i].last_step, &courses[i].ended);
             interrupted |= statuses[i] == VW_ERROR_INTERRUPTED;
-            note(&failure, statuses[i]);
+            vw_first_failure_note(&failure, statuses[i]);
             left += !courses[i].ended;
         }
     }
     free(courses);
-    if (failure.status) vw_error_restore(&failure.why);
-    return failure.status;
+    return vw_first_failure_report(&failure);
 }
 
 void vw_run_leave(struct vw_run *run) {

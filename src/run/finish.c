@@ -178,13 +178,13 @@ static char *write_report(struct vw_run *run) {
         .views = validation->views,
         .standard_errors = validation->standard_errors,
     };
-    const struct vw_report_params params = {.scene = run->scene, .no_thumbnails = run->no_thumbnails};
+    const struct vw_report_params params = {.scene = run->scene, .options = run->report};
     return vw_report_folder_finish(run->out, &params, &page);
 }
 
 // Of a run that was complete, whose trainer was not brought to its last step, only where a stop left none.
 static enum vw_status write_residuals(struct vw_run *run, const struct vw_residuals_params *params) {
-    if (run->no_thumbnails) return VW_OK;
+    if (run->report.no_thumbnails) return VW_OK;
     if (!run->complete) return vw_residuals_write(params);
     char *path = vw_path_join(run->out, VW_RESIDUALS_FILE);
     bool held = path && vw_file_exists(path);

@@ -27,7 +27,7 @@
 // The rate decays over the planned epochs, so that these must be known, and are those that a sweep follows back.
 static enum vw_status check_decay(const struct vw_run_params *params) {
     if (!params->config || params->config->learning_rate_decay == 1.0) return VW_OK;
-    if (params->until_stable > 0 && params->lasting)
+    if (params->until_stable > 0 && params->lasting.wanted)
         return vw_fail(VW_ERROR_USAGE,
                        "--lasting: follows back all planned epochs of a run with --learning-rate-decay, "
                        "of which --until-stable may leave some out; leave it out");
@@ -44,10 +44,11 @@ static enum vw_status check_params(const struct vw_run_params *params) {
     if (!status && params->preset) status = vw_preset_check(params->preset);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout || params->lasting))
+        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout ||
+         params->lasting.wanted))
         status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s, payout and "
                                          "lasting, which need validation: leave them out");
-    if (!status && params->lasting) status = vw_lasting_check_config(params->config);
+    if (!status && params->lasting.wanted) status = vw_lasting_check_config(params->config);
     return status ? status : check_decay(params);
 }
 
@@ -57,10 +58,9 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->scene_options_json = vw_scene_options_to_json(&params->scene);
     run->resume = params->resume;
     run->validate = !params->train_only;
-    run->no_thumbnails = params->no_thumbnails;
+    run->report = params->report;
     run->wants_profile = params->profile;
-    run->lasting =
-        (struct vw_lasting_wanted){params->lasting, params->lasting_rays, params->no_gate, params->lasting_matrix};
+    run->lasting = params->lasting;
     run->until_stable = params->until_stable;
     run->progress = params->progress;
     run->context = params->context;

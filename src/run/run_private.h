@@ -29,10 +29,11 @@ struct vw_run {
     char *scene_options_json; // owned
     char *sign_key_path;      // owned; NULL: the run is not signed
     char *providers_path;     // owned; NULL: none was given
-    bool resume, validate, no_thumbnails, wants_profile;
-    struct vw_lasting_wanted lasting; // what is asked of a sweep
-    double until_stable;              // 0: never
-    uint64_t payout_cents;            // 0: none
+    bool resume, validate, wants_profile;
+    struct vw_report_options report;
+    struct vw_lasting_options lasting;
+    double until_stable;   // 0: never
+    uint64_t payout_cents; // 0: none
     vw_run_progress *progress;
     void *context;
     struct vw_plan plan; // without a record unless a preset or a budget chose

@@ -44,7 +44,8 @@ static enum vw_status stop_next_at(struct vw_run *run, uint64_t step) {
 enum vw_status vw_stop_rules_begin(struct vw_run *run) {
     run->stop_step = vw_trainer_total_steps(run->trainer);
     if (!has_rule(run)) return VW_OK;
-    if (keeps_time(run)) vw_plan_estimate_finish(run->scene, run->no_thumbnails, &run->plan); // a resumed one has none
+    if (keeps_time(run))
+        vw_plan_estimate_finish(run->scene, run->report.no_thumbnails, &run->plan); // a resumed one has none
     return stop_next_at(run, vw_trainer_epoch_end(run->trainer, run->statistics.steps));
 }
 

@@ -67,7 +67,7 @@ static int set_up(void **state) {
     f->config.width = 16;
     snprintf(f->config.effects, sizeof f->config.effects, "none");
     const struct vw_run_params params = {
-        .scene = {.path = f->scene}, .config = &f->config, .out = f->out, .no_thumbnails = true};
+        .scene = {.path = f->scene}, .config = &f->config, .out = f->out, .report.no_thumbnails = true};
     ASSERT_OK(vw_run_open(&params, &run));
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
     ASSERT_OK(vw_run_finish(run));

@@ -26,7 +26,7 @@ static enum vw_status make_run(struct fixture *fixture, const char *name, const 
     const struct vw_run_params params = {.scene = {.path = SMALL_SCENE},
                                          .config = config,
                                          .out = temporary_path(fixture->folder, name),
-                                         .no_thumbnails = true};
+                                         .report.no_thumbnails = true};
     enum vw_status status = vw_run_open(&params, &run);
     if (!status) status = vw_run_advance(run, finishes ? UINT64_MAX : 5);
     if (!status && finishes) status = vw_run_finish(run);

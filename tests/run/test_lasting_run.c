@@ -32,7 +32,7 @@ static enum vw_status make_run(const char *out, const struct vw_config *config, 
     params.out = out;
     params.progress = observe;
     params.context = observer;
-    params.no_thumbnails = true;
+    params.report.no_thumbnails = true;
     enum vw_status status = vw_run_open(&params, &run);
     if (!status) status = vw_run_advance(run, UINT64_MAX);
     if (!status) status = vw_run_finish(run);
@@ -42,11 +42,11 @@ static enum vw_status make_run(const char *out, const struct vw_config *config, 
 
 // Sweeps OUT as `lasting OUT` does.
 static enum vw_status sweep(const char *out, uint32_t rays, bool gate, struct observer *observer) {
-    return vw_lasting_of_folder(&(struct vw_lasting_folder_params){.out = out,
-                                                                   .wanted = {true, rays, !gate, false},
-                                                                   .no_thumbnails = true,
-                                                                   .progress = observe,
-                                                                   .context = observer});
+    return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
+                                                        .lasting = {true, rays, !gate, false},
+                                                        .report.no_thumbnails = true,
+                                                        .progress = observe,
+                                                        .context = observer});
 }
 
 static struct vw_lasting_sweep read_sweep(const char *out) {
@@ -102,7 +102,8 @@ static int set_up(void **state) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char *folder = test_folder_create();
-    ASSERT_OK(make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting = true}, &observer));
+    ASSERT_OK(
+        make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting.wanted = true}, &observer));
     assert_true(observer.sweeps > 1);
     ASSERT_OK(make_run(temporary_path(folder, "plain"), &config, (struct vw_run_params){0}, &observer));
     *state = folder;
@@ -163,8 +164,11 @@ static void a_stopped_sweep_goes_on(void **state) {
 }
 
 static enum vw_status sweep_matrix(const char *out, struct observer *observer) {
-    return vw_lasting_of_folder(&(struct vw_lasting_folder_params){
-        .out = out, .wanted = {true, 0, true, true}, .no_thumbnails = true, .progress = observe, .context = observer});
+    return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
+                                                        .lasting = {true, 0, true, true},
+                                                        .report.no_thumbnails = true,
+                                                        .progress = observe,
+                                                        .context = observer});
 }
 
 static void a_sweep_by_validation_photo_goes_on(void **state) {
@@ -279,14 +283,15 @@ static void what_cannot_be_swept_is_refused(void **state) {
     char out[300];
     halves.table_precision = VW_TABLE_FLOAT16;
     snprintf(out, sizeof out, "%s/refused", (const char *)*state);
-    assert_refused(make_run(out, &halves, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
+    assert_refused(make_run(out, &halves, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
                    "--table-precision float32");
     strcpy(posed.effects, "pose");
-    assert_refused(make_run(out, &posed, (struct vw_run_params){.lasting = true}, &observer), VW_ERROR_USAGE,
+    assert_refused(make_run(out, &posed, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
                    "--effects -pose");
     assert_false(is_there(out, "ledger.db")); // before the first step
-    assert_refused(make_run(out, &config, (struct vw_run_params){.lasting = true, .train_only = true}, &observer),
-                   VW_ERROR_USAGE, "lasting, which need validation");
+    assert_refused(
+        make_run(out, &config, (struct vw_run_params){.lasting.wanted = true, .train_only = true}, &observer),
+        VW_ERROR_USAGE, "lasting, which need validation");
     config.epochs = 2;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.train_only = true}, &observer));
     assert_refused(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
@@ -305,7 +310,7 @@ static void an_extended_run_is_swept_again(void **state) {
     snprintf(out, sizeof out, "%s/extended", (const char *)*state);
     config.epochs = 3;
     config.beta1 = 0.9;
-    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.lasting = true}, &observer));
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.lasting.wanted = true}, &observer));
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0"); // momentum: no gate
     ASSERT_OK(vw_file_write(temporary_path(out, "lasting.vws"), "stopped", 7)); // as a kill may leave it
     config.epochs = 4;
@@ -315,7 +320,7 @@ static void an_extended_run_is_swept_again(void **state) {
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM score WHERE method LIKE "
                   "'lasting%')",
                   "0");
-    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true, .lasting = true}, &observer));
+    ASSERT_OK(make_run(out, &config, (struct vw_run_params){.resume = true, .lasting.wanted = true}, &observer));
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_step", "24");
     assert_verifies(out);
 }

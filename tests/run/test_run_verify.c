@@ -31,9 +31,7 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
         .config = &config,
         .out = out,
         .payout = "100",
-        .lasting = true,
-        .lasting_matrix = true,
-        .no_gate = true,
+        .lasting = {.wanted = true, .no_gate = true, .matrix = true},
         .sign_key_path = key,
         .resume = resume};
     struct vw_run *run = NULL;

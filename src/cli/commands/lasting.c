@@ -33,13 +33,13 @@ static enum vw_status print(const char *out, bool json) {
 
 enum vw_status vw_command_lasting(const struct vw_options *options) {
     struct vw_progress progress = {.quiet = options->quiet, .interrupt = vw_interrupt_watch()};
-    const struct vw_lasting_folder_params params = {
-        .out = options->operand,
-        .device = options->device,
-        .wanted = {true, options->lasting_rays, options->no_gate, options->lasting_matrix},
-        .no_thumbnails = options->no_thumbnails,
-        .progress = vw_progress_show,
-        .context = &progress};
+    struct vw_run_params params = {.out = options->operand,
+                                   .device = options->device,
+                                   .lasting = options->lasting,
+                                   .report = options->report,
+                                   .progress = vw_progress_show,
+                                   .context = &progress};
+    params.lasting.wanted = true;
     enum vw_status status = vw_lasting_of_folder(&params);
     vw_progress_end(&progress);
     return status ? status : print(options->operand, options->json);

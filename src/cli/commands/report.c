@@ -8,7 +8,7 @@
 #include "run/outputs/report_folder.h"
 
 enum vw_status vw_command_report(const struct vw_options *options) {
-    const struct vw_report_params report = {.device = options->device, .no_thumbnails = options->no_thumbnails};
+    const struct vw_report_params report = {.device = options->device, .options = options->report};
     char *path = options->to ? vw_copy_text(options->to) : vw_path_join(options->operand, "report.html");
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_report_write(options->operands, options->operand_count, path, &report);

@@ -16,8 +16,8 @@
 #include "cli/output/progress.h"
 #include "cli/output/run_output.h"
 #include "cli/params.h"
-#include "gpu/compute.h"
 #include "run/run.h"
+#include "run/together.h"
 
 _Static_assert((int)VW_CHILD_JOBS_MAX == (int)VW_TRAINERS_TOGETHER_MAX, "a device takes as many as a process gets");
 
@@ -26,23 +26,15 @@ struct job {
     char *out;                   // owned
     int log;                     // open
     struct vw_progress progress; // shown of the first one
-    struct vw_run *run;          // NULL: not open
 };
 
 struct work {
     const struct vw_options *options;
     struct vw_session session;
     struct job jobs[VW_CHILD_JOBS_MAX];
-    uint32_t count;
-    enum vw_status status; // the first failure
-    struct vw_saved_error why;
+    uint32_t count, done; // those that are made now come after the done ones
+    struct vw_first_failure failure;
 };
-
-static void note(struct work *work, enum vw_status status) {
-    if (work->status || !status) return;
-    work->status = status;
-    work->why = vw_error_save();
-}
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 
@@ -76,77 +68,49 @@ static enum vw_status take_log(const struct job *job) {
 
 // ---- Some at a time -----------------------------------------------------------------------------------------------
 
-static enum vw_status open_job(struct work *work, struct job *job) {
+// Behind it what is said is said of the job whose progress is shown.
+static enum vw_status open_job(void *context, uint32_t place, uint32_t device, struct vw_run **run) {
+    struct work *work = context;
+    struct job *job = &work->jobs[work->done + place];
     struct vw_config config = work->options->config;
     struct vw_run_params params;
     config.seed = job->seed;
     enum vw_status status = vw_params_of_run(work->options, &params);
+    job->progress.quiet = work->options->quiet || place;
+    job->progress.interrupt = vw_interrupt_watch();
     params.config = &config;
     params.out = job->out;
     params.progress = vw_progress_show;
     params.context = &job->progress;
     if (!status) status = take_log(job);
-    return status ? status : vw_run_open_in_session(&params, &work->session, 0, &job->run);
+    if (!status) status = vw_run_open_in_session(&params, &work->session, device, run);
+    if (!status) (void)take_log(&work->jobs[work->done]);
+    return status;
 }
 
-static uint64_t device_bytes(const struct vw_session *session) {
-    return session->device_count ? vw_gpu_buffer_bytes(session->devices[0].gpu) : 0;
-}
-
-// As many as fit: the first one shows how much of the device's memory each takes. Returns how many it tried.
-static uint32_t open_jobs(struct work *work, struct job *jobs, uint32_t count) {
-    uint32_t tried = 0, wanted = 1;
-    uint64_t before = device_bytes(&work->session);
-    for (; tried < count && tried < wanted; tried++) {
-        jobs[tried].progress.quiet = work->options->quiet || tried;
-        note(work, open_job(work, &jobs[tried]));
-        if (!tried && jobs->run)
-            wanted =
-                vw_session_at_a_time(&work->session, work->options->together, device_bytes(&work->session) - before);
-    }
-    return tried;
-}
-
-static enum vw_status finish_job(struct job *job) {
+static enum vw_status finish_job(void *context, uint32_t place, enum vw_status stepped, struct vw_run *run) {
+    struct work *work = context;
+    struct job *job = &work->jobs[work->done + place];
+    vw_progress_end(&job->progress);
+    if (stepped) return VW_OK;
     enum vw_status status = take_log(job);
-    if (!status) status = vw_run_finish(job->run);
-    return status ? status : vw_run_print(job->run, false, false);
-}
-
-static uint32_t make_some(struct work *work, struct job *jobs, uint32_t count) {
-    struct vw_run *runs[VW_CHILD_JOBS_MAX];
-    struct job *opened[VW_CHILD_JOBS_MAX];
-    enum vw_status statuses[VW_CHILD_JOBS_MAX];
-    uint32_t tried = open_jobs(work, jobs, count), open_count = 0;
-    for (uint32_t i = 0; i < tried; i++) {
-        if (!jobs[i].run) continue;
-        jobs[i].progress.interrupt = vw_interrupt_watch();
-        opened[open_count] = &jobs[i];
-        runs[open_count++] = jobs[i].run;
-    }
-    if (open_count) note(work, take_log(opened[0])); // where progress is shown
-    note(work, vw_runs_advance(runs, open_count, statuses));
-    for (uint32_t i = 0; i < open_count; i++) {
-        vw_progress_end(&opened[i]->progress);
-        if (!statuses[i]) note(work, finish_job(opened[i]));
-        vw_run_close(&opened[i]->run);
-    }
-    return tried;
+    if (!status) status = vw_run_finish(run);
+    return status ? status : vw_run_print(run, false, false);
 }
 
 enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds) {
     struct work *work = vw_allocate(1, sizeof *work);
     if (!work) return VW_ERROR_MEMORY;
     work->options = options;
-    note(work, list_jobs(work, seeds));
-    bool runs = !work->status;
+    vw_first_failure_note(&work->failure, list_jobs(work, seeds));
+    bool runs = !work->failure.status;
     const struct vw_interrupt interrupt = vw_interrupt_watch();
-    for (uint32_t done = 0; runs && done < work->count && !vw_interrupt_requested(&interrupt);)
-        done += make_some(work, &work->jobs[done], work->count - done);
+    const struct vw_together_params together = {&work->session, options->together, open_job, finish_job, work};
+    for (uint32_t made; runs && work->done < work->count && !vw_interrupt_requested(&interrupt); work->done += made)
+        vw_first_failure_note(&work->failure, vw_together_make(&together, work->count - work->done, &made));
     for (uint32_t i = 0; i < VW_CHILD_JOBS_MAX; i++) free(work->jobs[i].out);
     vw_session_close(&work->session);
-    enum vw_status status = work->status;
-    if (status) vw_error_restore(&work->why);
+    enum vw_status status = vw_first_failure_report(&work->failure);
     free(work);
     return status;
 }

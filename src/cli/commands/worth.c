@@ -11,7 +11,7 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
                                         .retrainings = retrainings,
                                         .until_accuracy = options->until_accuracy,
                                         .together = options->together,
-                                        .no_thumbnails = options->no_thumbnails,
+                                        .report = options->report,
                                         .payout = options->payout,
                                         .sign_key_path = options->sign};
 }

@@ -177,7 +177,7 @@ static void print_csv(FILE *stream, const void *context) {
 
 static enum vw_status write_results(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const char *out = state->params->common.out;
-    const struct vw_report_params report = {.scene = state->session.scene, .no_thumbnails = true};
+    const struct vw_report_params report = {.scene = state->session.scene, .options.no_thumbnails = true};
     sweep->csv_path = vw_path_join(out, "tradeoff.csv");
     if (!sweep->csv_path) return VW_ERROR_MEMORY;
     enum vw_status status =

@@ -5,26 +5,20 @@
 
 #include "base/memory.h"
 #include "run/devices.h"
+#include "run/lasting/lasting_summary.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run.h"
 
 enum { ALL_EXPLICIT = (VW_EXPLICIT_EPOCHS << 1) - 1 };
 
-static enum vw_status sweep(const struct vw_lasting_folder_params *params, const struct vw_recorded_run *recorded) {
+static enum vw_status run_backward(const struct vw_run_params *params, const struct vw_recorded_run *recorded) {
     json_t *texts = NULL;
     struct vw_run *run = NULL;
-    struct vw_run_params of_run = {.config = &recorded->config,
-                                   .device = params->device ? params->device : recorded->row.device,
-                                   .out = params->out,
-                                   .resume = true,
-                                   .explicit_fields = ALL_EXPLICIT,
-                                   .lasting = true,
-                                   .lasting_rays = params->wanted.rays,
-                                   .no_gate = params->wanted.no_gate,
-                                   .lasting_matrix = params->wanted.matrix,
-                                   .no_thumbnails = params->no_thumbnails,
-                                   .progress = params->progress,
-                                   .context = params->context};
+    struct vw_run_params of_run = *params;
+    of_run.config = &recorded->config;
+    if (!of_run.device) of_run.device = recorded->row.device;
+    of_run.resume = true;
+    of_run.explicit_fields = ALL_EXPLICIT;
     enum vw_status status = vw_scene_options_from_json(recorded->row.scene_options_json, &texts, &of_run.scene);
     if (status) return status;
     of_run.scene.path = recorded->row.scene_path;
@@ -35,14 +29,14 @@ static enum vw_status sweep(const struct vw_lasting_folder_params *params, const
     return status;
 }
 
-enum vw_status vw_lasting_of_folder(const struct vw_lasting_folder_params *params) {
+enum vw_status vw_lasting_of_folder(const struct vw_run_params *params) {
     struct vw_recorded_run recorded = {0};
     struct vw_lasting_sweep found = {0};
     enum vw_status status = vw_recorded_open(params->out, &recorded);
     if (!status) status = vw_ledger_get_lasting(recorded.ledger, &found);
-    if (!status && !vw_lasting_is_there(&params->wanted, &recorded.config, &found)) {
+    if (!status && !vw_lasting_is_there(&params->lasting, &recorded.config, &found)) {
         status = vw_recorded_check_replay(&recorded); // before the device is opened
-        if (!status) status = sweep(params, &recorded);
+        if (!status) status = run_backward(params, &recorded);
     }
     vw_lasting_sweep_free(&found);
     vw_recorded_close(&recorded);

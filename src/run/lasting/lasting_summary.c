@@ -26,7 +26,7 @@ enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, st
 
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
 
-bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
+bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
                          const struct vw_lasting_sweep *sweep) {
     bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || sweep->check_count > 0;
     return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays) &&

@@ -6,15 +6,9 @@
 #include <stdint.h>
 
 #include "viewworth/ledger.h"
+#include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
-
-struct vw_lasting_wanted {
-    bool wanted;
-    uint32_t rays; // 0: all, or those of a sweep that is there
-    bool no_gate;
-    bool matrix; // also credit by validation photo
-};
 
 // VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
@@ -24,7 +18,7 @@ enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, st
 // Whether a run of `config` has a gate; with momentum it has none.
 bool vw_lasting_has_gate(const struct vw_config *config);
 // Whether a ledger's sweep of a run of `config` is the one that is wanted, and has its gate if that is wanted.
-bool vw_lasting_is_there(const struct vw_lasting_wanted *wanted, const struct vw_config *config,
+bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
                          const struct vw_lasting_sweep *sweep);
 
 struct vw_lasting_summary {

@@ -119,8 +119,8 @@ static bool is_held(const struct gathering *gathering, const struct held_run *ru
 
 static enum vw_status read_pictures(const struct gathering *gathering, struct held_run *run) {
     const struct vw_report_run page = run_of_page(run);
-    return vw_report_files_of_run(run->folder, page.row->scene_hash, page.image_count, gathering->params->no_thumbnails,
-                                  &run->map_json, &run->residuals_json);
+    return vw_report_files_of_run(run->folder, page.row->scene_hash, page.image_count,
+                                  gathering->params->options.no_thumbnails, &run->map_json, &run->residuals_json);
 }
 
 static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {

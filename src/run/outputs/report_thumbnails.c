@@ -53,7 +53,7 @@ const struct vw_report_picture *vw_report_sets_of_run(struct vw_report_sets *set
                                                       const struct vw_report_params *params,
                                                       const struct vw_recorded_scene *recorded,
                                                       const struct vw_ledger_image *images, uint32_t image_count) {
-    if (params->no_thumbnails) return NULL;
+    if (params->options.no_thumbnails) return NULL;
     const struct vw_thumbnails thumbnails = set_of(sets, params, recorded);
     if (!thumbnails.count) return NULL;
     if (shows_images(&thumbnails, images, image_count)) return thumbnails.pictures;
@@ -102,7 +102,7 @@ enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const s
     if (json_unpack(compare, "{s:s, s:s, s:i, s:o}", "scene", &path, "scene_hash", &hash, "downscale", &downscale,
                     "disagreements", &disagreements))
         status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for compare.json", document->label);
-    else if (!params->no_thumbnails && json_array_size(disagreements) && !is_shown(runs, run_count, hash)) {
+    else if (!params->options.no_thumbnails && json_array_size(disagreements) && !is_shown(runs, run_count, hash)) {
         char *scene_options = vw_format_text("{\"downscale\":%d}", downscale);
         const struct vw_recorded_scene recorded = {document->label, path, scene_options, hash};
         struct vw_thumbnails thumbnails = {0};

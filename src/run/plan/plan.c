@@ -196,9 +196,9 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     if (!status) status = vw_session_open(&of_session, session);
     if (!status) status = vw_session_decide_effects(config, session);
     if (status) return status;
-    vw_plan_estimate_finish(session->scene, params->no_thumbnails, plan);
+    vw_plan_estimate_finish(session->scene, params->report.no_thumbnails, plan);
     status = choose_candidate(&choice, plan);
-    if (!params->no_thumbnails) plan->finish_step_s += VW_RESIDUALS_SHARE * plan->step_s;
+    if (!params->report.no_thumbnails) plan->finish_step_s += VW_RESIDUALS_SHARE * plan->step_s;
     if (!status) status = record_plan(&choice, config, plan);
     if (status) return status;
     log_plan(plan, config);
