@@ -19,7 +19,7 @@ static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) 
     assert_string_equal(hex, expected);
 }
 
-static void sha256_matches_the_published_vector(void **state) {
+FOLDER_TEST(sha256_matches_the_published_vector) {
     const char *expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"; // FIPS 180-2, "abc"
     uint8_t hash[VW_HASH_BYTES];
     vw_sha256("abc", 3, hash);
@@ -35,8 +35,7 @@ static void sha256_matches_the_published_vector(void **state) {
     free(path);
 }
 
-static void hasher_writes_tag_length_and_little_endian(void **state) {
-    (void)state;
+TEST(hasher_writes_tag_length_and_little_endian) {
     const uint8_t bytes[] = {'t', 2,    0,    0,    0,    0,    0,    0,    0,    'h', 'i', // text "hi"
                              'i', 0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,           // integer -2
                              'r', 0,    0,    0,    0,    0,    0,    0xf8, 0x3f,           // real 1.5
@@ -72,8 +71,7 @@ static void add_sequence(struct vw_hasher *hasher, int sequence) {
     }
 }
 
-static void different_sequences_hash_differently(void **state) {
-    (void)state;
+TEST(different_sequences_hash_differently) {
     enum { SEQUENCES = 12 };
     uint8_t hashes[SEQUENCES][VW_HASH_BYTES];
     for (int i = 0; i < SEQUENCES; i++) {
@@ -92,7 +90,7 @@ static void different_sequences_hash_differently(void **state) {
     assert_memory_equal(of_null, hashes[1], 32);
 }
 
-static void a_file_reads_back_with_a_zero_after_it(void **state) {
+FOLDER_TEST(a_file_reads_back_with_a_zero_after_it) {
     char *path = vw_path_join(*state, "large");
     size_t size_bytes = 100003, read_bytes = 0;
     char *text = malloc(size_bytes);
@@ -112,7 +110,7 @@ static void a_file_reads_back_with_a_zero_after_it(void **state) {
     free(path);
 }
 
-static void an_empty_file_is_fine(void **state) {
+FOLDER_TEST(an_empty_file_is_fine) {
     char *path = vw_path_join(*state, "empty");
     void *data = NULL;
     size_t size_bytes = 9;
@@ -133,7 +131,7 @@ static int count_entries(const char *folder) {
     return count;
 }
 
-static void a_write_replaces_whole_or_leaves_the_old(void **state) {
+FOLDER_TEST(a_write_replaces_whole_or_leaves_the_old) {
     char *path = vw_path_join(*state, "file");
     void *data = NULL;
     size_t size_bytes;
@@ -169,7 +167,7 @@ int getentropy(void *buffer, size_t size_bytes) {
     return 0;
 }
 
-static void a_hostile_link_is_replaced_and_not_followed(void **state) {
+FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
     char *guess = vw_path_join(*state, ".viewworth-00000000000000000000000000000000.part");
     void *data = NULL;
@@ -202,8 +200,8 @@ int renameat2(int old_folder, const char *old_name, int new_folder, const char *
     return (int)syscall(SYS_renameat2, old_folder, old_name, new_folder, new_name, flags);
 }
 
-static void a_created_file_replaces_nothing(void **state) {
-    char *path = vw_path_join(*state, "file");
+static void check_created_file(const char *folder) {
+    char *path = vw_path_join(folder, "file");
     void *data = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_create(path, "first", 5));
@@ -215,18 +213,20 @@ static void a_created_file_replaces_nothing(void **state) {
     unlink(path);
     assert_int_equal(symlink("nowhere", path), 0);
     assert_int_equal(vw_file_create(path, "x", 1), VW_ERROR_USAGE);
-    assert_int_equal(count_entries(*state), 1);
+    assert_int_equal(count_entries(folder), 1);
     unlink(path);
     free(path);
 }
 
-static void a_file_system_without_such_renames_links(void **state) {
+FOLDER_TEST(a_created_file_replaces_nothing) { check_created_file(*state); }
+
+FOLDER_TEST(a_file_system_without_such_renames_links) {
     refuse_to_keep = true;
-    a_created_file_replaces_nothing(state);
+    check_created_file(*state);
     refuse_to_keep = false;
 }
 
-static void leftovers_of_killed_writers_go_and_all_else_stays(void **state) {
+FOLDER_TEST(leftovers_of_killed_writers_go_and_all_else_stays) {
     static const char *const names[] = {".viewworth-0123456789abcdef0123456789abcdef.part", // ours
                                         ".viewworth-0123456789abcdef0123456789abcdef.part2",
                                         ".viewworth-0123456789abcdef0123456789abcde.part",
@@ -244,15 +244,14 @@ static void leftovers_of_killed_writers_go_and_all_else_stays(void **state) {
     }
 }
 
-static void messages_are_one_line(void **state) {
-    (void)state;
+TEST(messages_are_one_line) {
     assert_int_equal(vw_fail(VW_ERROR_INPUT, "%s: wrong", "a\nb\x1b[2J\x7f\xc3\xa4"), VW_ERROR_INPUT);
     assert_string_equal(vw_error_message(), "a?b?[2J?\xc3\xa4: wrong"); // UTF-8 stays
     vw_fail_context(VW_ERROR_INPUT, "frame\r\n1");
     assert_string_equal(vw_error_message(), "frame??1: a?b?[2J?\xc3\xa4: wrong");
 }
 
-static void pipes_and_folders_are_no_files(void **state) {
+TEST(pipes_and_folders_are_no_files) {
     char *folder = temporary_folder_create();
     (void)state;
     assert_true(vw_file_exists(temporary_file(folder, "file", "")));
@@ -269,7 +268,7 @@ static void pipes_and_folders_are_no_files(void **state) {
     temporary_folder_remove(folder);
 }
 
-static void folders_and_names(void **state) {
+FOLDER_TEST(folders_and_names) {
     char *deep = vw_path_join(*state, "a/b//c/");
     assert_false(vw_folder_exists(deep));
     ASSERT_OK(vw_folder_create(deep));
@@ -307,8 +306,7 @@ static void take_line(void *context, enum vw_log_level level, const char *line) 
     snprintf(text + strlen(text), 3000 - strlen(text), "%d %s\n", level, line);
 }
 
-static void messages_go_to_the_sink(void **state) {
-    (void)state;
+TEST(messages_go_to_the_sink) {
     char text[3000] = "", expected[3000], name[1500] = "";
     vw_log_info("nobody hears %d", 0); // the library is silent by default
     vw_log_set_sink(take_line, text);
@@ -321,24 +319,4 @@ static void messages_go_to_the_sink(void **state) {
     snprintf(expected, sizeof expected, "%d told 1\n%d warned 2\n%d long %s\n", VW_LOG_INFO, VW_LOG_WARNING,
              VW_LOG_INFO, name);
     assert_string_equal(text, expected);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(sha256_matches_the_published_vector, test_set_up, test_tear_down),
-        cmocka_unit_test(hasher_writes_tag_length_and_little_endian),
-        cmocka_unit_test(different_sequences_hash_differently),
-        cmocka_unit_test_setup_teardown(a_file_reads_back_with_a_zero_after_it, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(an_empty_file_is_fine, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_write_replaces_whole_or_leaves_the_old, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_hostile_link_is_replaced_and_not_followed, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_created_file_replaces_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_file_system_without_such_renames_links, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(leftovers_of_killed_writers_go_and_all_else_stays, test_set_up, test_tear_down),
-        cmocka_unit_test(messages_are_one_line),
-        cmocka_unit_test(pipes_and_folders_are_no_files),
-        cmocka_unit_test_setup_teardown(folders_and_names, test_set_up, test_tear_down),
-        cmocka_unit_test(messages_go_to_the_sink),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,13 +10,6 @@
 #include "base/random.h"
 #include "support/temporary_folder.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // All records as text: fields in brackets, records behind their line number.
 static char *all_of(const char *path) {
     struct vw_csv csv;
@@ -39,7 +32,7 @@ static char *all_of(const char *path) {
     return text;
 }
 
-static void records_are_read(void **state) {
+FOLDER_TEST(records_are_read) {
     static const struct {
         const char *text, *expected;
     } cases[] = {
@@ -68,7 +61,7 @@ static void records_are_read(void **state) {
     }
 }
 
-static void broken_records_are_refused(void **state) {
+FOLDER_TEST(broken_records_are_refused) {
     static const struct {
         const char *text, *said;
     } cases[] = {
@@ -108,7 +101,7 @@ struct fields {
 };
 
 // A field costs a pointer, eight times its comma.
-static void a_record_has_a_limit_of_fields(void **state) {
+FOLDER_TEST(a_record_has_a_limit_of_fields) {
     static char text[VW_CSV_FIELDS_MAX + 2];
     for (int more = 0; more < 2; more++) {
         struct vw_csv csv;
@@ -133,7 +126,7 @@ static void print_fields(FILE *stream, const void *context) {
 }
 
 // Any text comes back, as one record of as many fields.
-static void what_is_written_reads_back(void **state) {
+FOLDER_TEST(what_is_written_reads_back) {
     static const char letters[] = "a,\"\n\r x'=+-@\t";
     const uint64_t seed = 20261121;
     for (uint32_t round = 0; round < 50; round++) {
@@ -161,8 +154,7 @@ static void what_is_written_reads_back(void **state) {
 }
 
 // A spreadsheet takes nothing for a formula, and everything else stays as it is.
-static void formulas_are_guarded(void **state) {
-    (void)state;
+TEST(formulas_are_guarded) {
     static const struct {
         const char *text, *written;
     } cases[] = {
@@ -191,15 +183,4 @@ static void formulas_are_guarded(void **state) {
         fclose(stream);
         assert_string_equal(text, cases[i].written);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(records_are_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(broken_records_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_record_has_a_limit_of_fields, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(what_is_written_reads_back, make_folder, remove_folder),
-        cmocka_unit_test(formulas_are_guarded),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,8 +13,7 @@ static void assert_json(json_t *value, const char *expected) {
     json_decref(value);
 }
 
-static void values_are_appended_and_set(void **state) {
-    (void)state;
+TEST(values_are_appended_and_set) {
     json_t *array = json_array(), *object = json_object();
     vw_json_append(&array, json_integer(1));
     vw_json_append(&array, vw_json_real(NAN));
@@ -23,8 +22,7 @@ static void values_are_appended_and_set(void **state) {
     assert_json(object, "{\"a\":[1,null],\"b\":true}");
 }
 
-static void a_missing_value_drops_the_container(void **state) {
-    (void)state;
+TEST(a_missing_value_drops_the_container) {
     json_t *array = json_array(), *object = json_object();
     vw_json_append(&array, NULL);
     assert_null(array);
@@ -34,12 +32,4 @@ static void a_missing_value_drops_the_container(void **state) {
     assert_null(object);
     vw_json_set(&object, "b", json_true());
     assert_null(object);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(values_are_appended_and_set),
-        cmocka_unit_test(a_missing_value_drops_the_container),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

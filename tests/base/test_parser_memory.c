@@ -140,7 +140,7 @@ static size_t measure(const struct hostile *hostile, const char *path) {
     return (size_t)used.ru_maxrss * 1024;
 }
 
-static void memory_is_in_proportion(void **state) {
+FOLDER_TEST(memory_is_in_proportion) {
     const char *given = getenv("VIEWWORTH_PARSER_BYTES");
     bool large = false;
     file_bytes = given ? strtoull(given, NULL, 10) : FILE_BYTES;
@@ -159,12 +159,4 @@ static void memory_is_in_proportion(void **state) {
         large |= peak_bytes > limit_bytes;
     }
     assert_false(large);
-}
-
-int main(void) {
-    void *state = temporary_folder_create();
-    const struct CMUnitTest tests[] = {cmocka_unit_test_prestate(memory_is_in_proportion, state)};
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    temporary_folder_remove(state);
-    return failed;
 }

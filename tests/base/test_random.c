@@ -15,8 +15,7 @@ static void assert_words(const uint32_t words[4], uint32_t a, uint32_t b, uint32
 
 // The vectors' counters and keys, spelt through the packing: counter = (step low, step high | purpose << 24, a, b), key
 // = seed.
-static void words_match_the_published_vectors(void **state) {
-    (void)state;
+TEST(words_match_the_published_vectors) {
     uint32_t words[4];
     vw_random_words(0, (enum vw_random_purpose)0, 0, 0, 0, words);
     assert_words(words, 0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8);
@@ -28,8 +27,7 @@ static void words_match_the_published_vectors(void **state) {
     assert_words(words, 0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1);
 }
 
-static void every_argument_matters(void **state) {
-    (void)state;
+TEST(every_argument_matters) {
     uint32_t words[7][4];
     vw_random_words(1, VW_RANDOM_PIXEL, 2, 3, 4, words[0]);
     vw_random_words(2, VW_RANDOM_PIXEL, 2, 3, 4, words[1]);
@@ -42,16 +40,14 @@ static void every_argument_matters(void **state) {
         for (int j = 0; j < i; j++) assert_memory_not_equal(words[i], words[j], sizeof words[i]);
 }
 
-static void unit_numbers_stay_below_one(void **state) {
-    (void)state;
+TEST(unit_numbers_stay_below_one) {
     assert_true(vw_random_unit(0) == 0.0f);
     assert_true(vw_random_unit(UINT32_MAX) < 1.0f);
     assert_true(vw_random_unit(0x80000000u) == 0.5f);
     assert_true(vw_random_unit(0x000000ffu) == 0.0f); // only the top 24 bits count
 }
 
-static void below_covers_its_range_evenly(void **state) {
-    (void)state;
+TEST(below_covers_its_range_evenly) {
     assert_int_equal(vw_random_below(0, 7), 0);
     assert_int_equal(vw_random_below(UINT32_MAX, 7), 6);
     assert_int_equal(vw_random_below(UINT32_MAX, 1), 0);
@@ -65,8 +61,7 @@ static void below_covers_its_range_evenly(void **state) {
     for (int i = 0; i < 7; i++) assert_in_range(counts[i], 10000 - 500, 10000 + 500); // 5 standard deviations
 }
 
-static void an_order_is_a_permutation_of_its_own(void **state) {
-    (void)state;
+TEST(an_order_is_a_permutation_of_its_own) {
     enum { COUNT = 100 };
     uint32_t order[COUNT], again[COUNT], other[COUNT];
     vw_random_order(5, 3, COUNT, order);
@@ -88,8 +83,7 @@ static void an_order_is_a_permutation_of_its_own(void **state) {
 }
 
 // Each of the 6 orders of 3 comes up about equally often over the epochs.
-static void orders_are_even(void **state) {
-    (void)state;
+TEST(orders_are_even) {
     int counts[9] = {0};
     for (uint64_t epoch = 0; epoch < 12000; epoch++) {
         uint32_t order[3];
@@ -100,13 +94,4 @@ static void orders_are_even(void **state) {
         if (i % 4 == 0) assert_int_equal(counts[i], 0);          // the same photo twice
         else assert_in_range(counts[i], 2000 - 210, 2000 + 210); // 5 standard deviations
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_match_the_published_vectors),    cmocka_unit_test(every_argument_matters),
-        cmocka_unit_test(unit_numbers_stay_below_one),          cmocka_unit_test(below_covers_its_range_evenly),
-        cmocka_unit_test(an_order_is_a_permutation_of_its_own), cmocka_unit_test(orders_are_even),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,8 +35,7 @@ static int tear_down(void **state) {
 }
 
 // RFC 8032, section 7.1, test 2: the signature that every Ed25519 makes.
-static void signatures_are_ed25519(void **state) {
-    (void)state;
+TEST(signatures_are_ed25519) {
     static const uint8_t key[VW_SECRET_KEY_BYTES] = {
         0x4c, 0xcd, 0x08, 0x9b, 0x28, 0xff, 0x96, 0xda, 0x9d, 0xb6, 0xc3, 0x46, 0xec, 0x11, 0x4e, 0x0f,
         0x5b, 0x8a, 0x31, 0x9f, 0x35, 0xab, 0xa6, 0x24, 0xda, 0x8c, 0xf6, 0xed, 0x4f, 0xb8, 0xa6, 0xfb,
@@ -56,14 +55,13 @@ static void signatures_are_ed25519(void **state) {
 }
 
 // A key of small order makes signatures of anything: none of them holds.
-static void keys_of_small_order_sign_nothing(void **state) {
-    (void)state;
+TEST(keys_of_small_order_sign_nothing) {
     static const uint8_t identity[VW_PUBLIC_KEY_BYTES] = {1};
     static const uint8_t signature[VW_SIGNATURE_BYTES] = {1};
     assert_false(vw_signature_holds(identity, "anything", 8, signature));
 }
 
-static void keys_are_files_of_their_owner(void **state) {
+TEST(keys_are_files_of_their_owner) {
     const struct fixture *fixture = *state;
     struct stat info;
     char text[VW_PUBLIC_KEY_TEXT_BYTES];
@@ -96,7 +94,7 @@ static void assert_refuses_key(const char *path, const char *bytes, size_t size_
         fail_msg("a wrong key was read:\n%.*s", (int)size_bytes, bytes);
 }
 
-static void wrong_keys_are_refused(void **state) {
+TEST(wrong_keys_are_refused) {
     const struct fixture *fixture = *state;
     uint8_t key[VW_SECRET_KEY_BYTES];
     void *data = NULL;
@@ -121,12 +119,4 @@ static void wrong_keys_are_refused(void **state) {
     ASSERT_OK(vw_secret_key_check(fixture->key));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(signatures_are_ed25519),
-        cmocka_unit_test(keys_of_small_order_sign_nothing),
-        cmocka_unit_test(keys_are_files_of_their_owner),
-        cmocka_unit_test(wrong_keys_are_refused),
-    };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+TEST_GROUP(set_up, tear_down)

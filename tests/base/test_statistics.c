@@ -10,8 +10,7 @@ static void assert_real(double value, double expected) {
     if (!(fabs(value - expected) <= 1e-15 * fabs(expected))) fail_msg("%.17g is not %.17g", value, expected);
 }
 
-static void medians_and_quantiles(void **state) {
-    (void)state;
+TEST(medians_and_quantiles) {
     double odd[] = {3, -1, 2}, even[] = {4, 1, 3, 2}, one[] = {7}, sorted[] = {0, 10, 20, 40};
     assert_real(vw_median(odd, 3), 2);
     assert_true(odd[0] == -1 && odd[1] == 2 && odd[2] == 3);
@@ -24,8 +23,7 @@ static void medians_and_quantiles(void **state) {
     assert_real(vw_quantile_of_sorted(sorted, 4, 1), 40);
 }
 
-static void a_far_value_moves_no_robust_spread(void **state) {
-    (void)state;
+TEST(a_far_value_moves_no_robust_spread) {
     double near[] = {1, 2, 3, 4, 5}, far[] = {1, 2, 3, 4, 5e9}, equal[] = {6, 6, 6};
     assert_real(vw_robust_spread(near, 5), VW_NORMAL_SPREAD);
     assert_real(vw_robust_spread(far, 5), VW_NORMAL_SPREAD);
@@ -33,8 +31,7 @@ static void a_far_value_moves_no_robust_spread(void **state) {
     assert_true(isnan(vw_robust_spread(NULL, 0)));
 }
 
-static void correlations_and_ties(void **state) {
-    (void)state;
+TEST(correlations_and_ties) {
     const double a[] = {1, 2, 3, 4, 5}, line[] = {11, 9, 7, 5, 3}, cubes[] = {1, 8, 27, 64, 125},
                  flat[] = {2, 2, 2, 2, 2};
     const double tied[] = {5, 1, 5, 1, 9}, b[] = {2, 1, 4, 3, 5};
@@ -55,8 +52,7 @@ static void correlations_and_ties(void **state) {
 }
 
 // From tables of Student's distribution; the expansion is good to 0.2 %.
-static void students_quantiles(void **state) {
-    (void)state;
+TEST(students_quantiles) {
     static const double tables[][2] = {{1, 12.7062}, {2, 4.30265},  {3, 3.18245},  {4, 2.77645},
                                        {9, 2.26216}, {49, 2.00958}, {1e6, 1.95997}};
     for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
@@ -71,14 +67,4 @@ static void students_quantiles(void **state) {
         if (!(fabs(quantile - tables_95[i][1]) <= tolerance * tables_95[i][1]))
             fail_msg("%g degrees: %.6f, not %.6f", tables_95[i][0], quantile, tables_95[i][1]);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(medians_and_quantiles),
-        cmocka_unit_test(a_far_value_moves_no_robust_spread),
-        cmocka_unit_test(correlations_and_ties),
-        cmocka_unit_test(students_quantiles),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

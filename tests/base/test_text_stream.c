@@ -29,8 +29,7 @@ static void print_lines(FILE *stream, const void *context) {
     for (int i = 0; i < LINES; i++) fprintf(stream, "%05d\n", i);
 }
 
-static void what_was_printed_is_there(void **state) {
-    (void)state;
+TEST(what_was_printed_is_there) {
     struct vw_text_stream stream;
     char *text = NULL;
     size_t size_bytes = 0;
@@ -43,8 +42,7 @@ static void what_was_printed_is_there(void **state) {
     free(text);
 }
 
-static void nothing_printed_is_an_empty_text(void **state) {
-    (void)state;
+TEST(nothing_printed_is_an_empty_text) {
     struct vw_text_stream stream;
     char *text = NULL;
     size_t size_bytes = 1;
@@ -55,8 +53,7 @@ static void nothing_printed_is_an_empty_text(void **state) {
     free(text);
 }
 
-static void a_text_without_memory_is_refused(void **state) {
-    (void)state;
+TEST(a_text_without_memory_is_refused) {
     struct vw_text_stream stream;
     char *text = NULL;
     size_t size_bytes = 0;
@@ -69,8 +66,7 @@ static void a_text_without_memory_is_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "lines: out of memory"));
 }
 
-static void a_table_without_memory_is_not_written(void **state) {
-    (void)state;
+TEST(a_table_without_memory_is_not_written) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "table.csv");
     memory_is_short = true;
@@ -80,8 +76,7 @@ static void a_table_without_memory_is_not_written(void **state) {
     temporary_folder_remove(folder);
 }
 
-static void a_document_without_memory_is_not_printed(void **state) {
-    (void)state;
+TEST(a_document_without_memory_is_not_printed) {
     json_t *array = json_array();
     for (int i = 0; i < LINES; i++) vw_json_append(&array, json_pack("{s:i}", "key", i));
     char *text = vw_json_to_text(array, JSON_COMPACT);
@@ -94,8 +89,7 @@ static void a_document_without_memory_is_not_printed(void **state) {
     assert_null(vw_json_to_text(NULL, JSON_COMPACT));
 }
 
-static void failures_name_a_remedy(void **state) {
-    (void)state;
+TEST(failures_name_a_remedy) {
     vw_fail(VW_ERROR_MEMORY, "out of memory for a string");
     assert_string_equal(vw_error_message(), "out of memory for a string; close other programs or use --downscale");
     vw_fail(VW_ERROR_MISMATCH, "a row was edited");
@@ -103,16 +97,4 @@ static void failures_name_a_remedy(void **state) {
                         "a row was edited; get the folder again from a copy or from where it was made");
     vw_fail(VW_ERROR_MEMORY, "it is full; empty it");
     assert_string_equal(vw_error_message(), "it is full; empty it");
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_was_printed_is_there),
-        cmocka_unit_test(nothing_printed_is_an_empty_text),
-        cmocka_unit_test(a_text_without_memory_is_refused),
-        cmocka_unit_test(a_table_without_memory_is_not_written),
-        cmocka_unit_test(a_document_without_memory_is_not_printed),
-        cmocka_unit_test(failures_name_a_remedy),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,8 +3,7 @@
 
 #include "base/word_list.h"
 
-static void words_come_in_order(void **state) {
-    (void)state;
+TEST(words_come_in_order) {
     const char *rest = "rays,val-rays,,+sky";
     static const char *const expected[] = {"rays", "val-rays", "", "+sky"};
     struct vw_word word;
@@ -16,8 +15,7 @@ static void words_come_in_order(void **state) {
     assert_null(rest);
 }
 
-static void an_empty_list_and_a_last_comma_give_an_empty_word(void **state) {
-    (void)state;
+TEST(an_empty_list_and_a_last_comma_give_an_empty_word) {
     const char *empty = "", *ended = "a,";
     struct vw_word word;
     assert_true(vw_word_list_next(&empty, &word) && word.length == 0);
@@ -27,21 +25,11 @@ static void an_empty_list_and_a_last_comma_give_an_empty_word(void **state) {
     assert_false(vw_word_list_next(&ended, &word));
 }
 
-static void a_word_is_found_whole(void **state) {
-    (void)state;
+TEST(a_word_is_found_whole) {
     assert_true(vw_word_list_has("rays,val-rays", "rays"));
     assert_true(vw_word_list_has("samples,val-rays", "val-rays"));
     assert_false(vw_word_list_has("val-rays", "rays"));
     assert_false(vw_word_list_has("rays", "val-rays"));
     assert_false(vw_word_list_has("rays", "ray"));
     assert_false(vw_word_list_has(NULL, "rays"));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(words_come_in_order),
-        cmocka_unit_test(an_empty_list_and_a_last_comma_give_an_empty_word),
-        cmocka_unit_test(a_word_is_found_whole),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

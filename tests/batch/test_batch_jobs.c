@@ -43,8 +43,7 @@ static void assert_words(const struct vw_job *job, const char *expected) {
     assert_null(job->words[job->word_count]);
 }
 
-static void jobs_are_scenes_by_configs_by_seeds(void **state) {
-    (void)state;
+TEST_WITHIN(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder) {
     struct vw_jobs jobs;
     ASSERT_OK(load("{\"defaults\": {\"epochs\": 16, \"quiet-not\": false, \"lasting\": true}, \"seeds\": [0, 7],"
                    " \"configs\": [{\"name\": \"short\", \"options\": {\"epochs\": 4}}, {\"name\": \"plain\"}],"
@@ -63,8 +62,7 @@ static void jobs_are_scenes_by_configs_by_seeds(void **state) {
     vw_jobs_free(&jobs);
 }
 
-static void a_scene_alone_is_a_job(void **state) {
-    (void)state;
+TEST_WITHIN(a_scene_alone_is_a_job, make_folder, remove_folder) {
     struct vw_jobs jobs;
     ASSERT_OK(load("{\"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\"}]}", &jobs));
     assert_int_equal(jobs.count, 1);
@@ -75,8 +73,7 @@ static void a_scene_alone_is_a_job(void **state) {
 
 #define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
 
-static void what_is_wrong_is_named(void **state) {
-    (void)state;
+TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
     static const struct {
         const char *text, *message;
     } cases[] = {
@@ -126,8 +123,7 @@ static void what_is_wrong_is_named(void **state) {
     }
 }
 
-static void absurd_numbers_of_jobs_are_refused(void **state) {
-    (void)state;
+TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
     static char text[1 << 16];
     struct vw_jobs jobs;
     int used = snprintf(text, sizeof text, "{\"seeds\": [0");
@@ -140,8 +136,7 @@ static void absurd_numbers_of_jobs_are_refused(void **state) {
     vw_jobs_free(&jobs);
 }
 
-static void a_record_is_of_the_same_words(void **state) {
-    (void)state;
+TEST_WITHIN(a_record_is_of_the_same_words, make_folder, remove_folder) {
     struct vw_jobs jobs, others;
     struct vw_job_record record;
     ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
@@ -165,8 +160,7 @@ static void a_record_is_of_the_same_words(void **state) {
     vw_jobs_free(&others);
 }
 
-static void jobs_that_differ_by_their_seed_fit_together(void **state) {
-    (void)state;
+TEST_WITHIN(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_folder) {
     struct vw_jobs jobs;
     ASSERT_OK(
         load("{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
@@ -186,8 +180,7 @@ static void jobs_that_differ_by_their_seed_fit_together(void **state) {
     vw_jobs_free(&jobs);
 }
 
-static void a_broken_record_is_none(void **state) {
-    (void)state;
+TEST_WITHIN(a_broken_record_is_none, make_folder, remove_folder) {
     static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
                                         "{\"words\": [], \"exit_code\": 0, \"seconds\": 1, \"message\": \"\"}"};
     struct vw_jobs jobs;
@@ -201,17 +194,4 @@ static void a_broken_record_is_none(void **state) {
         assert_null(record.message);
     }
     vw_jobs_free(&jobs);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_scene_alone_is_a_job, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(what_is_wrong_is_named, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_record_is_of_the_same_words, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_broken_record_is_none, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

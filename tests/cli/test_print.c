@@ -40,8 +40,7 @@ static const struct {
     {"\xc3(", "?("},                               // its second byte is a character of its own
 };
 
-static void what_acts_is_replaced(void **state) {
-    (void)state;
+TEST(what_acts_is_replaced) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
         char text[64];
         snprintf(text, sizeof text, "%s", texts[i].text);
@@ -59,7 +58,7 @@ static void keep_line(void *context, enum vw_log_level level, const char *line) 
     snprintf(context, 64, "%s", line);
 }
 
-static void log_lines_are_harmless(void **state) {
+TEST(log_lines_are_harmless) {
     char line[64];
     (void)state;
     vw_log_set_sink(keep_line, line);
@@ -91,8 +90,7 @@ static char *printed(void (*print)(const void *), const void *context) {
 
 static void print_row(const void *name) { vw_print("photo    %s\nworth    %d\n", (const char *)name, 3); }
 
-static void a_name_cannot_forge_a_line(void **state) {
-    (void)state;
+TEST(a_name_cannot_forge_a_line) {
     static const struct {
         const char *name, *rows;
     } cases[] = {{"a.png", "photo    a.png\nworth    3\n"},
@@ -113,8 +111,7 @@ static void a_name_cannot_forge_a_line(void **state) {
 
 static void print_json(const void *name) { ASSERT_OK(vw_json_print(json_pack("{s:s}", "name", (const char *)name))); }
 
-static void json_is_ascii_and_keeps_the_name(void **state) {
-    (void)state;
+TEST(json_is_ascii_and_keeps_the_name) {
     const char *name = "d\xc3\xb6ner \xc2\x9b \xe2\x80\xae.png";
     char *text = printed(print_json, name);
     for (const char *next = text; *next; next++) assert_in_range(*next, '\n', '~');
@@ -130,8 +127,7 @@ static void print_advice(const void *path) {
 }
 
 // The advice is run by a shell, which must give the path to the command as one word and do nothing else.
-static void a_shell_takes_an_advised_path_as_one_word(void **state) {
-    (void)state;
+TEST(a_shell_takes_an_advised_path_as_one_word) {
     static const char *const paths[] = {"scenes/fox_1.json",
                                         "a b",
                                         "",
@@ -166,15 +162,4 @@ static void a_shell_takes_an_advised_path_as_one_word(void **state) {
     command = printed(print_advice, "-r f");
     assert_string_equal(command, "printf %s './-r f'");
     free(command);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_acts_is_replaced),
-        cmocka_unit_test(log_lines_are_harmless),
-        cmocka_unit_test(a_name_cannot_forge_a_line),
-        cmocka_unit_test(json_is_ascii_and_keeps_the_name),
-        cmocka_unit_test(a_shell_takes_an_advised_path_as_one_word),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

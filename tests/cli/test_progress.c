@@ -52,7 +52,7 @@ static int count_bars(const char *text) {
     return lines;
 }
 
-static void a_line_each_tenth(void **state) {
+FOLDER_TEST(a_line_each_tenth) {
     char *text = printed(*state, false, 41);
     assert_int_equal(count_bars(text), 10); // no eleventh: the last tenth is the end
     assert_null(strchr(text, '\r'));
@@ -64,24 +64,15 @@ static void a_line_each_tenth(void **state) {
     free(text);
 }
 
-static void a_stopped_run_ends_with_its_state(void **state) {
+FOLDER_TEST(a_stopped_run_ends_with_its_state) {
     char *text = printed(*state, false, 22);
     assert_int_equal(count_bars(text), 5);
     assert_non_null(strstr(text, "epoch 2/4 [##########..........] 28.41 dB")); // of step 20, the last tenth
     free(text);
 }
 
-static void quiet_shows_warnings_alone(void **state) {
+FOLDER_TEST(quiet_shows_warnings_alone) {
     char *text = printed(*state, true, 41);
     assert_string_equal(text, "warning: warned 2\n");
     free(text);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_line_each_tenth, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_stopped_run_ends_with_its_state, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(quiet_shows_warnings_alone, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

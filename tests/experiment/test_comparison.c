@@ -11,8 +11,7 @@
 #define ROUNDING 1e-12 // of a few sums of numbers near 20
 
 // Every measure its own field, and every field its own measure.
-static void measures_are_the_fields(void **state) {
-    (void)state;
+TEST(measures_are_the_fields) {
     const struct vw_retrain_result outcome = {
         .val_psnr = 1, .val_ssim = 2, .val_l1 = 3, .test_psnr = 4, .test_ssim = 5, .test_l1 = 6, .seconds = 7};
     static const char *const names[] = {"val_psnr", "val_ssim", "val_l1", "test_psnr", "test_ssim", "test_l1"};
@@ -25,8 +24,7 @@ static void measures_are_the_fields(void **state) {
 }
 
 // 20, 22, 24: mean 22, variance 4, standard error sqrt(4 / 3).
-static void means_over_seeds(void **state) {
-    (void)state;
+TEST(means_over_seeds) {
     const struct vw_retrain_result outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
     struct vw_quality_mean mean = vw_quality_average(outcomes, 3, VW_QUALITY_TEST_PSNR);
     assert_near(mean.mean, 22, ROUNDING);
@@ -40,8 +38,7 @@ static void means_over_seeds(void **state) {
 
 // Seeds that differ by decibels, and lists by 1, 2 and 3: pairing leaves a mean of 2 with the standard error 1 /
 // sqrt(3), and with t(2) = 4.3027 an interval of 2 -+ 2.484. Unpaired, the luck of the seeds would hide it.
-static void luck_of_the_seed_cancels(void **state) {
-    (void)state;
+TEST(luck_of_the_seed_cancels) {
     const struct vw_retrain_result better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
     const struct vw_retrain_result worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
     struct vw_paired_difference paired = vw_quality_compare(better, worse, 3, VW_QUALITY_VAL_PSNR);
@@ -54,8 +51,7 @@ static void luck_of_the_seed_cancels(void **state) {
     assert_near(paired.difference, -2, ROUNDING);
 }
 
-static void what_is_beyond_noise(void **state) {
-    (void)state;
+TEST(what_is_beyond_noise) {
     const struct vw_retrain_result zero[4] = {{0}};
     const struct vw_retrain_result alike[] = {{.test_l1 = 1}, {.test_l1 = 1.25}, {.test_l1 = 0.75}, {.test_l1 = 1}};
     const struct vw_retrain_result less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
@@ -68,8 +64,7 @@ static void what_is_beyond_noise(void **state) {
     assert_false(vw_quality_compare(zero, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
 }
 
-static void one_seed_has_no_interval(void **state) {
-    (void)state;
+TEST(one_seed_has_no_interval) {
     const struct vw_retrain_result a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
     struct vw_paired_difference paired = vw_quality_compare(&a, &b, 1, VW_QUALITY_VAL_SSIM);
     assert_near(paired.difference, 0.25, 0);
@@ -78,8 +73,7 @@ static void one_seed_has_no_interval(void **state) {
 }
 
 // A split without photos has no values.
-static void no_value_makes_no_difference(void **state) {
-    (void)state;
+TEST(no_value_makes_no_difference) {
     const struct vw_retrain_result a[] = {{.test_psnr = 20}, {.test_psnr = NAN}},
                                    b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
     struct vw_paired_difference paired = vw_quality_compare(a, b, 2, VW_QUALITY_TEST_PSNR);
@@ -91,8 +85,7 @@ static void no_value_makes_no_difference(void **state) {
 
 // Three valuations with two seeds each. Differences: 1 and 3, 4 and 4, 5 and 7; so means 2, 4, 6 of the valuations:
 // mean 4, standard error 2 / sqrt(3), and t(2).
-static void valuations_are_the_samples(void **state) {
-    (void)state;
+TEST(valuations_are_the_samples) {
     enum { TRAININGS = 6 };
     struct vw_retrain_result results[2 * TRAININGS] = {{0}};
     static const double all[TRAININGS] = {10, 20, 15, 25, 30, 10}, top[TRAININGS] = {11, 23, 19, 29, 35, 17};
@@ -122,14 +115,4 @@ static void valuations_are_the_samples(void **state) {
     assert_near(paired.difference, 4, ROUNDING);
     assert_near(paired.standard_error, sqrt(20.0 / 5 / 6), ROUNDING);
     assert_false(vw_comparison_varies(&comparison, 1));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(measures_are_the_fields),      cmocka_unit_test(means_over_seeds),
-        cmocka_unit_test(luck_of_the_seed_cancels),     cmocka_unit_test(what_is_beyond_noise),
-        cmocka_unit_test(valuations_are_the_samples),   cmocka_unit_test(one_seed_has_no_interval),
-        cmocka_unit_test(no_value_makes_no_difference),
-    };
-    return cmocka_run_group_tests_name("comparison", tests, NULL, NULL);
 }

@@ -66,21 +66,21 @@ static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, 
     return result;
 }
 
-static void all_photos_are_the_same_in_both_ways(void **state) {
+TEST_WITHIN(all_photos_are_the_same_in_both_ways, set_up, tear_down) {
     struct vw_retrain_result steps = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS, 0);
     struct vw_retrain_result epochs = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS, 0);
     assert_true(isfinite(steps.val_psnr) && steps.val_psnr == epochs.val_psnr && steps.test_l1 == epochs.test_l1);
 }
 
 // With half of the photos, equal steps are twice the epochs.
-static void equal_steps_train_longer_than_equal_epochs(void **state) {
+TEST_WITHIN(equal_steps_train_longer_than_equal_epochs, set_up, tear_down) {
     struct vw_retrain_result steps = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS / 2, 0);
     struct vw_retrain_result epochs = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS / 2, 0);
     struct vw_retrain_result longer = retrain(*state, VW_EQUAL_EPOCHS, 1, PHOTOS / 2, 6);
     assert_true(steps.val_psnr > epochs.val_psnr + 0.5 * (longer.val_psnr - epochs.val_psnr));
 }
 
-static void results_are_means_over_the_ends_of_the_last_epochs(void **state) {
+TEST_WITHIN(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down) {
     struct vw_retrain_result second = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS - 1, 2);
     struct vw_retrain_result third = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS - 1, 3);
     struct vw_retrain_result mean = retrain(*state, VW_EQUAL_STEPS, 2, PHOTOS - 1, 3);
@@ -93,7 +93,7 @@ static void results_are_means_over_the_ends_of_the_last_epochs(void **state) {
 }
 
 // tiny.json has two validation photos, 6 and 7.
-static void single_photos_add_up_to_the_result(void **state) {
+TEST_WITHIN(single_photos_add_up_to_the_result, set_up, tear_down) {
     struct fixture *f = *state;
     struct vw_retrain_view views[] = {{6, 0}, {7, 0}};
     struct vw_retrain_result result = retrain(f, VW_EQUAL_STEPS, 2, PHOTOS - 1, 0);
@@ -104,7 +104,7 @@ static void single_photos_add_up_to_the_result(void **state) {
     assert_true(fabs(0.5 * (views[0].psnr_db + views[1].psnr_db) - result.val_psnr) < 1e-9); // rounding of doubles
 }
 
-static void without_photos_the_untrained_field_is_measured(void **state) {
+TEST_WITHIN(without_photos_the_untrained_field_is_measured, set_up, tear_down) {
     struct vw_retrain_result none = retrain(*state, VW_EQUAL_STEPS, 2, 0, 0);
     struct vw_retrain_result again = retrain(*state, VW_EQUAL_EPOCHS, 1, 0, 1);
     struct vw_retrain_result all = retrain(*state, VW_EQUAL_STEPS, 1, PHOTOS, 0);
@@ -124,7 +124,7 @@ static bool count_trainers(void *context) {
     return false;
 }
 
-static void several_are_on_all_devices_in_turn(void **state) {
+TEST_WITHIN(several_are_on_all_devices_in_turn, set_up, tear_down) {
     struct fixture *f = *state;
     struct observer observer = {.session = &f->session};
     const struct vw_retrainer_params params = {.session = &f->session,
@@ -152,7 +152,7 @@ static void several_are_on_all_devices_in_turn(void **state) {
 }
 
 // Asking for photos makes no other retraining: its result and its id stay.
-static void photos_that_were_left_out_can_be_measured(void **state) {
+TEST_WITHIN(photos_that_were_left_out_can_be_measured, set_up, tear_down) {
     struct fixture *f = *state;
     struct vw_retrain_result plain = retrain(f, VW_EQUAL_STEPS, 2, PHOTOS - 2, 0), measured, recalled;
     struct vw_retrain_view left_out[] = {{f->retrainer.train_views[PHOTOS - 2], 0},
@@ -180,7 +180,7 @@ static void photos_that_were_left_out_can_be_measured(void **state) {
 }
 
 // An epoch takes one step on each photo: its gains add up to what the epoch gains, and come back from the store.
-static void steps_gain_what_the_epoch_gains(void **state) {
+TEST_WITHIN(steps_gain_what_the_epoch_gains, set_up, tear_down) {
     struct fixture *f = *state;
     struct vw_retrain_view gains[PHOTOS], again[PHOTOS];
     struct vw_retrain_result first = retrain(f, VW_EQUAL_STEPS, 1, PHOTOS, 1), untrained, result;
@@ -207,18 +207,4 @@ static void steps_gain_what_the_epoch_gains(void **state) {
     retraining.photos_of = VW_RETRAIN_PHOTOS_PSNR; // of the same training, but not to be taken from its gains
     ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db > 3 && again[i].psnr_db != gains[i].psnr_db);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(all_photos_are_the_same_in_both_ways, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(equal_steps_train_longer_than_equal_epochs, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(results_are_means_over_the_ends_of_the_last_epochs, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(single_photos_add_up_to_the_result, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(several_are_on_all_devices_in_turn, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(photos_that_were_left_out_can_be_measured, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(steps_gain_what_the_epoch_gains, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(without_photos_the_untrained_field_is_measured, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,8 +46,7 @@ static bool keeps(const struct vw_selection *selection, uint32_t image_id) {
     return false;
 }
 
-static void rules_apply_to_the_scores_of_each_half(void **state) {
-    (void)state;
+TEST(rules_apply_to_the_scores_of_each_half) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
@@ -64,8 +63,7 @@ static void rules_apply_to_the_scores_of_each_half(void **state) {
     vw_candidates_free(&candidates);
 }
 
-static void a_method_without_scores_has_no_candidates(void **state) {
-    (void)state;
+TEST(a_method_without_scores_has_no_candidates) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
@@ -75,8 +73,7 @@ static void a_method_without_scores_has_no_candidates(void **state) {
     vw_candidates_free(&candidates);
 }
 
-static void lasting_credit_selects_where_every_scoring_has_it(void **state) {
-    (void)state;
+TEST(lasting_credit_selects_where_every_scoring_has_it) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
     for (int s = 0; s < VW_SCORINGS; s++)
@@ -94,8 +91,7 @@ static void lasting_credit_selects_where_every_scoring_has_it(void **state) {
 }
 
 // Lists that agree by both halves but not by all photos are two.
-static void lists_that_differ_by_one_scoring_are_two(void **state) {
-    (void)state;
+TEST(lists_that_differ_by_one_scoring_are_two) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     rows[VW_HALF_BOTH][5].value = -1; // not positive, but no outlier
@@ -109,8 +105,7 @@ static void lists_that_differ_by_one_scoring_are_two(void **state) {
     vw_candidates_free(&candidates);
 }
 
-static void a_rule_that_keeps_too_few_by_a_half_is_left_out(void **state) {
-    (void)state;
+TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     for (uint32_t i = 1; i < PHOTOS; i++) rows[VW_HALF_B][i].value = -rows[VW_HALF_B][i].value; // photo 0 and 4 stay
@@ -125,15 +120,4 @@ static void a_rule_that_keeps_too_few_by_a_half_is_left_out(void **state) {
     assert_int_equal(vw_candidates_make(&scorings, &candidates), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "no scores; value the photos first"));
     vw_candidates_free(&candidates);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rules_apply_to_the_scores_of_each_half),
-        cmocka_unit_test(a_method_without_scores_has_no_candidates),
-        cmocka_unit_test(lasting_credit_selects_where_every_scoring_has_it),
-        cmocka_unit_test(lists_that_differ_by_one_scoring_are_two),
-        cmocka_unit_test(a_rule_that_keeps_too_few_by_a_half_is_left_out),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -133,7 +133,7 @@ static void check_gain(const struct vw_verified_selection *verified, const struc
     assert_near(verified->gains[place].gain_db, gain_db, 1e-9); // rounding of sums
 }
 
-static void a_half_judges_what_the_other_selects(void **state) {
+TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     struct fixture *f = *state;
     struct vw_session session = {0};
     struct vw_retrainer retrainer = {0};
@@ -158,11 +158,4 @@ static void a_half_judges_what_the_other_selects(void **state) {
     assert_int_equal(candidate->selections[VW_HALF_B].image_ids[0], PHOTOS / 2);
     vw_retrainer_close(&retrainer);
     vw_session_close(&session);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_half_judges_what_the_other_selects, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,33 +33,19 @@ static void replay(const char *name, fuzz_target *target) {
     fuzz_remove_folder();
 }
 
-static void the_transforms_corpus_passes(void **state) { (void)state, replay("transforms", fuzz_transforms); }
-static void the_binary_colmap_corpus_passes(void **state) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
-static void the_text_colmap_corpus_passes(void **state) { (void)state, replay("colmap_text", fuzz_colmap_text); }
-static void the_tsv_corpus_passes(void **state) { (void)state, replay("tsv", fuzz_tsv); }
-static void the_photo_corpus_passes(void **state) { (void)state, replay("photo", fuzz_photo); }
-static void the_recipe_corpus_passes(void **state) { (void)state, replay("recipe", fuzz_recipe); }
-static void the_ledger_corpus_passes(void **state) { (void)state, replay("ledger", fuzz_ledger); }
-static void the_store_corpus_passes(void **state) { (void)state, replay("store", fuzz_store); }
-static void the_checkpoint_corpus_passes(void **state) { (void)state, replay("checkpoint", fuzz_checkpoint); }
-static void the_field_corpus_passes(void **state) { (void)state, replay("field", fuzz_field); }
-static void the_step_log_corpus_passes(void **state) { (void)state, replay("steps", fuzz_steps); }
-static void the_providers_corpus_passes(void **state) { (void)state, replay("providers", fuzz_providers); }
-static void the_list_corpus_passes(void **state) { (void)state, replay("lists", fuzz_lists); }
-static void the_table_corpus_passes(void **state) { (void)state, replay("tables", fuzz_tables); }
-static void the_comparison_corpus_passes(void **state) { (void)state, replay("compare", fuzz_compare); }
-static void the_jobs_corpus_passes(void **state) { (void)state, replay("jobs", fuzz_jobs); }
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_transforms_corpus_passes),  cmocka_unit_test(the_binary_colmap_corpus_passes),
-        cmocka_unit_test(the_text_colmap_corpus_passes), cmocka_unit_test(the_tsv_corpus_passes),
-        cmocka_unit_test(the_recipe_corpus_passes),      cmocka_unit_test(the_ledger_corpus_passes),
-        cmocka_unit_test(the_store_corpus_passes),       cmocka_unit_test(the_checkpoint_corpus_passes),
-        cmocka_unit_test(the_field_corpus_passes),       cmocka_unit_test(the_step_log_corpus_passes),
-        cmocka_unit_test(the_providers_corpus_passes),   cmocka_unit_test(the_list_corpus_passes),
-        cmocka_unit_test(the_table_corpus_passes),       cmocka_unit_test(the_comparison_corpus_passes),
-        cmocka_unit_test(the_photo_corpus_passes),       cmocka_unit_test(the_jobs_corpus_passes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+TEST(the_transforms_corpus_passes) { (void)state, replay("transforms", fuzz_transforms); }
+TEST(the_binary_colmap_corpus_passes) { (void)state, replay("colmap_binary", fuzz_colmap_binary); }
+TEST(the_text_colmap_corpus_passes) { (void)state, replay("colmap_text", fuzz_colmap_text); }
+TEST(the_tsv_corpus_passes) { (void)state, replay("tsv", fuzz_tsv); }
+TEST(the_photo_corpus_passes) { (void)state, replay("photo", fuzz_photo); }
+TEST(the_recipe_corpus_passes) { (void)state, replay("recipe", fuzz_recipe); }
+TEST(the_ledger_corpus_passes) { (void)state, replay("ledger", fuzz_ledger); }
+TEST(the_store_corpus_passes) { (void)state, replay("store", fuzz_store); }
+TEST(the_checkpoint_corpus_passes) { (void)state, replay("checkpoint", fuzz_checkpoint); }
+TEST(the_field_corpus_passes) { (void)state, replay("field", fuzz_field); }
+TEST(the_step_log_corpus_passes) { (void)state, replay("steps", fuzz_steps); }
+TEST(the_providers_corpus_passes) { (void)state, replay("providers", fuzz_providers); }
+TEST(the_list_corpus_passes) { (void)state, replay("lists", fuzz_lists); }
+TEST(the_table_corpus_passes) { (void)state, replay("tables", fuzz_tables); }
+TEST(the_comparison_corpus_passes) { (void)state, replay("compare", fuzz_compare); }
+TEST(the_jobs_corpus_passes) { (void)state, replay("jobs", fuzz_jobs); }

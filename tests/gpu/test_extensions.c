@@ -19,8 +19,7 @@ static bool has(const struct vw_extension_choice *choice, const char *name) {
     return false;
 }
 
-static void what_is_not_offered_is_not_enabled(void **state) {
-    (void)state;
+TEST(what_is_not_offered_is_not_enabled) {
     assert_int_equal(vw_extensions_of_instance(NULL, 0, false).count, 0);
     assert_int_equal(vw_extensions_of_device(NULL, 0, true).count, 0);
     const struct vw_extension_choice choice = vw_extensions_of_instance(of_linux, 2, false);
@@ -30,8 +29,7 @@ static void what_is_not_offered_is_not_enabled(void **state) {
     assert_int_equal(vw_extensions_of_device(of_linux, 2, true).count, 0);
 }
 
-static void portability_is_enabled_with_its_flag(void **state) {
-    (void)state;
+TEST(portability_is_enabled_with_its_flag) {
     for (int validation = 0; validation < 2; validation++) {
         const struct vw_extension_choice choice = vw_extensions_of_instance(of_apple, 2, validation);
         assert_true(has(&choice, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME));
@@ -44,16 +42,14 @@ static void portability_is_enabled_with_its_flag(void **state) {
     assert_string_equal(device.names[0], "VK_KHR_portability_subset");
 }
 
-static void statistics_are_enabled_where_asked_for(void **state) {
-    (void)state;
+TEST(statistics_are_enabled_where_asked_for) {
     static const VkExtensionProperties of_mesa[] = {{VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME, 1}};
     assert_int_equal(vw_extensions_of_device(of_mesa, 1, false).count, 0);
     const struct vw_extension_choice choice = vw_extensions_of_device(of_mesa, 1, true);
     assert_true(choice.statistics && choice.count == 1);
 }
 
-static void statistics_are_a_line(void **state) {
-    (void)state;
+TEST(statistics_are_a_line) {
     const VkPipelineExecutableStatisticKHR statistics[] = {
         {.name = "Registers", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR, .value.u64 = 64},
         {.name = "Balance", .format = VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR, .value.i64 = -2},
@@ -65,21 +61,9 @@ static void statistics_are_a_line(void **state) {
     free(line);
 }
 
-static void moltenvk_that_sizes_arrays_wrongly_is_refused(void **state) {
-    (void)state;
+TEST(moltenvk_that_sizes_arrays_wrongly_is_refused) {
     assert_non_null(strstr(vw_driver_missed(VK_DRIVER_ID_MOLTENVK, 10211), "1.3.0"));
     assert_null(vw_driver_missed(VK_DRIVER_ID_MOLTENVK, 10300));
     assert_null(vw_driver_missed(VK_DRIVER_ID_MOLTENVK, 10400));
     assert_null(vw_driver_missed(VK_DRIVER_ID_MESA_LLVMPIPE, 1)); // versions of others count otherwise
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_not_offered_is_not_enabled),
-        cmocka_unit_test(portability_is_enabled_with_its_flag),
-        cmocka_unit_test(statistics_are_enabled_where_asked_for),
-        cmocka_unit_test(statistics_are_a_line),
-        cmocka_unit_test(moltenvk_that_sizes_arrays_wrongly_is_refused),
-    };
-    return cmocka_run_group_tests_name("extensions", tests, NULL, NULL);
 }

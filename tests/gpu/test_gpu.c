@@ -61,8 +61,7 @@ static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
 
 // ---- Devices --------------------------------------------------------------------------------------------------------
 
-static void devices_are_listed_in_order_of_preference(void **state) {
-    (void)state;
+TEST(devices_are_listed_in_order_of_preference) {
     struct vw_gpu_info *infos = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_gpu_list(&infos, &count));
@@ -76,8 +75,7 @@ static void devices_are_listed_in_order_of_preference(void **state) {
     free(infos);
 }
 
-static void a_device_is_chosen_by_index_or_name(void **state) {
-    (void)state;
+TEST(a_device_is_chosen_by_index_or_name) {
     const struct vw_gpu_info *preferred = vw_gpu_get_info(test_gpu());
     char upper[256];
     for (size_t i = 0; i < sizeof upper; i++) {
@@ -96,8 +94,7 @@ static void a_device_is_chosen_by_index_or_name(void **state) {
     }
 }
 
-static void an_unknown_device_lists_what_there_is(void **state) {
-    (void)state;
+TEST(an_unknown_device_lists_what_there_is) {
     const char *const choices[] = {"no such device", "99", "000", ""};
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
@@ -107,8 +104,7 @@ static void an_unknown_device_lists_what_there_is(void **state) {
     }
 }
 
-static void no_driver_is_no_device(void **state) {
-    (void)state;
+TEST(no_driver_is_no_device) {
     const char *before = getenv("VK_DRIVER_FILES"); // goes before every other way to name drivers
     char *kept = before ? vw_copy_text(before) : NULL;
     assert_int_equal(setenv("VK_DRIVER_FILES", "/nonexistent.json", 1), 0);
@@ -121,8 +117,7 @@ static void no_driver_is_no_device(void **state) {
     assert_fails(status, VW_ERROR_NO_DEVICE, "install");
 }
 
-static void a_clamp_only_lowers(void **state) {
-    (void)state;
+TEST(a_clamp_only_lowers) {
     struct vw_gpu_limits clamp = vw_gpu_floor_limits;
     clamp.buffer_bytes = UINT64_MAX;
     clamp.storage_offset_alignment_bytes = 1;
@@ -137,8 +132,7 @@ static void a_clamp_only_lowers(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void messages_tell_memory_from_loss(void **state) {
-    (void)state; // the numbers are VkResult's
+TEST(messages_tell_memory_from_loss) {
     assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
                  "buffer rays: out of host memory");
     assert_fails(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
@@ -148,8 +142,7 @@ static void messages_tell_memory_from_loss(void **state) {
                  "a card: vkCreateDevice failed with VkResult -3");
 }
 
-static void a_validation_complaint_fails_submit_and_close(void **state) {
-    (void)state;
+TEST(a_validation_complaint_fails_submit_and_close) {
     struct vw_gpu *gpu = open_clamped(NULL);
     struct vw_buffer *value = make_buffer(gpu, "value", 4);
     struct vw_pass *pass = NULL;
@@ -172,8 +165,7 @@ static void a_validation_complaint_fails_submit_and_close(void **state) {
 
 // ---- Buffers --------------------------------------------------------------------------------------------------------
 
-static void new_buffers_are_zero_and_only_host_memory_maps(void **state) {
-    (void)state;
+TEST(new_buffers_are_zero_and_only_host_memory_maps) {
     for (enum vw_buffer_memory home = VW_BUFFER_DEVICE; home <= VW_BUFFER_READBACK; home++) {
         struct vw_buffer *buffer = NULL;
         const struct vw_buffer_params params = {.name = "zero", .size_bytes = 1001, .memory = home};
@@ -189,8 +181,7 @@ static void new_buffers_are_zero_and_only_host_memory_maps(void **state) {
     }
 }
 
-static void write_and_read_cross_the_staging_buffer(void **state) {
-    (void)state; // larger than the staging buffer, at an odd offset
+TEST(write_and_read_cross_the_staging_buffer) {
     const uint64_t count = 5 << 20, size = count * 4;
     struct vw_buffer *buffer = make_buffer(test_gpu(), "large", size + 3);
     uint32_t *there = vw_allocate(count, 4), *back = vw_allocate(count, 4);
@@ -206,8 +197,7 @@ static void write_and_read_cross_the_staging_buffer(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void a_huge_buffer_is_out_of_memory(void **state) {
-    (void)state;
+TEST(a_huge_buffer_is_out_of_memory) {
     struct vw_buffer *buffer = NULL;
     const uint64_t largest = vw_gpu_get_limits(test_gpu())->buffer_bytes;
     const uint64_t sizes[] = {largest + 1, UINT64_MAX};
@@ -251,18 +241,11 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     vw_buffer_destroy(&target);
 }
 
-static void a_pass_computes(void **state) {
-    (void)state;
-    check_scaling(test_gpu(), 0);
-}
+TEST(a_pass_computes) { check_scaling(test_gpu(), 0); }
 
-static void specialization_words_reach_the_shader(void **state) {
-    (void)state;
-    check_scaling(test_gpu(), 1234567);
-}
+TEST(specialization_words_reach_the_shader) { check_scaling(test_gpu(), 1234567); }
 
-static void floor_limits_still_run_a_pass(void **state) {
-    (void)state;
+TEST(floor_limits_still_run_a_pass) {
     struct vw_gpu *gpu = open_clamped(&vw_gpu_floor_limits);
     check_scaling(gpu, 0);
     ASSERT_OK(vw_gpu_close(&gpu));
@@ -287,15 +270,13 @@ static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_
     vw_buffer_destroy(&target);
 }
 
-static void a_texel_view_covers_its_range(void **state) {
-    (void)state;
+TEST(a_texel_view_covers_its_range) {
     uint32_t values[300];
     gather(test_gpu(), values, 300, 200 * 4);
     for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 200 ? i + 100 : 7);
 }
 
-static void a_texel_view_is_cut_at_the_limit(void **state) {
-    (void)state;
+TEST(a_texel_view_is_cut_at_the_limit) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.texel_elements = 130;
     struct vw_gpu *gpu = open_clamped(&clamp);
@@ -305,8 +286,7 @@ static void a_texel_view_is_cut_at_the_limit(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void a_buffer_beyond_one_binding_works_in_windows(void **state) {
-    (void)state;
+TEST(a_buffer_beyond_one_binding_works_in_windows) {
     enum { WINDOW = 4096, WORDS = WINDOW / 4 };
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.storage_binding_bytes = WINDOW;
@@ -339,8 +319,7 @@ static void a_buffer_beyond_one_binding_works_in_windows(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void refusals_name_pass_and_slot(void **state) {
-    (void)state;
+TEST(refusals_name_pass_and_slot) {
     struct vw_gpu *gpu = test_gpu();
     struct vw_buffer *buffer = make_buffer(gpu, "values", 4096);
     const struct {
@@ -381,8 +360,7 @@ static void refusals_name_pass_and_slot(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void specialised_sizes_are_held_to_the_limits(void **state) {
-    (void)state;
+TEST(specialised_sizes_are_held_to_the_limits) {
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(test_gpu());
     struct vw_buffer *buffer = make_buffer(test_gpu(), "values", 4096);
     const struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}};
@@ -408,8 +386,7 @@ static void specialised_sizes_are_held_to_the_limits(void **state) {
     vw_buffer_destroy(&buffer);
 }
 
-static void optional_features_are_refused_where_clamped(void **state) {
-    (void)state;
+TEST(optional_features_are_refused_where_clamped) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     if (!clamp.int64_atomics) skip();
     for (int clamped = 0; clamped < 2; clamped++) {
@@ -438,8 +415,7 @@ static void optional_features_are_refused_where_clamped(void **state) {
     }
 }
 
-static void broken_spirv_is_refused(void **state) {
-    (void)state;
+TEST(broken_spirv_is_refused) {
     static const uint32_t wrong_magic[8] = {1}, short_code[3] = {0x07230203};
     static const uint32_t endless[] = {0x07230203, 0x10500, 0,
                                        8,          0,       0x0009003b}; // an instruction of 9 words where there is one
@@ -455,8 +431,7 @@ static void broken_spirv_is_refused(void **state) {
 
 // ---- Peaks ----------------------------------------------------------------------------------------------------------
 
-static void a_copy_is_larger_than_caches(void **state) {
-    (void)state;
+TEST(a_copy_is_larger_than_caches) {
     const uint64_t mib = 1 << 20, gib = 1 << 30;
     const struct vw_gpu_limits any = {.buffer_bytes = UINT64_MAX}, small = {.buffer_bytes = 200 * mib};
     const struct vw_gpu_info gpu = {.kind = VW_GPU_DISCRETE, .memory_bytes = 12 * gib},
@@ -470,8 +445,7 @@ static void a_copy_is_larger_than_caches(void **state) {
     assert_int_equal(vw_peak_copy_bytes(&tiny, &any, 32 * mib), 64 * mib);
 }
 
-static void peaks_are_measured_in_windows_of_a_binding(void **state) {
-    (void)state;
+TEST(peaks_are_measured_in_windows_of_a_binding) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.storage_binding_bytes = 40 << 20;
     clamp.buffer_bytes = 64 << 20;
@@ -483,30 +457,4 @@ static void peaks_are_measured_in_windows_of_a_binding(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(devices_are_listed_in_order_of_preference),
-        cmocka_unit_test(a_device_is_chosen_by_index_or_name),
-        cmocka_unit_test(an_unknown_device_lists_what_there_is),
-        cmocka_unit_test(no_driver_is_no_device),
-        cmocka_unit_test(a_clamp_only_lowers),
-        cmocka_unit_test(messages_tell_memory_from_loss),
-        cmocka_unit_test(a_validation_complaint_fails_submit_and_close),
-        cmocka_unit_test(new_buffers_are_zero_and_only_host_memory_maps),
-        cmocka_unit_test(write_and_read_cross_the_staging_buffer),
-        cmocka_unit_test(a_huge_buffer_is_out_of_memory),
-        cmocka_unit_test(a_pass_computes),
-        cmocka_unit_test(specialization_words_reach_the_shader),
-        cmocka_unit_test(floor_limits_still_run_a_pass),
-        cmocka_unit_test(a_texel_view_covers_its_range),
-        cmocka_unit_test(a_texel_view_is_cut_at_the_limit),
-        cmocka_unit_test(a_buffer_beyond_one_binding_works_in_windows),
-        cmocka_unit_test(refusals_name_pass_and_slot),
-        cmocka_unit_test(specialised_sizes_are_held_to_the_limits),
-        cmocka_unit_test(optional_features_are_refused_where_clamped),
-        cmocka_unit_test(broken_spirv_is_refused),
-        cmocka_unit_test(a_copy_is_larger_than_caches),
-        cmocka_unit_test(peaks_are_measured_in_windows_of_a_binding),
-    };
-    return cmocka_run_group_tests_name("gpu", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

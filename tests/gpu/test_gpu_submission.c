@@ -124,8 +124,7 @@ static void note(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_
     vw_ranges_note(ranges, index, writes, epoch);
 }
 
-static void hazards_are_all_but_read_after_read(void **state) {
-    (void)state;
+TEST(hazards_are_all_but_read_after_read) {
     struct vw_ranges ranges = {0};
     assert_int_equal(earliest(&ranges, 0, 100, true), 0); // untouched
     note(&ranges, 0, 100, false, 5);
@@ -138,8 +137,7 @@ static void hazards_are_all_but_read_after_read(void **state) {
     free(ranges.list);
 }
 
-static void ranges_that_do_not_overlap_are_apart(void **state) {
-    (void)state;
+TEST(ranges_that_do_not_overlap_are_apart) {
     struct vw_ranges ranges = {0};
     note(&ranges, 0, 100, true, 4);
     note(&ranges, 100, 50, true, 9);
@@ -157,8 +155,7 @@ static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t
     assert_int_equal(vw_submission_barriers(bench->batch), barriers);
 }
 
-static void a_read_after_a_write_waits_once(void **state) {
-    (void)state;
+TEST(a_read_after_a_write_waits_once) {
     struct bench bench = open_bench(test_gpu());
     vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 3);
@@ -172,8 +169,7 @@ static void a_read_after_a_write_waits_once(void **state) {
     close_bench(&bench);
 }
 
-static void a_write_after_a_read_or_a_write_waits(void **state) {
-    (void)state;
+TEST(a_write_after_a_read_or_a_write_waits) {
     struct bench bench = open_bench(test_gpu());
     vw_submission_begin(bench.batch);
     scale(bench.batch, bench.b_to_c, 1);
@@ -187,8 +183,7 @@ static void a_write_after_a_read_or_a_write_waits(void **state) {
     close_bench(&bench);
 }
 
-static void a_command_runs_as_early_as_it_may(void **state) {
-    (void)state;
+TEST(a_command_runs_as_early_as_it_may) {
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *d = make_buffer(bench.gpu, "d");
     vw_submission_begin(bench.batch);
@@ -205,8 +200,7 @@ static void a_command_runs_as_early_as_it_may(void **state) {
     close_bench(&bench);
 }
 
-static void slots_that_are_left_alone_wait_for_nobody(void **state) {
-    (void)state;
+TEST(slots_that_are_left_alone_wait_for_nobody) {
     struct bench bench = open_bench(test_gpu());
     struct vw_pass *to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .buffer = bench.b},
                                            (struct vw_binding){.slot = 3, .unused = true});
@@ -229,8 +223,7 @@ static void slots_that_are_left_alone_wait_for_nobody(void **state) {
     close_bench(&bench);
 }
 
-static void accumulation_and_texel_reads_wait(void **state) {
-    (void)state;
+TEST(accumulation_and_texel_reads_wait) {
     struct bench bench = open_bench(test_gpu());
     vw_submission_begin(bench.batch);
     for (int i = 0; i < 3; i++) vw_submission_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
@@ -241,8 +234,7 @@ static void accumulation_and_texel_reads_wait(void **state) {
     close_bench(&bench);
 }
 
-static void copies_wait(void **state) {
-    (void)state;
+TEST(copies_wait) {
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *back = NULL;
     const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
@@ -261,8 +253,7 @@ static void copies_wait(void **state) {
     close_bench(&bench);
 }
 
-static void batches_in_flight_run_in_order(void **state) {
-    (void)state;
+TEST(batches_in_flight_run_in_order) {
     struct bench bench = open_bench(test_gpu());
     struct vw_submission *second = NULL;
     ASSERT_OK(vw_submission_create(test_gpu(), &second));
@@ -283,8 +274,7 @@ static void batches_in_flight_run_in_order(void **state) {
 
 // ---- Dispatching ----------------------------------------------------------------------------------------------------
 
-static void a_dispatch_folds_into_y(void **state) {
-    (void)state;
+TEST(a_dispatch_folds_into_y) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 3; // of the 4 workgroups that VALUES take
     struct vw_gpu *gpu = NULL;
@@ -298,8 +288,7 @@ static void a_dispatch_folds_into_y(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void a_fold_covers_every_workgroup_beyond_the_clamp(void **state) {
-    (void)state;
+TEST(a_fold_covers_every_workgroup_beyond_the_clamp) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 2;
     clamp.workgroup_count_y = 2;
@@ -338,8 +327,7 @@ static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t co
     close_bench(&bench);
 }
 
-static void listed_workgroups_run(void **state) {
-    (void)state;
+TEST(listed_workgroups_run) {
     assert_listed_groups(0, 1, 1, 0);
     assert_listed_groups(4, 0, 1, 0);
     assert_listed_groups(1, 1, 1, 64);
@@ -348,8 +336,7 @@ static void listed_workgroups_run(void **state) {
     assert_listed_groups(3, 1, 2, 192); // z repeats
 }
 
-static void listed_workgroups_wait_for_who_lists_them(void **state) {
-    (void)state;
+TEST(listed_workgroups_wait_for_who_lists_them) {
     struct bench bench = open_bench(test_gpu());
     uint32_t values[VALUES];
     vw_submission_begin(bench.batch);
@@ -366,8 +353,7 @@ static void listed_workgroups_wait_for_who_lists_them(void **state) {
     close_bench(&bench);
 }
 
-static void listed_workgroups_out_of_place_are_refused(void **state) {
-    (void)state;
+TEST(listed_workgroups_out_of_place_are_refused) {
     struct bench bench = open_bench(test_gpu());
     static const struct {
         uint64_t offset_bytes;
@@ -384,8 +370,7 @@ static void listed_workgroups_out_of_place_are_refused(void **state) {
     close_bench(&bench);
 }
 
-static void nothing_to_do_is_done(void **state) {
-    (void)state;
+TEST(nothing_to_do_is_done) {
     struct bench bench = open_bench(test_gpu());
     ASSERT_OK(vw_submission_wait(bench.batch)); // never submitted
     vw_submission_begin(bench.batch);
@@ -396,8 +381,7 @@ static void nothing_to_do_is_done(void **state) {
     close_bench(&bench);
 }
 
-static void the_first_failure_sticks_until_submit(void **state) {
-    (void)state;
+TEST(the_first_failure_sticks_until_submit) {
     struct bench bench = open_bench(test_gpu());
     vw_submission_begin(bench.batch);
     vw_submission_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
@@ -418,8 +402,7 @@ static void the_first_failure_sticks_until_submit(void **state) {
     close_bench(&bench);
 }
 
-static void one_batch_records_at_a_time(void **state) {
-    (void)state;
+TEST(one_batch_records_at_a_time) {
     struct bench bench = open_bench(test_gpu());
     struct vw_submission *second = NULL;
     ASSERT_OK(vw_submission_create(test_gpu(), &second));
@@ -444,8 +427,7 @@ static void one_batch_records_at_a_time(void **state) {
 
 // ---- Timers ---------------------------------------------------------------------------------------------------------
 
-static void timers_add_up_by_pass_name(void **state) {
-    (void)state;
+TEST(timers_add_up_by_pass_name) {
     if (!vw_gpu_get_limits(test_gpu())->timestamps) skip();
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
@@ -471,8 +453,7 @@ static void timers_add_up_by_pass_name(void **state) {
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
-static void there_are_no_timers_unless_asked(void **state) {
-    (void)state;
+TEST(there_are_no_timers_unless_asked) {
     struct bench bench = open_bench(test_gpu());
     vw_submission_begin(bench.batch);
     scale(bench.batch, bench.a_to_b, 2);
@@ -487,8 +468,7 @@ static void there_are_no_timers_unless_asked(void **state) {
 
 static const char LIMIT_NAME[] = "VIEWWORTH_DEVICE_TIMEOUT_S";
 
-static void a_limit_that_is_no_time_is_refused(void **state) {
-    (void)state;
+TEST(a_limit_that_is_no_time_is_refused) {
     static const char *const limits[] = {"", "soon", "0", "-1", "1e30", "nan", "5 s"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(limits); i++) {
         struct vw_gpu *gpu = NULL;
@@ -501,8 +481,7 @@ static void a_limit_that_is_no_time_is_refused(void **state) {
 
 // A pass that takes longer than the limit stands for a device that hangs. The report comes while it runs; what follows
 // fails at once, and nothing that it uses is destroyed, which the device would not survive.
-static void a_device_that_hangs_is_reported_and_closed(void **state) {
-    (void)state;
+TEST(a_device_that_hangs_is_reported_and_closed) {
     enum { INVOCATIONS = 1 << 19 };
     static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
     struct vw_gpu *gpu = NULL;
@@ -539,29 +518,4 @@ static void a_device_that_hangs_is_reported_and_closed(void **state) {
     print_message("reported and closed in %.3f s\n", vw_now_s() - started_s);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hazards_are_all_but_read_after_read),
-        cmocka_unit_test(ranges_that_do_not_overlap_are_apart),
-        cmocka_unit_test(a_read_after_a_write_waits_once),
-        cmocka_unit_test(a_write_after_a_read_or_a_write_waits),
-        cmocka_unit_test(a_command_runs_as_early_as_it_may),
-        cmocka_unit_test(slots_that_are_left_alone_wait_for_nobody),
-        cmocka_unit_test(accumulation_and_texel_reads_wait),
-        cmocka_unit_test(copies_wait),
-        cmocka_unit_test(batches_in_flight_run_in_order),
-        cmocka_unit_test(a_dispatch_folds_into_y),
-        cmocka_unit_test(a_fold_covers_every_workgroup_beyond_the_clamp),
-        cmocka_unit_test(listed_workgroups_run),
-        cmocka_unit_test(listed_workgroups_wait_for_who_lists_them),
-        cmocka_unit_test(listed_workgroups_out_of_place_are_refused),
-        cmocka_unit_test(nothing_to_do_is_done),
-        cmocka_unit_test(the_first_failure_sticks_until_submit),
-        cmocka_unit_test(one_batch_records_at_a_time),
-        cmocka_unit_test(timers_add_up_by_pass_name),
-        cmocka_unit_test(there_are_no_timers_unless_asked),
-        cmocka_unit_test(a_limit_that_is_no_time_is_refused),
-        cmocka_unit_test(a_device_that_hangs_is_reported_and_closed), // the last, since the device works on
-    };
-    return cmocka_run_group_tests_name("gpu batch", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -27,8 +27,7 @@ static int list_caches(const char *folder, char name[256]) {
     return count;
 }
 
-static void a_damaged_cache_is_made_anew(void **state) {
-    (void)state;
+TEST(a_damaged_cache_is_made_anew) {
     char *folder = temporary_folder_create(), name[256] = "";
     setenv("XDG_CACHE_HOME", folder, 1);
     const char *caches = temporary_path(folder, "viewworth");
@@ -57,8 +56,7 @@ static void a_damaged_cache_is_made_anew(void **state) {
     temporary_folder_remove(folder);
 }
 
-static void every_vector_width_has_its_own(void **state) {
-    (void)state;
+TEST(every_vector_width_has_its_own) {
     char *folder = temporary_folder_create(), name[256];
     setenv("XDG_CACHE_HOME", folder, 1);
     unsetenv("MESA_SHADER_CACHE_DIR");
@@ -74,20 +72,10 @@ static void every_vector_width_has_its_own(void **state) {
     temporary_folder_remove(folder);
 }
 
-static void without_a_folder_nothing_is_kept(void **state) {
-    (void)state;
+TEST(without_a_folder_nothing_is_kept) {
     setenv("XDG_CACHE_HOME", "/dev/null", 1);
     open_and_close();
     unsetenv("XDG_CACHE_HOME");
     unsetenv("HOME");
     open_and_close();
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_damaged_cache_is_made_anew),
-        cmocka_unit_test(every_vector_width_has_its_own),
-        cmocka_unit_test(without_a_folder_nothing_is_kept),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -183,8 +183,7 @@ static void check_codes(struct step_bench *bench) {
     free(given);
 }
 
-static void passes_are_the_references(void **state) {
-    (void)state;
+TEST(passes_are_the_references) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct step_bench *bench = open_case(i, WEIGHT);
         take_gradients(bench);
@@ -251,8 +250,7 @@ static double *read_gradient(struct step_bench *bench) {
     return gradient;
 }
 
-static void gradients_are_slopes(void **state) {
-    (void)state;
+TEST(gradients_are_slopes) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         if (cases[i].importance_samples) continue; // whose places move with the params
         struct step_bench *bench = open_case(i, WEIGHT);
@@ -274,8 +272,7 @@ static void gradients_are_slopes(void **state) {
 
 // ---- In the step ----------------------------------------------------------------------------------------------------
 
-static void it_is_added_to_the_step(void **state) {
-    (void)state;
+TEST(it_is_added_to_the_step) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct step_bench *with = open_case(i, WEIGHT), *without = open_case(i, 0.0), *alone = open_case(i, WEIGHT);
         uint32_t count = 4 * with->model.moved_columns;
@@ -304,8 +301,7 @@ static void it_is_added_to_the_step(void **state) {
 }
 
 // A picture of several chunks, which is rendered twice.
-static void chunks_change_no_bit(void **state) {
-    (void)state;
+TEST(chunks_change_no_bit) {
     static const size_t chosen[] = {0, 5, 6, 7};
     for (size_t i = 0; i < VW_ARRAY_COUNT(chosen); i++) {
         struct step_case setup = cases[chosen[i]];
@@ -329,8 +325,7 @@ static void chunks_change_no_bit(void **state) {
 }
 
 // A step's samples and a picture's may all fall into one entry of the grid.
-static void words_of_the_grid_hold_both(void **state) {
-    (void)state;
+TEST(words_of_the_grid_hold_both) {
     struct step_case setup = {
         .name = "many rays", .seed = 621, .rays = 700, .samples = 32, .levels = 2, .log2_table = 8};
     for (int with = 0; with < 2; with++) {
@@ -343,8 +338,7 @@ static void words_of_the_grid_hold_both(void **state) {
 }
 
 // Of steps that have been, all of them in time, and the same again.
-static void given_photos_are_those_of_earlier_steps(void **state) {
-    (void)state;
+TEST(given_photos_are_those_of_earlier_steps) {
     struct step_bench *bench = open_case(0, WEIGHT);
     uint32_t seen = 0;
     assert_int_equal(vw_consistency_given_view(&bench->step, 1), vw_photo_order_view_of_step(&bench->schedule, 1));
@@ -357,11 +351,4 @@ static void given_photos_are_those_of_earlier_steps(void **state) {
     step_bench_close(bench);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(passes_are_the_references),   cmocka_unit_test(gradients_are_slopes),
-        cmocka_unit_test(it_is_added_to_the_step),     cmocka_unit_test(chunks_change_no_bit),
-        cmocka_unit_test(words_of_the_grid_hold_both), cmocka_unit_test(given_photos_are_those_of_earlier_steps),
-    };
-    return cmocka_run_group_tests_name("consistency_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

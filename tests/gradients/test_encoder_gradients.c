@@ -49,8 +49,7 @@ static struct step_bench *open_case(size_t index, bool with) {
     return step_bench_open(&setup);
 }
 
-static void passes_are_the_references(void **state) {
-    (void)state;
+TEST(passes_are_the_references) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct step_bench *bench = open_case(i, true);
         struct hard_finding finding = {.where = bench->where};
@@ -83,8 +82,7 @@ static void check_thumbnail(uint32_t width_px, uint32_t height_px, bool masked) 
     vw_scene_close(&scene);
 }
 
-static void thumbnails_are_area_means(void **state) {
-    (void)state;
+TEST(thumbnails_are_area_means) {
     check_thumbnail(64, 96, false);
     check_thumbnail(37, 50, true);
     check_thumbnail(5, 3, true);
@@ -108,8 +106,7 @@ static double moved_loss(double *network, uint32_t width, uint64_t at, double by
 }
 
 // Of every 13th number; of all with --full. At most one in ten may stand at a kink.
-static void the_references_gradient_is_the_slope(void **state) {
-    (void)state;
+TEST(the_references_gradient_is_the_slope) {
     const double STEP = 1e-6, TOLERANCE = 1e-6;
     struct step_bench *bench = open_case(0, true);
     struct test_random random = {.seed = 77};
@@ -159,8 +156,7 @@ static void render(struct step_bench *bench, vw_float4 *colours) {
 }
 
 // Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.
-static void codes_shift_the_colour_network(void **state) {
-    (void)state;
+TEST(codes_shift_the_colour_network) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         if (cases[i].visibility || cases[i].transient) continue; // whose params lie elsewhere without the effect
         struct step_bench *with = open_case(i, true), *without = open_case(i, false);
@@ -192,12 +188,4 @@ static void codes_shift_the_colour_network(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(thumbnails_are_area_means),
-        cmocka_unit_test(the_references_gradient_is_the_slope),
-        cmocka_unit_test(passes_are_the_references),
-        cmocka_unit_test(codes_shift_the_colour_network),
-    };
-    return cmocka_run_group_tests_name("encoder_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

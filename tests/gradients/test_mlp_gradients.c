@@ -232,8 +232,7 @@ static struct step_bench *open_case(size_t index) {
 // ---- Encoding -------------------------------------------------------------------------------------------------------
 
 // What encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by much.
-static void encodings_match_the_reference(void **state) {
-    (void)state;
+TEST(encodings_match_the_reference) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         take_step(bench, false);
@@ -319,10 +318,7 @@ static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) 
     }
 }
 
-static void gradients_match_the_reference(void **state) {
-    (void)state;
-    in_every_case(check_gradients);
-}
+TEST(gradients_match_the_reference) { in_every_case(check_gradients); }
 
 // Moving each weight up where the device says that the loss rises, and down where it says that it falls, raises the
 // reference's loss by the sum of all magnitudes.
@@ -352,15 +348,11 @@ static void check_slopes(struct step_bench *bench, bool coarse) {
     close_step(step);
 }
 
-static void the_loss_changes_as_the_gradients_say(void **state) {
-    (void)state;
-    in_every_case(check_slopes);
-}
+TEST(the_loss_changes_as_the_gradients_say) { in_every_case(check_slopes); }
 
 // ---- Rendering and chunks -------------------------------------------------------------------------------------------
 
-static void rendering_matches_the_reference(void **state) {
-    (void)state;
+TEST(rendering_matches_the_reference) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         struct vw_evaluator *evaluator = step_bench_evaluator(bench);
@@ -403,8 +395,7 @@ static float *gradient_in_chunks(uint32_t importance_samples, uint32_t chunk_sam
     return d_weights;
 }
 
-static void the_bits_do_not_depend_on_the_chunk(void **state) {
-    (void)state;
+TEST(the_bits_do_not_depend_on_the_chunk) {
     for (uint32_t importance_samples = 0; importance_samples <= 8; importance_samples += 8) {
         size_t bytes; // 512: both kinds of samples fill whole workgroups
         float *whole = gradient_in_chunks(importance_samples, 0, &bytes),
@@ -417,8 +408,7 @@ static void the_bits_do_not_depend_on_the_chunk(void **state) {
 
 // ---- What is not finite ---------------------------------------------------------------------------------------------
 
-static void what_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(what_is_not_finite_marks_the_step) {
     const struct step_case setup = {
         .name = "not finite", .seed = 321, .field = VW_FIELD_MLP, .mlp_depth = 3, .width = 16};
     static const float wrong[] = {INFINITY, NAN, 3e38f};
@@ -431,19 +421,9 @@ static void what_is_not_finite_marks_the_step(void **state) {
 }
 
 // Every field of the registry is laid out, learns and renders: the first part here, the others in tests/train.
-static void every_field_has_a_name_of_its_own(void **state) {
-    (void)state;
+TEST(every_field_has_a_name_of_its_own) {
     assert_string_equal(vw_field_kind_of(VW_FIELD_HASH)->name, vw_field_name(VW_FIELD_HASH));
     assert_string_equal(vw_field_kind_of(VW_FIELD_MLP)->name, vw_field_name(VW_FIELD_MLP));
 }
 
-int main(int argc, char **argv) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(encodings_match_the_reference),         cmocka_unit_test(gradients_match_the_reference),
-        cmocka_unit_test(the_loss_changes_as_the_gradients_say), cmocka_unit_test(rendering_matches_the_reference),
-        cmocka_unit_test(the_bits_do_not_depend_on_the_chunk),   cmocka_unit_test(what_is_not_finite_marks_the_step),
-        cmocka_unit_test(every_field_has_a_name_of_its_own),
-    };
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
-    return cmocka_run_group_tests_name("mlp_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

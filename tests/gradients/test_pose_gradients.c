@@ -198,8 +198,7 @@ static void check_sums(const struct taken *it, uint32_t ray) {
     }
 }
 
-static void gradients_are_those_of_the_reference(void **state) {
-    (void)state;
+TEST(gradients_are_those_of_the_reference) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct step_bench *bench = open_case(i);
         struct taken it = take(bench);
@@ -282,8 +281,7 @@ static bool differentiate(const struct taken *it, uint32_t ray, double gradient[
     return true;
 }
 
-static void the_gradient_is_the_slope_of_the_loss(void **state) {
-    (void)state;
+TEST(the_gradient_is_the_slope_of_the_loss) {
     uint32_t skipped = 0, all = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         if (!cases[i].differs) continue;
@@ -372,8 +370,7 @@ static void check_stays(struct step_bench *bench, uint64_t number) {
     free(moments_after);
 }
 
-static void cameras_move_once_the_field_has_come(void **state) {
-    (void)state;
+TEST(cameras_move_once_the_field_has_come) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct step_bench *bench = open_case(i);
         check_stays(bench, 1);
@@ -387,11 +384,4 @@ static void cameras_move_once_the_field_has_come(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradients_are_those_of_the_reference),
-        cmocka_unit_test(the_gradient_is_the_slope_of_the_loss),
-        cmocka_unit_test(cameras_move_once_the_field_has_come),
-    };
-    return cmocka_run_group_tests_name("pose_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

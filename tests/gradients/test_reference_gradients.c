@@ -280,8 +280,7 @@ static bool is_elsewhere(const char *effect) {
     return !strcmp(effect, "transient") || !strcmp(effect, "pose") || !strcmp(effect, "appearance_encoder");
 }
 
-static void the_gradient_is_the_slope_of_the_loss(void **state) {
-    (void)state;
+TEST(the_gradient_is_the_slope_of_the_loss) {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     char all[192] = "";
     uint32_t count;
@@ -297,9 +296,4 @@ static void the_gradient_is_the_slope_of_the_loss(void **state) {
                 if (!is_elsewhere(effects[e].name)) compare_ranges(&cases[i], all_losses[k], effects[e].name);
         }
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_gradient_is_the_slope_of_the_loss)};
-    return cmocka_run_group_tests_name("reference_gradients", tests, NULL, NULL);
 }

@@ -143,8 +143,7 @@ static void check_visibility_gradient(const struct step_bench *bench, const stru
         check_value(bench->where, "visibility", i, d_network[i], reference->d_visibility[i], tolerance);
 }
 
-static void gradients_match_the_reference(void **state) {
-    (void)state;
+TEST(gradients_match_the_reference) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i])) continue;
         struct step_bench *bench = step_bench_open(&step_cases[i]);
@@ -257,8 +256,7 @@ static void check_slopes(struct step_bench *bench, struct reference_step *refere
 
 // From the device's gradients to the differences of the reference's loss, without the reference's own gradient between
 // them. The quick tests take every second case.
-static void the_loss_changes_as_the_gradients_say(void **state) {
-    (void)state;
+TEST(the_loss_changes_as_the_gradients_say) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i]) || (i % 2 == 0 && !test_is_full())) continue;
         struct step_bench *bench = step_bench_open(&step_cases[i]);
@@ -358,15 +356,13 @@ static void descend(bool photos) {
     step_bench_close(bench);
 }
 
-static void gradient_descent_follows_the_reference(void **state) {
-    (void)state;
+TEST(gradient_descent_follows_the_reference) {
     descend(false);
     descend(true);
 }
 
 // Validation: bin-centre samples, other passes, the same field.
-static void rendering_matches_the_reference(void **state) {
-    (void)state;
+TEST(rendering_matches_the_reference) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!ordinary(&step_cases[i])) continue;
         struct step_bench *bench = step_bench_open(&step_cases[i]);
@@ -395,13 +391,4 @@ static void rendering_matches_the_reference(void **state) {
     }
 }
 
-int main(int argc, char **argv) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradients_match_the_reference),
-        cmocka_unit_test(the_loss_changes_as_the_gradients_say),
-        cmocka_unit_test(gradient_descent_follows_the_reference),
-        cmocka_unit_test(rendering_matches_the_reference),
-    };
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
-    return cmocka_run_group_tests_name("step_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

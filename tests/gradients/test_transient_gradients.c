@@ -252,8 +252,7 @@ static void find_slopes(struct transient_step *step, uint32_t sample, double slo
     for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_of_ray(step, ray, &step->outputs[sample][k]);
 }
 
-static void gradients_of_rays_match_differences(void **state) {
-    (void)state;
+TEST(gradients_of_rays_match_differences) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         const struct vw_specialization *s = &bench->model.specialization;
@@ -295,8 +294,7 @@ static void gradients_of_rays_match_differences(void **state) {
 }
 
 // Without transient density, and with any at its floor, this is the squared loss of a step without the effect.
-static void without_density_it_is_the_squared_loss(void **state) {
-    (void)state;
+TEST(without_density_it_is_the_squared_loss) {
     const size_t zero = 5;
     struct step_case plain = cases[zero].setup;
     plain.loss = VW_LOSS_L2;
@@ -348,8 +346,7 @@ static void check_layer(struct transient_step *step, const struct reference_laye
                     d_weights[i] == 0.0f ? 0.0 : slope_of_step(step, &step->params[i]), 0.01 * most + 1e-9);
 }
 
-static void the_loss_changes_as_the_head_s_gradients_say(void **state) {
-    (void)state;
+TEST(the_loss_changes_as_the_head_s_gradients_say) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         step_bench_gradients(bench, STEP);
@@ -366,8 +363,7 @@ static void the_loss_changes_as_the_head_s_gradients_say(void **state) {
 }
 
 // Plain descent moves the code by its gradient and a ridge; those of other photos stay.
-static void the_code_moves_as_the_loss_says(void **state) {
-    (void)state;
+TEST(the_code_moves_as_the_loss_says) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         const struct vw_param_range *codes = &bench->model.transient_codes;
@@ -408,8 +404,7 @@ static double slope_by_feature(struct transient_step *step, uint32_t sample, uin
 }
 
 // The features of the field hash have the head's gradient beside that of the colour network.
-static void features_of_the_hash_take_the_head_s_gradient(void **state) {
-    (void)state;
+TEST(features_of_the_hash_take_the_head_s_gradient) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         if (cases[c].setup.field != VW_FIELD_HASH) continue;
         struct step_bench *bench = open_case(c);
@@ -475,8 +470,7 @@ static void find_shift(const struct step_bench *bench, double *shift) {
     free(code_weights);
 }
 
-static void the_trunk_of_the_mlp_takes_the_head_s_gradient(void **state) {
-    (void)state;
+TEST(the_trunk_of_the_mlp_takes_the_head_s_gradient) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         if (cases[c].setup.field != VW_FIELD_MLP) continue;
         struct step_bench *bench = open_case(c);
@@ -516,8 +510,7 @@ static void the_trunk_of_the_mlp_takes_the_head_s_gradient(void **state) {
 
 // ---- Chunks, and what is not finite ---------------------------------------------------------------------------------
 
-static void the_bits_do_not_depend_on_the_chunk(void **state) {
-    (void)state;
+TEST(the_bits_do_not_depend_on_the_chunk) {
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         struct step_case setup = {.name = "chunks",
                                   .seed = 420,
@@ -543,8 +536,7 @@ static void the_bits_do_not_depend_on_the_chunk(void **state) {
     }
 }
 
-static void what_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(what_is_not_finite_marks_the_step) {
     for (int infinite = 0; infinite < 2; infinite++) {
         struct step_bench *bench = open_case(0);
         struct reference_head head;
@@ -555,17 +547,4 @@ static void what_is_not_finite_marks_the_step(void **state) {
     }
 }
 
-int main(int argc, char **argv) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gradients_of_rays_match_differences),
-        cmocka_unit_test(without_density_it_is_the_squared_loss),
-        cmocka_unit_test(the_loss_changes_as_the_head_s_gradients_say),
-        cmocka_unit_test(the_code_moves_as_the_loss_says),
-        cmocka_unit_test(features_of_the_hash_take_the_head_s_gradient),
-        cmocka_unit_test(the_trunk_of_the_mlp_takes_the_head_s_gradient),
-        cmocka_unit_test(the_bits_do_not_depend_on_the_chunk),
-        cmocka_unit_test(what_is_not_finite_marks_the_step),
-    };
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
-    return cmocka_run_group_tests_name("transient_gradients", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

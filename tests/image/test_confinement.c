@@ -105,25 +105,19 @@ static void check_attempts(bool without_seccomp) {
     }
 }
 
-static void rights_are_gone(void **state) {
-    (void)state;
+TEST(rights_are_gone) {
     assert_int_equal(access("/proc/sys/kernel/seccomp", F_OK), 0); // the kernel has seccomp
     check_attempts(false);
 }
 
-static void limits_hold_without_seccomp(void **state) {
-    (void)state;
-    check_attempts(true);
-}
+TEST(limits_hold_without_seccomp) { check_attempts(true); }
 
-static void memory_is_limited(void **state) {
-    (void)state;
+TEST(memory_is_limited) {
     if (sanitized) skip();
     assert_int_equal(WEXITSTATUS(attempt_confined(takes_memory, &usual)), 1);
 }
 
-static void no_core_is_dumped(void **state) {
-    (void)state;
+TEST(no_core_is_dumped) {
     struct vw_confinement confinement = usual;
     confinement.without_seccomp = true; // which denies the question
     assert_int_equal(WEXITSTATUS(attempt_confined(dumps_core, &confinement)), 1);
@@ -136,20 +130,10 @@ static bool computes_for_ever(void) {
     return true;
 }
 
-static void time_is_limited(void **state) {
-    (void)state;
+TEST(time_is_limited) {
     struct vw_confinement confinement = usual;
     confinement.cpu_s = 1;
     int status = attempt_confined(computes_for_ever, &confinement);
     assert_true(WIFSIGNALED(status));
     assert_int_equal(WTERMSIG(status), SIGKILL);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rights_are_gone),   cmocka_unit_test(limits_hold_without_seccomp),
-        cmocka_unit_test(memory_is_limited), cmocka_unit_test(no_core_is_dumped),
-        cmocka_unit_test(time_is_limited),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -68,7 +68,7 @@ static struct vw_image check_read(const char *folder, const char *text) {
     return image;
 }
 
-static void lies_are_refused(void **state) {
+TEST_WITHIN(lies_are_refused, use_hostile, remove_folder) {
     static const char *const cases[][2] = {
         {"crash", "crashed"},
         {"crash at the header", "crashed"},
@@ -93,12 +93,12 @@ static void lies_are_refused(void **state) {
     }
 }
 
-static void time_is_limited(void **state) {
+TEST_WITHIN(time_is_limited, use_hostile, remove_folder) {
     check_refused(*state, "hang", "too much memory or time");
     check_refused(*state, "a drop at a time", "too much memory or time");
 }
 
-static void flags_are_made_plain(void **state) {
+TEST_WITHIN(flags_are_made_plain, use_hostile, remove_folder) {
     struct vw_image image = check_read(*state, "unusable");
     assert_true(image.has_alpha);
     assert_int_equal(image.masked_count, 1);
@@ -106,7 +106,7 @@ static void flags_are_made_plain(void **state) {
     vw_image_clear(&image);
 }
 
-static void what_nobody_asked_for_is_no_answer(void **state) {
+TEST_WITHIN(what_nobody_asked_for_is_no_answer, use_hostile, remove_folder) {
     struct vw_image image = check_read(*state, "more than asked");
     vw_image_clear(&image);
     for (int i = 0; i < 3; i++) {
@@ -117,7 +117,7 @@ static void what_nobody_asked_for_is_no_answer(void **state) {
 }
 
 // The program gets its socket, the photo, and nothing that OpenImageIO might listen to.
-static void the_environment_stays_outside(void **state) {
+TEST_WITHIN(the_environment_stays_outside, use_hostile, remove_folder) {
     assert_int_equal(setenv("OIIO_LIBRARY_PATH", "/hostile", 1), 0);
     assert_int_equal(setenv("OPENIMAGEIO_OPTIONS", "plugin_searchpath=/hostile", 1), 0);
     assert_int_equal(setenv("LD_LIBRARY_PATH", "/kept", 1), 0);
@@ -133,7 +133,7 @@ static void the_environment_stays_outside(void **state) {
     unsetenv("LD_LIBRARY_PATH");
 }
 
-static void another_program_is_refused(void **state) {
+TEST_WITHIN(another_program_is_refused, make_folder, remove_folder) {
     struct vw_image image = {0};
     const char *path = photo_that_says(*state, "good");
     vw_decoder_configure(&(struct vw_decoder_params){.program = "/bin/true"});
@@ -153,7 +153,7 @@ static const char *write_photo(const char *folder, uint32_t width_px) {
     return path;
 }
 
-static void a_file_exchanged_after_its_header_is_refused(void **state) {
+TEST_WITHIN(a_file_exchanged_after_its_header_is_refused, make_folder, remove_folder) {
     struct vw_image_header header;
     struct vw_image_load *load = NULL;
     struct vw_image image = {0};
@@ -166,7 +166,7 @@ static void a_file_exchanged_after_its_header_is_refused(void **state) {
     assert_null(load);
 }
 
-static void a_file_that_changes_while_it_is_read_is_refused(void **state) {
+TEST_WITHIN(a_file_that_changes_while_it_is_read_is_refused, make_folder, remove_folder) {
     struct vw_image_header header;
     struct vw_image_load *load = NULL;
     struct vw_image image = {0};
@@ -228,9 +228,9 @@ static void check_worker(const char *folder, const char *seccomp) {
     if (kernel_has_seccomp()) assert_string_equal(status_field(worker, "Seccomp"), seccomp);
 }
 
-static void workers_are_confined(void **state) { check_worker(*state, "2"); }
+TEST_WITHIN(workers_are_confined, make_folder, remove_folder) { check_worker(*state, "2"); }
 
-static void workers_need_no_seccomp(void **state) {
+TEST_WITHIN(workers_need_no_seccomp, make_folder, remove_folder) {
     vw_decoder_release();
     vw_decoder_configure(&(struct vw_decoder_params){.without_seccomp = true});
     vw_decoder_hold();
@@ -238,7 +238,7 @@ static void workers_need_no_seccomp(void **state) {
 }
 
 // Its own, so that a photo that takes over its worker cannot touch another.
-static void every_photo_has_a_worker_of_its_own(void **state) {
+TEST_WITHIN(every_photo_has_a_worker_of_its_own, make_folder, remove_folder) {
     const char *path = write_photo(*state, 8);
     struct vw_image_header header;
     uint8_t sha256[VW_HASH_BYTES];
@@ -259,7 +259,7 @@ static void every_photo_has_a_worker_of_its_own(void **state) {
 }
 
 // A process that outlives its parent becomes ours here.
-static void no_process_is_left(void **state) {
+TEST_WITHIN(no_process_is_left, make_folder, remove_folder) {
     struct vw_image_header header;
     struct vw_image_load *loads[3] = {0};
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
@@ -275,7 +275,7 @@ static void no_process_is_left(void **state) {
 }
 
 // A task may still meet a worker that is about to end with the server.
-static void a_killed_server_is_replaced(void **state) {
+TEST_WITHIN(a_killed_server_is_replaced, make_folder, remove_folder) {
     struct vw_image image = {0};
     const char *path = write_photo(*state, 8), *server = child_of(getpid());
     assert_non_null(server);
@@ -283,25 +283,4 @@ static void a_killed_server_is_replaced(void **state) {
     for (int i = 0; i < 100 && vw_image_load(path, 1, &image); i++) usleep(100000);
     if (!image.pixels) fail_msg("%s", vw_error_message());
     vw_image_clear(&image);
-}
-
-#define TEST(test, setup) cmocka_unit_test_setup_teardown(test, setup, remove_folder)
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        TEST(lies_are_refused, use_hostile),
-        TEST(time_is_limited, use_hostile),
-        TEST(flags_are_made_plain, use_hostile),
-        TEST(what_nobody_asked_for_is_no_answer, use_hostile),
-        TEST(the_environment_stays_outside, use_hostile),
-        TEST(another_program_is_refused, make_folder),
-        TEST(a_file_exchanged_after_its_header_is_refused, make_folder),
-        TEST(a_file_that_changes_while_it_is_read_is_refused, make_folder),
-        TEST(workers_are_confined, make_folder),
-        TEST(workers_need_no_seccomp, make_folder),
-        TEST(every_photo_has_a_worker_of_its_own, make_folder),
-        TEST(no_process_is_left, make_folder),
-        TEST(a_killed_server_is_replaced, make_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,13 +15,6 @@
 #include "image/image.h"
 #include "support/temporary_folder.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads ----------------------------------------
 
 enum alpha { ALPHA_NONE = -1, ALPHA_ASSOCIATED = 1, ALPHA_STRAIGHT = 2 }; // as TIFF counts them
@@ -119,7 +112,7 @@ static double srgb(double linear) {
 
 // ---- Formats --------------------------------------------------------------------------------------------------------
 
-static void png_round_trips(void **state) {
+FOLDER_TEST(png_round_trips) {
     const char *path = temporary_path(*state, "a.png");
     const float pixels[2 * 3 * 4] = {1,    0,    0,    1,    0,      1, 0, 1, /**/ 0, 0,    1,    1,
                                      0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f,   0.1f, 0.1f, 1};
@@ -137,7 +130,7 @@ static void png_round_trips(void **state) {
     assert_null(image.pixels);
 }
 
-static void exr_round_trips(void **state) {
+FOLDER_TEST(exr_round_trips) {
     const char *path = temporary_path(*state, "a.exr");
     const float pixels[2 * 4] = {0.9f, 0.5f, 0.02f, 1, 0.8f, 0.1f, 0.3f, 0.25f};
     assert_int_equal(vw_image_save(path, 2, 1, 4, pixels), VW_OK);
@@ -148,7 +141,7 @@ static void exr_round_trips(void **state) {
     vw_image_clear(&image);
 }
 
-static void an_opaque_image_has_no_alpha(void **state) {
+FOLDER_TEST(an_opaque_image_has_no_alpha) {
     const char *path = temporary_path(*state, "a.png");
     const float rgb[3] = {0.2f, 0.4f, 0.6f};
     assert_int_equal(vw_image_save(path, 1, 1, 3, rgb), VW_OK);
@@ -163,7 +156,7 @@ static void an_opaque_image_has_no_alpha(void **state) {
     vw_image_clear(&image);
 }
 
-static void grey_becomes_three_channels(void **state) {
+FOLDER_TEST(grey_becomes_three_channels) {
     const uint8_t one[2] = {51, 102}, two[2] = {51, 102};
     struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, .pixels = one};
     struct vw_image image = load(write_tiff(*state, "grey.tif", &tiff), 1);
@@ -177,7 +170,7 @@ static void grey_becomes_three_channels(void **state) {
     vw_image_clear(&image);
 }
 
-static void sixteen_bits_are_kept(void **state) {
+FOLDER_TEST(sixteen_bits_are_kept) {
     const uint16_t pixels[2][4] = {{1, 256, 65534, 65535}, {40000, 20000, 10000, 32768}};
     const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
@@ -186,8 +179,7 @@ static void sixteen_bits_are_kept(void **state) {
     vw_image_clear(&image);
 }
 
-static void luminance_weighs_channels_over_the_background(void **state) {
-    (void)state;
+TEST(luminance_weighs_channels_over_the_background) {
     uint8_t pixels[] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 51}; // the last a fifth opaque
     const struct vw_image image = {.width_px = 2, .height_px = 2, .format = VW_PIXEL_UINT8, .pixels = pixels};
     const float background[3] = {0.5f, 0, 0};
@@ -196,7 +188,7 @@ static void luminance_weighs_channels_over_the_background(void **state) {
         assert_true(fabs(vw_image_luminance(&image, i % 2, i / 2, background) - expected[i]) < 1e-6);
 }
 
-static void associated_alpha_is_divided_out(void **state) {
+FOLDER_TEST(associated_alpha_is_divided_out) {
     const uint8_t pixels[4] = {64, 32, 0, 128};
     const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, .pixels = pixels};
     struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
@@ -204,7 +196,7 @@ static void associated_alpha_is_divided_out(void **state) {
     vw_image_clear(&image);
 }
 
-static void palettes_are_looked_up(void **state) {
+FOLDER_TEST(palettes_are_looked_up) {
     const uint8_t indices[2] = {7, 200};
     static uint16_t palette[3][256];
     palette[0][7] = 0xffff, palette[1][7] = 0x8080, palette[2][7] = 0;
@@ -219,7 +211,7 @@ static void palettes_are_looked_up(void **state) {
 
 // Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes
 // them.
-static void cmyk_becomes_rgb(void **state) {
+FOLDER_TEST(cmyk_becomes_rgb) {
     const float expected[4] = {0.8f * 0.9f, 0.6f * 0.9f, 0.4f * 0.9f, 1};
     const uint8_t inks[4] = {51, 102, 153, 26};
     struct tiff tiff = {1, 1, 4, 8, false, ALPHA_NONE, .pixels = inks, .photometric = PHOTOMETRIC_CMYK};
@@ -255,7 +247,7 @@ static void cmyk_becomes_rgb(void **state) {
 }
 
 // Poses belong to the pixels as stored, whichever way up a camera was held.
-static void orientation_is_ignored(void **state) {
+FOLDER_TEST(orientation_is_ignored) {
     const uint8_t pixels[3 * 2] = {0, 51, 102, 153, 204, 255};
     for (uint32_t orientation = 1; orientation <= 8; orientation++) {
         const struct tiff tiff = {3, 2, 1, 8, false, ALPHA_NONE, .pixels = pixels, .orientation = orientation};
@@ -271,7 +263,7 @@ static void orientation_is_ignored(void **state) {
 
 // ---- Floats: linear light, masks, clamps ----------------------------------------------------------------------------
 
-static void floats_are_encoded_masked_and_clamped(void **state) {
+FOLDER_TEST(floats_are_encoded_masked_and_clamped) {
     float pixels[100][3];
     for (int i = 0; i < 100; i++) pixels[i][0] = 0.5f, pixels[i][1] = 0.002f, pixels[i][2] = 1;
     pixels[3][1] = NAN;
@@ -291,7 +283,7 @@ static void floats_are_encoded_masked_and_clamped(void **state) {
     vw_image_clear(&image);
 }
 
-static void too_many_masked_pixels_are_refused(void **state) {
+FOLDER_TEST(too_many_masked_pixels_are_refused) {
     float pixels[100][3];
     for (int i = 0; i < 100; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = i < 5 ? NAN : 0.5f;
     const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
@@ -307,7 +299,7 @@ static void too_many_masked_pixels_are_refused(void **state) {
 
 // ---- Downscaling ----------------------------------------------------------------------------------------------------
 
-static void downscale_keeps_constants(void **state) {
+FOLDER_TEST(downscale_keeps_constants) {
     static float pixels[37 * 23 * 3];
     for (int i = 0; i < 37 * 23; i++) pixels[3 * i] = 0.2f, pixels[3 * i + 1] = 1, pixels[3 * i + 2] = 0;
     const char *path = temporary_path(*state, "a.png");
@@ -324,7 +316,7 @@ static void downscale_keeps_constants(void **state) {
 }
 
 // A ramp along x: each small pixel shows the ramp at its own centre, so nothing shifts and the mean stays.
-static void downscale_keeps_ramps(void **state) {
+FOLDER_TEST(downscale_keeps_ramps) {
     enum { WIDTH = 64, HEIGHT = 8 };
     static uint16_t pixels[HEIGHT][WIDTH][3];
     for (int y = 0; y < HEIGHT; y++)
@@ -346,7 +338,7 @@ static void downscale_keeps_ramps(void **state) {
 }
 
 // Green beside transparent red: none of the hidden red may show, and the green must not darken.
-static void downscale_has_no_fringe(void **state) {
+FOLDER_TEST(downscale_has_no_fringe) {
     enum { SIDE = 32 };
     static float pixels[SIDE][SIDE][4];
     for (int y = 0; y < SIDE; y++)
@@ -366,7 +358,7 @@ static void downscale_has_no_fringe(void **state) {
     vw_image_clear(&image);
 }
 
-static void downscale_ignores_masked_pixels(void **state) {
+FOLDER_TEST(downscale_ignores_masked_pixels) {
     float pixels[64 * 64][3];
     for (int i = 0; i < 64 * 64; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = 0.5f;
     pixels[64 * 32 + 33][1] = NAN;                                              // one of the 16 of its small pixel
@@ -396,7 +388,7 @@ static void check_refused(const char *path, enum vw_status expected, const char 
     assert_null(strchr(vw_error_message(), '\n'));
 }
 
-static void unreadable_images_are_refused(void **state) {
+FOLDER_TEST(unreadable_images_are_refused) {
     check_refused(temporary_path(*state, "none.png"), VW_ERROR_INPUT, "no such image");
     check_refused(temporary_file(*state, "text.png", "not an image"), VW_ERROR_INPUT, "cannot open");
     check_refused(temporary_file(*state, "empty.jpg", ""), VW_ERROR_INPUT, "cannot open");
@@ -414,7 +406,7 @@ static void unreadable_images_are_refused(void **state) {
 }
 
 // A small file that asks for 30 GB.
-static void an_image_bomb_is_refused(void **state) {
+FOLDER_TEST(an_image_bomb_is_refused) {
     static const uint8_t png[] = {
         0x89, 'P', 'N', 'G',  '\r', '\n', 0x1a, '\n', 0,    0, 0,    13,   'I',  'H',  'D', 'R',  0,    1,    0x86,
         0xa0, 0,   1,   0x86, 0xa0, 8,    2,    0,    0,    0, 0x27, 0x30, 0x9c, 0x9f, 0,   0,    0,    12,   'I',
@@ -425,7 +417,7 @@ static void an_image_bomb_is_refused(void **state) {
 }
 
 // Not of a PNG: OpenImageIO itself leaks a string when one ends early.
-static void truncated_pixels_are_refused(void **state) {
+FOLDER_TEST(truncated_pixels_are_refused) {
     static float pixels[64 * 64 * 3];
     for (size_t i = 0; i < VW_ARRAY_COUNT(pixels); i++) pixels[i] = (float)(i * i * 7919 % 251) / 255;
     const char *path = temporary_path(*state, "cut.jpg");
@@ -442,36 +434,17 @@ static void truncated_pixels_are_refused(void **state) {
     check_refused(path, VW_ERROR_IO, "cannot decode");
 }
 
-static void an_image_that_cannot_be_saved_is_refused(void **state) {
+FOLDER_TEST(an_image_that_cannot_be_saved_is_refused) {
     const float pixel[3] = {0};
     assert_int_equal(vw_image_save(temporary_path(*state, "a.unknown"), 1, 1, 3, pixel), VW_ERROR_USAGE);
     assert_non_null(strstr(vw_error_message(), "a.unknown"));
     assert_int_equal(vw_image_save(temporary_path(*state, "no/folder/a.png"), 1, 1, 3, pixel), VW_ERROR_IO);
 }
 
-int main(void) {
+static int start_decoder(void **state) {
+    (void)state;
     vw_decoder_hold(); // one start for all tests
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(png_round_trips, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(exr_round_trips, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(an_opaque_image_has_no_alpha, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(grey_becomes_three_channels, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(palettes_are_looked_up, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(cmyk_becomes_rgb, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(orientation_is_ignored, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(an_image_bomb_is_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(sixteen_bits_are_kept, make_folder, remove_folder),
-        cmocka_unit_test(luminance_weighs_channels_over_the_background),
-        cmocka_unit_test_setup_teardown(associated_alpha_is_divided_out, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(floats_are_encoded_masked_and_clamped, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(too_many_masked_pixels_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_keeps_constants, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_keeps_ramps, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_has_no_fringe, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_ignores_masked_pixels, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(unreadable_images_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(truncated_pixels_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(an_image_that_cannot_be_saved_is_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return 0;
 }
+
+TEST_GROUP(start_decoder, NULL)

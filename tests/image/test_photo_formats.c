@@ -14,13 +14,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // ---- Signatures -----------------------------------------------------------------------------------------------------
 
 // Small files of each format, with red 0, green 0.25 and blue 0.5.
@@ -37,7 +30,7 @@ static const struct {
                {"hdr.hdr", 6},
                {"pnm.ppm", 7}};
 
-static void every_format_is_read_under_any_name(void **state) {
+FOLDER_TEST(every_format_is_read_under_any_name) {
     static const char *const names[] = {"b.gif", "c.fits", "d.null?RES=16000x16000", "e.dpx", "no_extension"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(samples); i++) {
         char path[4096];
@@ -64,7 +57,7 @@ static void every_format_is_read_under_any_name(void **state) {
 }
 
 // A sound file of each would be read by OpenImageIO if it were asked to find a reader: some of these readers crash.
-static void other_formats_are_refused(void **state) {
+FOLDER_TEST(other_formats_are_refused) {
     static const struct {
         const char *what, *bytes;
         size_t count;
@@ -117,7 +110,7 @@ static void other_formats_are_refused(void **state) {
 // ---- Limits ---------------------------------------------------------------------------------------------------------
 
 // The headers of 1,025 photos of 1 GiB each.
-static void the_photos_of_a_scene_have_a_limit(void **state) {
+FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
     static const uint8_t png[] = {0x89, 'P',  'N',  'G', '\r', '\n', 0x1a, '\n', 0,   0,   0,   13,   'I',  'H', 'D',
                                   'R',  0,    0,    64,  0,    0,    0,    64,   0,   8,   6,   0,    0,    0,   0xa9,
                                   0xc8, 0x10, 0x84, 0,   0,    0,    0,    'I',  'D', 'A', 'T', 0x35, 0xaf, 6,   0x1e};
@@ -145,7 +138,7 @@ static void the_photos_of_a_scene_have_a_limit(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_file_too_large_to_exist_is_refused(void **state) {
+FOLDER_TEST(a_file_too_large_to_exist_is_refused) {
     struct vw_image_header header;
     const char *path = temporary_file(*state, "sparse.ppm", "P6\n1 1\n255\nabc");
     assert_int_equal(truncate(path, ((off_t)1 << 32) + 1), 0);
@@ -153,13 +146,10 @@ static void a_file_too_large_to_exist_is_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "larger than the limit of 4294967296 bytes"));
 }
 
-int main(void) {
+static int start_decoder(void **state) {
+    (void)state;
     vw_decoder_hold(); // one start for all tests
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(every_format_is_read_under_any_name, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(other_formats_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_photos_of_a_scene_have_a_limit, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_file_too_large_to_exist_is_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return 0;
 }
+
+TEST_GROUP(start_decoder, NULL)

@@ -77,16 +77,14 @@ static double slow_ssim(const float *a, const float *b, const uint8_t *usable, u
     return total / windows;
 }
 
-static void an_image_is_like_itself(void **state) {
-    (void)state;
+TEST(an_image_is_like_itself) {
     struct pictures p = draw_pictures();
     assert_near(ssim_of(p.noise, p.noise, NULL, WIDTH, HEIGHT), 1, ROUNDING);
     assert_near(ssim_of(p.ramp, p.ramp, NULL, WIDTH, HEIGHT), 1, ROUNDING);
 }
 
 // Without variance the second factor is C2 / C2.
-static void constant_images_differ_by_their_means(void **state) {
-    (void)state;
+TEST(constant_images_differ_by_their_means) {
     static const float levels[][2] = {{0.2f, 0.6f}, {0, 1}, {1, 1}, {0.5f, 0.25f}};
     for (size_t l = 0; l < sizeof levels / sizeof levels[0]; l++) {
         float a[VALUES], b[VALUES];
@@ -98,8 +96,7 @@ static void constant_images_differ_by_their_means(void **state) {
 }
 
 // Each channel is evaluated by itself: two that are the same and one that is not.
-static void channels_are_averaged(void **state) {
-    (void)state;
+TEST(channels_are_averaged) {
     float a[VALUES], b[VALUES];
     for (int i = 0; i < VALUES; i++) a[i] = 0.5f, b[i] = i % 3 == 1 ? 0.25f : 0.5f;
     double green = (2 * 0.5 * 0.25 + 1e-4) / (0.25 + 0.0625 + 1e-4);
@@ -109,16 +106,14 @@ static void channels_are_averaged(void **state) {
 // scikit-image 0.19.3: skimage.metrics.structural_similarity(a, b, gaussian_weights=True, sigma=1.5,
 // use_sample_covariance=False, data_range=1, channel_axis=2) of the pictures as doubles, whose mean is over whole
 // windows as well.
-static void values_of_another_program(void **state) {
-    (void)state;
+TEST(values_of_another_program) {
     struct pictures p = draw_pictures();
     assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), 0.92875996046330567, 1e-9);
     assert_near(ssim_of(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), 0.76352575799332845, 1e-9);
     assert_near(ssim_of(p.noise, p.ramp, NULL, WIDTH, HEIGHT), 0.0055176673707754047, 1e-9);
 }
 
-static void values_of_the_definition(void **state) {
-    (void)state;
+TEST(values_of_the_definition) {
     struct pictures p = draw_pictures();
     assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), slow_ssim(p.noise, p.blend, NULL, WIDTH, HEIGHT),
                 ROUNDING);
@@ -130,8 +125,7 @@ static void values_of_the_definition(void **state) {
 
 // What lies under a hidden pixel has no say, and which windows count is that of the definition: with a pixel, a row,
 // the left half.
-static void hidden_pixels_have_no_say(void **state) {
-    (void)state;
+TEST(hidden_pixels_have_no_say) {
     for (int form = 0; form < 3; form++) {
         struct pictures p = draw_pictures();
         uint8_t usable[WIDTH * HEIGHT];
@@ -146,8 +140,7 @@ static void hidden_pixels_have_no_say(void **state) {
     }
 }
 
-static void without_a_window_there_is_no_value(void **state) {
-    (void)state;
+TEST(without_a_window_there_is_no_value) {
     struct pictures p = draw_pictures();
     uint8_t usable[WIDTH * HEIGHT];
     assert_true(isnan(ssim_of(p.noise, p.noise, NULL, 10, HEIGHT)));
@@ -155,17 +148,4 @@ static void without_a_window_there_is_no_value(void **state) {
     assert_true(isnan(ssim_of(p.noise, p.noise, NULL, 0, 0)));
     for (int i = 0; i < WIDTH * HEIGHT; i++) usable[i] = i % WIDTH % 11 != 10; // eleven in a row never
     assert_true(isnan(ssim_of(p.noise, p.noise, usable, WIDTH, HEIGHT)));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_image_is_like_itself),
-        cmocka_unit_test(constant_images_differ_by_their_means),
-        cmocka_unit_test(channels_are_averaged),
-        cmocka_unit_test(values_of_another_program),
-        cmocka_unit_test(values_of_the_definition),
-        cmocka_unit_test(hidden_pixels_have_no_say),
-        cmocka_unit_test(without_a_window_there_is_no_value),
-    };
-    return cmocka_run_group_tests_name("ssim", tests, NULL, NULL);
 }

@@ -78,8 +78,7 @@ static void expect_same(size_t setup, struct step_bench *other) {
     step_bench_close(other);
 }
 
-static void storage_buffers_instead_of_texels_change_no_bit(void **state) {
-    (void)state;
+TEST(storage_buffers_instead_of_texels_change_no_bit) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.texel_elements = 65536;
     for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
@@ -90,8 +89,7 @@ static void storage_buffers_instead_of_texels_change_no_bit(void **state) {
     }
 }
 
-static void windows_of_the_grid_change_no_bit(void **state) {
-    (void)state;
+TEST(windows_of_the_grid_change_no_bit) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.storage_binding_bytes = 600000;
     for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
@@ -106,8 +104,7 @@ static void windows_of_the_grid_change_no_bit(void **state) {
 }
 
 // On lavapipe all choices but the length of slices give equal bits: without texels, and with a branch around zeros.
-static void the_choices_for_gpus_change_no_bit(void **state) {
-    (void)state;
+TEST(the_choices_for_gpus_change_no_bit) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
         struct step_case on_gpus = *setups[i];
         on_gpus.as_on_gpus = true;
@@ -119,8 +116,7 @@ static void the_choices_for_gpus_change_no_bit(void **state) {
     }
 }
 
-static void the_chunk_size_changes_no_bit(void **state) {
-    (void)state;
+TEST(the_chunk_size_changes_no_bit) {
     static const uint32_t chunks[] = {256, 512, 768, 1024}; // 768 leaves a shorter last chunk
     for (size_t i = 0; i < VW_ARRAY_COUNT(chunks); i++) {
         struct step_case chunked = base_case;
@@ -140,8 +136,7 @@ static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluato
 }
 
 // More samples than are held at a time: a ray's colour depends neither on its chunk nor on its place there.
-static void rendering_in_chunks_changes_no_bit(void **state) {
-    (void)state;
+TEST(rendering_in_chunks_changes_no_bit) {
     static const struct step_case many = {
         .name = "many samples", .seed = 113, .samples = 512, .rays = 192, .levels = 2, .log2_table = 8, .width = 16};
     enum { BEHIND = 70 };
@@ -160,19 +155,6 @@ static void rendering_in_chunks_changes_no_bit(void **state) {
 }
 
 // The same steps twice on one device.
-static void a_second_run_gives_the_same_bits(void **state) {
-    (void)state;
-    expect_same(1, step_bench_open(&momentum_case));
-}
+TEST(a_second_run_gives_the_same_bits) { expect_same(1, step_bench_open(&momentum_case)); }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(storage_buffers_instead_of_texels_change_no_bit),
-        cmocka_unit_test(windows_of_the_grid_change_no_bit),
-        cmocka_unit_test(the_choices_for_gpus_change_no_bit),
-        cmocka_unit_test(the_chunk_size_changes_no_bit),
-        cmocka_unit_test(rendering_in_chunks_changes_no_bit),
-        cmocka_unit_test(a_second_run_gives_the_same_bits),
-    };
-    return cmocka_run_group_tests_name("fallbacks", tests, run_setups, forget_setups);
-}
+TEST_GROUP(run_setups, forget_setups)

@@ -24,8 +24,7 @@ static const struct step_case bent = {.name = "distortion and background",
                                       .background = true};
 
 // In box coordinates; all look at `target` through a wide lens so that some rays miss.
-static void cameras_in_and_around_the_box(void **state) {
-    (void)state;
+TEST(cameras_in_and_around_the_box) {
     static const struct {
         double position[3], target[3];
         bool hits;
@@ -48,8 +47,7 @@ static void cameras_in_and_around_the_box(void **state) {
 }
 
 // The centre pixel looks exactly along an axis: two components of the direction are 0.
-static void rays_along_axes_and_in_faces_are_finite(void **state) {
-    (void)state;
+TEST(rays_along_axes_and_in_faces_are_finite) {
     static const double offsets[] = {0.5, 0.0, 1.0, -0.25, 1.25, 0.3};
     for (int axis = 0; axis < 6; axis++) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
@@ -75,8 +73,7 @@ static void rays_along_axes_and_in_faces_are_finite(void **state) {
 }
 
 // A camera 10^3 to 10^6 box edges away, with a lens as long: its rays hit the box where double says.
-static void far_cameras_lose_no_bits(void **state) {
-    (void)state;
+TEST(far_cameras_lose_no_bits) {
     static const double distances[] = {10.0, 1e3, 1e6};
     for (size_t i = 0; i < VW_ARRAY_COUNT(distances); i++) {
         struct step_bench *bench = step_bench_open(&plain);
@@ -93,8 +90,7 @@ static void far_cameras_lose_no_bits(void **state) {
 }
 
 // World coordinates of 10^6 metres, and boxes of a millimetre and of a kilometre: the field sees the same rays.
-static void the_world_may_be_anywhere_and_of_any_size(void **state) {
-    (void)state;
+TEST(the_world_may_be_anywhere_and_of_any_size) {
     static const double scales[] = {1.0, 1e-3, 1e3};
     struct step_bench *bench = step_bench_open(&plain);
     for (size_t i = 0; i < VW_ARRAY_COUNT(scales); i++) {
@@ -116,8 +112,7 @@ static void the_world_may_be_anywhere_and_of_any_size(void **state) {
 }
 
 // Distortion undone: the direction projects back to the pixel, over the whole photo and for strong lenses.
-static void undistorted_rays_reproject_to_their_pixel(void **state) {
-    (void)state;
+TEST(undistorted_rays_reproject_to_their_pixel) {
     static const double lenses[][4] = {{-0.15, 0.0, 0.0, 0.0}, {-0.3, 0.12, 0.002, -0.003}, {0.25, -0.08, -0.01, 0.008},
                                        {0.0, 0.0, 0.02, 0.02}, {-0.05, 0.01, 0.0, 0.0},     {0.5, -0.1, 0.0, 0.0},
                                        {2.0, 2.0, 0.0, 0.0},   {8.0, 20.0, 0.0, 0.0}};
@@ -155,13 +150,4 @@ static void undistorted_rays_reproject_to_their_pixel(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cameras_in_and_around_the_box),
-        cmocka_unit_test(rays_along_axes_and_in_faces_are_finite),
-        cmocka_unit_test(far_cameras_lose_no_bits),
-        cmocka_unit_test(the_world_may_be_anywhere_and_of_any_size),
-        cmocka_unit_test(undistorted_rays_reproject_to_their_pixel),
-    };
-    return cmocka_run_group_tests_name("generate_rays", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

@@ -20,8 +20,7 @@ static uint32_t count_loops(const uint32_t *code, size_t words, uint32_t control
     return count;
 }
 
-static void every_loop_that_asks_to_be_unrolled_asks_to_be_kept(void **state) {
-    (void)state;
+TEST(every_loop_that_asks_to_be_unrolled_asks_to_be_kept) {
     for (uint32_t i = 0; i < vw_shader_count; i++) {
         const struct vw_shader *shader = vw_shaders[i];
         size_t words = shader->code_bytes / 4;
@@ -36,8 +35,7 @@ static void every_loop_that_asks_to_be_unrolled_asks_to_be_kept(void **state) {
     }
 }
 
-static void passes_that_keep_their_loops_meet_the_reference(void **state) {
-    (void)state;
+TEST(passes_that_keep_their_loops_meet_the_reference) {
     pass_check *const checks[] = {check_forward_field, check_backward_field, check_gradient_weights,
                                   check_scatter_grid};
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
@@ -53,8 +51,7 @@ static void passes_that_keep_their_loops_meet_the_reference(void **state) {
     }
 }
 
-static void another_word_than_kept_or_unrolled_is_refused(void **state) {
-    (void)state;
+TEST(another_word_than_kept_or_unrolled_is_refused) {
     struct vw_gpu *gpu = NULL;
     assert_int_equal(setenv("VIEWWORTH_LOOPS", "folded", 1), 0);
     assert_int_equal(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu), VW_ERROR_USAGE);
@@ -63,8 +60,7 @@ static void another_word_than_kept_or_unrolled_is_refused(void **state) {
 }
 
 // So that a run's identity, which holds the driver's text, tells the forms apart.
-static void the_driver_text_tells_that_loops_are_kept(void **state) {
-    (void)state;
+TEST(the_driver_text_tells_that_loops_are_kept) {
     struct vw_gpu *gpu = NULL;
     assert_null(strstr(vw_gpu_get_info(test_gpu())->driver, "loops kept"));
     assert_int_equal(setenv("VIEWWORTH_LOOPS", "kept", 1), 0);
@@ -75,12 +71,4 @@ static void the_driver_text_tells_that_loops_are_kept(void **state) {
     assert_int_equal(vw_gpu_close(&gpu), VW_OK);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_loop_that_asks_to_be_unrolled_asks_to_be_kept),
-        cmocka_unit_test(passes_that_keep_their_loops_meet_the_reference),
-        cmocka_unit_test(another_word_than_kept_or_unrolled_is_refused),
-        cmocka_unit_test(the_driver_text_tells_that_loops_are_kept),
-    };
-    return cmocka_run_group_tests_name("kept loops", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

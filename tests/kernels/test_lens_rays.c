@@ -134,8 +134,7 @@ static void point_in_camera(const struct vw_view *view, const struct vw_box *box
 
 static const struct vw_box box = {.centre_world = {10, -20, 5}, .half_extent_world = 3};
 
-static void rays_reproject_through_every_lens(void **state) {
-    (void)state;
+TEST(rays_reproject_through_every_lens) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
         for (uint32_t distortion = lenses[i].distortion; distortion <= DISTORTION_ANY_LENS;
              distortion++) { // the richer undo it as well
@@ -176,8 +175,7 @@ static void check_depths(const struct vw_view *view, const struct vw_ray *whole,
     *cut_count += near > -first[2] && far < -last[2];
 }
 
-static void samples_lie_between_near_and_far(void **state) {
-    (void)state;
+TEST(samples_lie_between_near_and_far) {
     static const double distances[] = {0.1, 2, 100, 1e5};
     for (size_t i = 0; i < VW_ARRAY_COUNT(distances); i++) {
         struct vw_camera camera = {BODY};
@@ -198,8 +196,7 @@ static void samples_lie_between_near_and_far(void **state) {
 }
 
 // A depth range that holds the whole box changes no bit, and neither does the absence of one.
-static void wide_ranges_change_nothing(void **state) {
-    (void)state;
+TEST(wide_ranges_change_nothing) {
     struct vw_camera camera = {BODY};
     struct vw_view view = view_of(&camera, 2, &box);
     struct vw_ray without[RAYS], with[RAYS];
@@ -210,8 +207,7 @@ static void wide_ranges_change_nothing(void **state) {
     assert_memory_equal(without, with, sizeof with);
 }
 
-static void the_cheapest_sufficient_variant_is_chosen(void **state) {
-    (void)state;
+TEST(the_cheapest_sufficient_variant_is_chosen) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
         struct vw_view views[2] = {{.camera = lenses[0].camera}, {.camera = lenses[i].camera}};
         const struct vw_scene scene = {.views = views, .view_count = 2};
@@ -224,12 +220,4 @@ static void the_cheapest_sufficient_variant_is_chosen(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rays_reproject_through_every_lens),
-        cmocka_unit_test(samples_lie_between_near_and_far),
-        cmocka_unit_test(wide_ranges_change_nothing),
-        cmocka_unit_test(the_cheapest_sufficient_variant_is_chosen),
-    };
-    return cmocka_run_group_tests_name("lens rays", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -74,8 +74,7 @@ static void check_samples(const struct step_bench *bench, const struct poison *p
     reference_params_destroy(params);
 }
 
-static void a_poisoned_step_is_flagged_and_changes_nothing(void **state) {
-    (void)state;
+TEST(a_poisoned_step_is_flagged_and_changes_nothing) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
         struct step_bench *bench = step_bench_open(&setup);
         poison_params(bench, &poisons[i]);
@@ -124,8 +123,7 @@ static void check_colours(const struct step_bench *bench, const struct poison *p
     }
 }
 
-static void validation_shows_a_poisoned_field(void **state) {
-    (void)state;
+TEST(validation_shows_a_poisoned_field) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
         struct step_bench *bench = step_bench_open(&setup);
         struct vw_evaluator *evaluator = step_bench_evaluator(bench);
@@ -148,8 +146,7 @@ static void validation_shows_a_poisoned_field(void **state) {
 }
 
 // A NaN among the sky's coefficients flags the step, which changes nothing, and shows in every ray that is validated.
-static void a_poisoned_sky_is_flagged_and_shown(void **state) {
-    (void)state;
+TEST(a_poisoned_sky_is_flagged_and_shown) {
     struct step_case with_sky = setup;
     with_sky.sky = true;
     struct step_bench *bench = step_bench_open(&with_sky);
@@ -192,8 +189,7 @@ static bool is_marked(struct step_bench *bench) {
 }
 
 // One NaN in the last sample's rows, of the gradients and of the activations, marks the step by itself.
-static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
     struct step_bench *bench = step_bench_open(&step_cases[0]);
     struct test_random random = {.seed = bench->config.seed};
     size_t count;
@@ -216,8 +212,7 @@ static void a_weight_gradient_that_is_not_finite_marks_the_step(void **state) {
 }
 
 // Rounding would carry out of a NaN whose bits are all ones, which some devices make, and leave 0.
-static void rounding_to_a_bfloat_keeps_what_is_not_finite(void **state) {
-    (void)state;
+TEST(rounding_to_a_bfloat_keeps_what_is_not_finite) {
     static const uint32_t poison[] = {0x7FFFFFFFu, 0xFFFFFFFFu, 0x7F800000u, 0xFF800000u};
     struct step_bench *bench = step_bench_open(&step_cases[0]);
     float *d_samples = step_bench_read(bench, bench->step.d_samples);
@@ -234,8 +229,7 @@ static void rounding_to_a_bfloat_keeps_what_is_not_finite(void **state) {
 
 // It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without
 // it.
-static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
     static const float poison[] = {NAN, INFINITY, -INFINITY};
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
         struct step_bench *bench = step_bench_open(&step_cases[i]);
@@ -255,8 +249,7 @@ static void a_grid_gradient_that_is_not_finite_marks_the_step(void **state) {
 }
 
 // By itself, from whichever ray it comes; in one channel of one ray alone.
-static void a_sky_gradient_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
     static const float poison[] = {0.0f, NAN, INFINITY, -INFINITY};
     struct step_case with_sky = setup;
     with_sky.sky = true;
@@ -279,8 +272,7 @@ static void a_sky_gradient_that_is_not_finite_marks_the_step(void **state) {
     step_bench_close(bench);
 }
 
-static void a_loss_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(a_loss_that_is_not_finite_marks_the_step) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_push_samples push = step_bench_push(bench, 1);
     step_bench_gradients(bench, 1);
@@ -297,8 +289,7 @@ static void a_loss_that_is_not_finite_marks_the_step(void **state) {
 }
 
 // A loss, a mark of the passes before the optimiser, or a param that would not be finite.
-static void the_row_of_a_step_tells_what_is_not_finite(void **state) {
-    (void)state;
+TEST(the_row_of_a_step_tells_what_is_not_finite) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_push_reduce push = {.count = bench->step.padded_rays, .scalar_row = 1};
     size_t words = vw_buffer_size_bytes(bench->step.overflow) / 4;
@@ -320,8 +311,7 @@ static void the_row_of_a_step_tells_what_is_not_finite(void **state) {
     step_bench_close(bench);
 }
 
-static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
-    (void)state;
+TEST(an_error_that_is_not_finite_reaches_its_view_alone) {
     static const float poison[] = {NAN, INFINITY, -INFINITY};
     struct view_reduction reduction;
     reduction_open(test_gpu(), false, &reduction);
@@ -347,18 +337,4 @@ static void an_error_that_is_not_finite_reaches_its_view_alone(void **state) {
     reduction_close(&reduction);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_poisoned_step_is_flagged_and_changes_nothing),
-        cmocka_unit_test(validation_shows_a_poisoned_field),
-        cmocka_unit_test(a_poisoned_sky_is_flagged_and_shown),
-        cmocka_unit_test(a_weight_gradient_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(a_sky_gradient_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(rounding_to_a_bfloat_keeps_what_is_not_finite),
-        cmocka_unit_test(a_grid_gradient_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(a_loss_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(the_row_of_a_step_tells_what_is_not_finite),
-        cmocka_unit_test(an_error_that_is_not_finite_reaches_its_view_alone),
-    };
-    return cmocka_run_group_tests_name("nonfinite", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

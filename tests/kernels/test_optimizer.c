@@ -31,8 +31,7 @@ static void stay_silent(struct step_bench *bench, uint32_t first_step) {
 }
 
 // Feature 0 speaks for 20 steps, is silent for 10,000, and speaks again; feature 8 speaks then for the first time.
-static void a_long_silence_does_not_lengthen_the_next_step(void **state) {
-    (void)state;
+TEST(a_long_silence_does_not_lengthen_the_next_step) {
     static const struct step_case lazy = {
         .name = "a long silence", .seed = 71, .levels = 2, .log2_table = 6, .width = 16};
     struct step_bench *bench = step_bench_open(&lazy);
@@ -65,8 +64,7 @@ static void a_long_silence_does_not_lengthen_the_next_step(void **state) {
     step_bench_close(bench);
 }
 
-static void a_step_flagged_nonfinite_only_clears_the_gradient(void **state) {
-    (void)state;
+TEST(a_step_flagged_nonfinite_only_clears_the_gradient) {
     for (uint32_t i = 0; i < step_case_count; i++) {
         struct step_bench *bench = step_bench_open(&step_cases[i]);
         int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
@@ -120,8 +118,7 @@ static struct step_bench *open_wild(double learning_rate, enum vw_optimizer opti
 
 static const enum vw_optimizer optimizers[] = {VW_OPTIMIZER_LAZY_ADAM, VW_OPTIMIZER_DENSE_ADAM, VW_OPTIMIZER_SGD};
 
-static void params_stay_finite_at_a_learning_rate_of_1e30(void **state) {
-    (void)state;
+TEST(params_stay_finite_at_a_learning_rate_of_1e30) {
     for (int i = 0; i < 3; i++) {
         struct step_bench *bench = open_wild(1e30, optimizers[i]);
         for (uint64_t number = 1; number <= 5; number++) step_bench_step(bench, number);
@@ -132,8 +129,7 @@ static void params_stay_finite_at_a_learning_rate_of_1e30(void **state) {
 
 // The same gradient three times at a learning rate near the largest float: the second step would already leave the
 // floats.
-static void a_step_beyond_the_floats_is_not_taken(void **state) {
-    (void)state;
+TEST(a_step_beyond_the_floats_is_not_taken) {
     for (int i = 0; i < 3; i++) {
         struct step_bench *bench = open_wild(3e38, optimizers[i]);
         int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
@@ -157,12 +153,4 @@ static void a_step_beyond_the_floats_is_not_taken(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_long_silence_does_not_lengthen_the_next_step),
-        cmocka_unit_test(a_step_flagged_nonfinite_only_clears_the_gradient),
-        cmocka_unit_test(params_stay_finite_at_a_learning_rate_of_1e30),
-        cmocka_unit_test(a_step_beyond_the_floats_is_not_taken),
-    };
-    return cmocka_run_group_tests_name("optimizer", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

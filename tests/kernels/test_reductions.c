@@ -67,8 +67,7 @@ static void check_significance(const char *where, const struct outcome *before, 
         fail_msg("%s: the squared error of the last view changes by %g, by the reference by %g", where, found, change);
 }
 
-static void the_last_bits_of_k_pixels_count(void **state) {
-    (void)state;
+TEST(the_last_bits_of_k_pixels_count) {
     static const uint32_t counts[] = {1, 2, 10, 100, 1000, REDUCED_RAYS};
     struct view_reduction reduction;
     reduction_open(test_gpu(), false, &reduction);
@@ -91,8 +90,7 @@ static void the_last_bits_of_k_pixels_count(void **state) {
 }
 
 // One pixel after another, each alone in its view's change.
-static void the_last_bit_of_one_pixel_counts(void **state) {
-    (void)state;
+TEST(the_last_bit_of_one_pixel_counts) {
     static const uint32_t rays[] = {0, 1, 70, 190, 200, REDUCED_RAYS - 1};
     struct view_reduction reduction;
     struct outcome before, after;
@@ -115,8 +113,7 @@ static void the_last_bit_of_one_pixel_counts(void **state) {
     reduction_close(&reduction);
 }
 
-static void losses_of_any_number_of_rays_are_summed(void **state) {
-    (void)state;
+TEST(losses_of_any_number_of_rays_are_summed) {
     static const uint32_t ray_counts[] = {1, 64, 500, 5000};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ray_counts); i++) {
         struct step_case many = {
@@ -127,11 +124,4 @@ static void losses_of_any_number_of_rays_are_summed(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_last_bits_of_k_pixels_count),
-        cmocka_unit_test(the_last_bit_of_one_pixel_counts),
-        cmocka_unit_test(losses_of_any_number_of_rays_are_summed),
-    };
-    return cmocka_run_group_tests_name("reductions", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

@@ -51,8 +51,7 @@ static void gives_the_bits_of_atomics(struct step_case setup, enum vw_scatter_fo
 }
 
 // The quick tests take every second case, with one of the two other forms.
-static void every_form_gives_the_same_bits(void **state) {
-    (void)state;
+TEST(every_form_gives_the_same_bits) {
     bool all = test_is_full();
     for (uint32_t i = 0; i < step_case_count; i += all ? 1 : 2) {
         struct scattered atomics = scatter_by_atomics(&step_cases[i]);
@@ -64,8 +63,7 @@ static void every_form_gives_the_same_bits(void **state) {
 }
 
 // A loop of more trips would stop early on some drivers, so that long chunks are not walked.
-static void only_short_chunks_are_walked(void **state) {
-    (void)state;
+TEST(only_short_chunks_are_walked) {
     struct vw_config config = vw_config_default;
     struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
@@ -82,8 +80,7 @@ static void only_short_chunks_are_walked(void **state) {
 }
 
 // Their gradients are 0; here they are not, which shows that the walk does not look at them.
-static void the_walk_leaves_out_rays_that_weigh_nothing(void **state) {
-    (void)state;
+TEST(the_walk_leaves_out_rays_that_weigh_nothing) {
     struct step_case setup = step_cases[0];
     setup.scatter = SCATTER_WALK;
     struct step_bench *bench = step_bench_open(&setup);
@@ -165,8 +162,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     step_bench_close(bench);
 }
 
-static void all_samples_in_one_entry_at_the_clamp_sum_exactly(void **state) {
-    (void)state;
+TEST(all_samples_in_one_entry_at_the_clamp_sum_exactly) {
     for (int i = 0; i < 2; i++) {
         crowd_sums_exactly(&crowds[i], i == 1, 1.0f);
         crowd_sums_exactly(&crowds[i], i == 1, -1.0f);
@@ -175,8 +171,7 @@ static void all_samples_in_one_entry_at_the_clamp_sum_exactly(void **state) {
 
 // The bound itself, for every step size: samples x (largest contribution + 4 for the rounding of eight corners) stays
 // within the bits.
-static void no_step_size_can_wrap(void **state) {
-    (void)state;
+TEST(no_step_size_can_wrap) {
     static const uint32_t sample_counts[] = {1, 7, 30, 31, 32, 48, 127, 4096};
     struct vw_config config = vw_config_default;
     struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
@@ -201,13 +196,4 @@ static void no_step_size_can_wrap(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_walk_leaves_out_rays_that_weigh_nothing),
-        cmocka_unit_test(every_form_gives_the_same_bits),
-        cmocka_unit_test(only_short_chunks_are_walked),
-        cmocka_unit_test(all_samples_in_one_entry_at_the_clamp_sum_exactly),
-        cmocka_unit_test(no_step_size_can_wrap),
-    };
-    return cmocka_run_group_tests_name("scatter_grid", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

@@ -107,8 +107,7 @@ static void play_subsets(struct game *game, uint32_t halves, struct vw_subsets *
 
 // ---- Subsets --------------------------------------------------------------------------------------------------------
 
-static void halves_are_different_and_balanced(void **state) {
-    (void)state;
+TEST_WITHIN(halves_are_different_and_balanced, set_up, NULL) {
     struct vw_subsets subsets;
     uint32_t times[PHOTOS] = {0};
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 200, 0, SEEDS, 0}, &subsets));
@@ -128,8 +127,7 @@ static void halves_are_different_and_balanced(void **state) {
     vw_subsets_free(&subsets);
 }
 
-static void there_are_no_more_halves_than_exist(void **state) {
-    (void)state;
+TEST_WITHIN(there_are_no_more_halves_than_exist, set_up, NULL) {
     struct vw_subsets subsets;
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){4, 50, 0, SEEDS, 0}, &subsets));
     assert_int_equal(subsets.count, 6); // 4 over 2
@@ -138,8 +136,7 @@ static void there_are_no_more_halves_than_exist(void **state) {
 
 // 12 photos: sizes 5 to 12, each as often as the others (400 / 8 = 50, standard deviation 6.6), but that the one subset
 // of all photos, the 12 of eleven and the 66 of ten are soon drawn.
-static void random_sizes_are_uniform(void **state) {
-    (void)state;
+TEST_WITHIN(random_sizes_are_uniform, set_up, NULL) {
     struct vw_subsets subsets;
     uint32_t of_size[PHOTOS + 1] = {0};
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 250, SEEDS, 0}, &subsets));
@@ -153,8 +150,7 @@ static void random_sizes_are_uniform(void **state) {
     vw_subsets_free(&subsets);
 }
 
-static void all_subsets_are_listed_once(void **state) {
-    (void)state;
+TEST_WITHIN(all_subsets_are_listed_once, set_up, NULL) {
     struct vw_subsets subsets;
     bool listed[32] = {false};
     ASSERT_OK(vw_subsets_list_all(5, SEEDS, &subsets));
@@ -173,8 +169,7 @@ static void all_subsets_are_listed_once(void **state) {
     vw_subsets_free(&subsets);
 }
 
-static void a_failing_training_ends_it(void **state) {
-    (void)state;
+TEST_WITHIN(a_failing_training_ends_it, set_up, NULL) {
     struct game game = {.fails = true};
     struct vw_subsets subsets;
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 20, 0, SEEDS, 0}, &subsets));
@@ -188,8 +183,7 @@ static void a_failing_training_ends_it(void **state) {
 // Eight clean photos, two of either kind. By hand, for the scores of "dv_psnr": clean -0.9 (photo 0), 0.4, 0.7, -0.3
 // (photo 4), 0.8, 0.5, 0.6, 0.2; blur -1.3 and -1.0 lie below all; noise +0.7 (photo 8), above all but 0.8 and level
 // with 0.7, and -0.5, above -0.9 alone.
-static void auc_by_hand(void **state) {
-    (void)state;
+TEST_WITHIN(auc_by_hand, set_up, NULL) {
     struct vw_metrics metrics = {0};
     ASSERT_OK(vw_evaluate_detection(&evaluation, &metrics));
     check_near(find(&metrics, "auc", "blur", "dv_psnr")->value, 1, 0, "AUC of blur");
@@ -205,8 +199,7 @@ static void auc_by_hand(void **state) {
     free(metrics.rows);
 }
 
-static void seeds_agree_over_all_and_within_clean(void **state) {
-    (void)state;
+TEST_WITHIN(seeds_agree_over_all_and_within_clean, set_up, NULL) {
     struct vw_metrics metrics = {0};
     for (uint32_t i = 0; i < PHOTOS; i++)
         scores_of[0][PHOTOS + i] = (vw_photo_is_clean(&evaluation, i) ? -1 : 1) * worths[i];
@@ -221,8 +214,7 @@ static void seeds_agree_over_all_and_within_clean(void **state) {
 
 // ---- Predicting -----------------------------------------------------------------------------------------------------
 
-static void true_worths_predict_an_additive_game(void **state) {
-    (void)state;
+TEST_WITHIN(true_worths_predict_an_additive_game, set_up, NULL) {
     struct game game = {0};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -253,8 +245,7 @@ static void true_worths_predict_an_additive_game(void **state) {
 // Variance of the sum of a random half: n/4 N/(N-1) var(worths) of 12; noise of the same size makes two trainings agree
 // by 1/2, and their mean with the truth by sqrt(2/3). Spearman's correlation of normal variables is 6/pi asin(r/2):
 // 0.483 for 1/2, and 0.802 for sqrt(2/3).
-static void noise_lowers_the_ceiling_as_theory_says(void **state) {
-    (void)state;
+TEST_WITHIN(noise_lowers_the_ceiling_as_theory_says, set_up, NULL) {
     double mean = 0, variance = 0;
     for (uint32_t i = 0; i < PHOTOS; i++) mean += worths[i] / PHOTOS;
     for (uint32_t i = 0; i < PHOTOS; i++) variance += pow(worths[i] - mean, 2) / PHOTOS;
@@ -274,8 +265,7 @@ static void noise_lowers_the_ceiling_as_theory_says(void **state) {
 }
 
 // The interval of 100 subsets holds what 800 others say, in nearly all of 20 games.
-static void intervals_cover(void **state) {
-    (void)state;
+TEST_WITHIN(intervals_cover, set_up, NULL) {
     struct game game = {.noise_db = 1.5};
     struct vw_subsets many;
     struct vw_metrics ground_truth = {0};
@@ -300,8 +290,7 @@ static void intervals_cover(void **state) {
     free(ground_truth.rows);
 }
 
-static void trainings_without_value_are_left_out(void **state) {
-    (void)state;
+TEST_WITHIN(trainings_without_value_are_left_out, set_up, NULL) {
     struct game game = {.lacks_tests = true};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -315,8 +304,7 @@ static void trainings_without_value_are_left_out(void **state) {
 }
 
 // As where a training of leave-one-out did not end in a finite value.
-static void a_photo_without_score_leaves_a_method_without_metric(void **state) {
-    (void)state;
+TEST_WITHIN(a_photo_without_score_leaves_a_method_without_metric, set_up, NULL) {
     struct game game = {0};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -340,8 +328,7 @@ static void a_photo_without_score_leaves_a_method_without_metric(void **state) {
 }
 
 // Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6.
-static void harm_is_what_a_kind_is_worth_less(void **state) {
-    (void)state;
+TEST_WITHIN(harm_is_what_a_kind_is_worth_less, set_up, NULL) {
     struct game game = {.noise_db = 0.05};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -363,8 +350,7 @@ static void harm_is_what_a_kind_is_worth_less(void **state) {
     free(metrics.rows);
 }
 
-static void only_kinds_that_do_harm_count_as_harmful(void **state) {
-    (void)state;
+TEST_WITHIN(only_kinds_that_do_harm_count_as_harmful, set_up, NULL) {
     struct vw_metrics metrics = {0};
     const struct vw_metric sure = {.method = "retrainings", .value = 1, .ci_low = 0.5, .ci_high = 1.5},
                            unsure = {.method = "retrainings", .value = 0.2, .ci_low = -0.1, .ci_high = 0.5};
@@ -383,8 +369,7 @@ static struct vw_curve_params curve_of(struct game *game) {
     return (struct vw_curve_params){&evaluation, FIRST_SEED, SEEDS, play, game, false};
 }
 
-static void curves_of_true_worths_are_best(void **state) {
-    (void)state;
+TEST_WITHIN(curves_of_true_worths_are_best, set_up, NULL) {
     struct game game = {0};
     struct vw_metrics metrics = {0};
     const struct vw_curve_params curve = curve_of(&game);
@@ -415,8 +400,7 @@ static void curves_of_true_worths_are_best(void **state) {
 
 // The noise of a training is 0.1 dB, so that of a mean of differences of 30 pairs is 0.1 sqrt(2 / 30) = 0.026, and half
 // an interval 2.05 times that. Random orders differ by far more.
-static void curves_have_intervals_over_seeds(void **state) {
-    (void)state;
+TEST_WITHIN(curves_have_intervals_over_seeds, set_up, NULL) {
     struct game game = {.noise_db = 0.1};
     struct vw_metrics metrics = {0};
     struct vw_curve_params curve = curve_of(&game);
@@ -437,8 +421,7 @@ static void curves_have_intervals_over_seeds(void **state) {
 }
 
 // A curve is of test photos where there are some; and asks for no more trainings than it says.
-static void curves_without_tests_are_of_validation(void **state) {
-    (void)state;
+TEST_WITHIN(curves_without_tests_are_of_validation, set_up, NULL) {
     struct game game = {.lacks_tests = true};
     struct vw_metrics metrics = {0};
     const struct vw_curve_params curve = curve_of(&game);
@@ -448,8 +431,7 @@ static void curves_without_tests_are_of_validation(void **state) {
     free(metrics.rows);
 }
 
-static void gains_are_one_point_of_the_curve(void **state) {
-    (void)state;
+TEST_WITHIN(gains_are_one_point_of_the_curve, set_up, NULL) {
     struct game game = {0};
     struct vw_metrics metrics = {0};
     struct vw_curve_params curve = curve_of(&game);
@@ -463,8 +445,7 @@ static void gains_are_one_point_of_the_curve(void **state) {
     free(metrics.rows);
 }
 
-static void scores_without_order_have_no_curve(void **state) {
-    (void)state;
+TEST_WITHIN(scores_without_order_have_no_curve, set_up, NULL) {
     struct game game = {0};
     struct vw_metrics metrics = {0};
     scores_of[0][3] = NAN;
@@ -474,8 +455,7 @@ static void scores_without_order_have_no_curve(void **state) {
     assert_int_equal(game.retrainings, 0);
 }
 
-static void leave_one_out_finds_the_worths(void **state) {
-    (void)state;
+TEST_WITHIN(leave_one_out_finds_the_worths, set_up, NULL) {
     struct game game = {0};
     struct vw_metrics metrics = {0};
     struct vw_left_out left_out;
@@ -500,8 +480,7 @@ static void leave_one_out_finds_the_worths(void **state) {
 }
 
 // Two seeds whose noise is opposite: each predicts half of the truth, their mean all of it.
-static void the_mean_of_seeds_predicts_more(void **state) {
-    (void)state;
+TEST_WITHIN(the_mean_of_seeds_predicts_more, set_up, NULL) {
     struct game game = {0};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -536,8 +515,7 @@ static enum vw_status play_mean(void *context, const struct vw_retrain_params *r
     return status;
 }
 
-static void sizes_are_predicted_by_means(void **state) {
-    (void)state;
+TEST_WITHIN(sizes_are_predicted_by_means, set_up, NULL) {
     struct game game = {0};
     struct vw_subsets subsets;
     struct vw_metrics metrics = {0};
@@ -551,37 +529,7 @@ static void sizes_are_predicted_by_means(void **state) {
     free(metrics.rows);
 }
 
-static void a_scorer_is_known_by_its_name(void **state) {
-    (void)state;
+TEST(a_scorer_is_known_by_its_name) {
     assert_true(vw_scorer_exists("dv_psnr") && vw_scorer_exists("worth_24") && vw_scorer_exists("leave_one_out"));
     assert_false(vw_scorer_exists("worth_") || vw_scorer_exists("worth_2x") || vw_scorer_exists("credit"));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_scorer_is_known_by_its_name),
-        cmocka_unit_test_setup(halves_are_different_and_balanced, set_up),
-        cmocka_unit_test_setup(there_are_no_more_halves_than_exist, set_up),
-        cmocka_unit_test_setup(random_sizes_are_uniform, set_up),
-        cmocka_unit_test_setup(all_subsets_are_listed_once, set_up),
-        cmocka_unit_test_setup(a_failing_training_ends_it, set_up),
-        cmocka_unit_test_setup(auc_by_hand, set_up),
-        cmocka_unit_test_setup(seeds_agree_over_all_and_within_clean, set_up),
-        cmocka_unit_test_setup(true_worths_predict_an_additive_game, set_up),
-        cmocka_unit_test_setup(noise_lowers_the_ceiling_as_theory_says, set_up),
-        cmocka_unit_test_setup(intervals_cover, set_up),
-        cmocka_unit_test_setup(trainings_without_value_are_left_out, set_up),
-        cmocka_unit_test_setup(a_photo_without_score_leaves_a_method_without_metric, set_up),
-        cmocka_unit_test_setup(harm_is_what_a_kind_is_worth_less, set_up),
-        cmocka_unit_test_setup(only_kinds_that_do_harm_count_as_harmful, set_up),
-        cmocka_unit_test_setup(curves_of_true_worths_are_best, set_up),
-        cmocka_unit_test_setup(curves_have_intervals_over_seeds, set_up),
-        cmocka_unit_test_setup(curves_without_tests_are_of_validation, set_up),
-        cmocka_unit_test_setup(gains_are_one_point_of_the_curve, set_up),
-        cmocka_unit_test_setup(scores_without_order_have_no_curve, set_up),
-        cmocka_unit_test_setup(leave_one_out_finds_the_worths, set_up),
-        cmocka_unit_test_setup(the_mean_of_seeds_predicts_more, set_up),
-        cmocka_unit_test_setup(sizes_are_predicted_by_means, set_up),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

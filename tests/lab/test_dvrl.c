@@ -73,8 +73,7 @@ static double highest(const double *scores, bool good) {
     return found;
 }
 
-static void it_selects_by_features_and_without_them(void **state) {
-    (void)state;
+TEST(it_selects_by_features_and_without_them) {
     struct game game = {.good_db = 0.1, .bad_db = -0.4};
     double scores[PHOTOS];
     score(&game, NULL, 200, scores);
@@ -84,8 +83,7 @@ static void it_selects_by_features_and_without_them(void **state) {
 }
 
 // A policy that selects all, or none, learns nothing more.
-static void it_goes_on_exploring(void **state) {
-    (void)state;
+TEST(it_goes_on_exploring) {
     struct game all_help = {.good_db = 0.2, .bad_db = 0.2}, all_harm = {.good_db = -0.2, .bad_db = -0.2};
     double scores[PHOTOS], mean = 0;
     score(&all_help, &features, 2000, scores);
@@ -105,8 +103,7 @@ static double objective(struct vw_value_network *network, const double *weights)
     return sum;
 }
 
-static void its_gradient_is_that_of_finite_differences(void **state) {
-    (void)state;
+TEST(its_gradient_is_that_of_finite_differences) {
     struct vw_value_network network;
     double weights[PHOTOS], step = 1e-5;
     ASSERT_OK(vw_value_network_create(&features, PHOTOS, 3, &network));
@@ -133,11 +130,4 @@ static void its_gradient_is_that_of_finite_differences(void **state) {
     vw_value_network_free(&network);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_selects_by_features_and_without_them),
-        cmocka_unit_test(it_goes_on_exploring),
-        cmocka_unit_test(its_gradient_is_that_of_finite_differences),
-    };
-    return cmocka_run_group_tests(tests, set_up, NULL);
-}
+TEST_GROUP(set_up, NULL)

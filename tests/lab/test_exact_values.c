@@ -64,8 +64,7 @@ static void check_values(const struct vw_exact_values *exact, enum vw_exact_valu
         }
 }
 
-static void an_additive_game_has_its_worths(void **state) {
-    (void)state;
+TEST(an_additive_game_has_its_worths) {
     struct vw_exact_values exact;
     find_values(additive, 5, &exact);
     for (int i = 0; i < VW_EXACT_COUNT; i++) check_values(&exact, (enum vw_exact_value)i, additive_worths);
@@ -73,8 +72,7 @@ static void an_additive_game_has_its_worths(void **state) {
 }
 
 // Three of five: a photo decides as the third of five in a row, or beside 6 of the 16 subsets of the others.
-static void a_majority_game(void **state) {
-    (void)state;
+TEST(a_majority_game) {
     struct vw_exact_values exact;
     static const double shapley[] = {0.2, 0.2, 0.2, 0.2, 0.2}, banzhaf[] = {0.375, 0.375, 0.375, 0.375, 0.375},
                         left_out[] = {0, 0, 0, 0, 0};
@@ -85,8 +83,7 @@ static void a_majority_game(void **state) {
     vw_exact_values_free(&exact);
 }
 
-static void a_glove_game(void **state) {
-    (void)state;
+TEST(a_glove_game) {
     struct vw_exact_values exact;
     static const double shapley[] = {1.0 / 6, 1.0 / 6, 4.0 / 6}, banzhaf[] = {0.25, 0.25, 0.75}, left_out[] = {0, 0, 1};
     find_values(glove, 3, &exact);
@@ -96,8 +93,7 @@ static void a_glove_game(void **state) {
     vw_exact_values_free(&exact);
 }
 
-static void scores_are_held_against_exact_values(void **state) {
-    (void)state;
+TEST(scores_are_held_against_exact_values) {
     struct vw_exact_values exact;
     struct vw_metrics metrics = {0};
     static const char *const kinds[] = {"clean", "noise", "clean", "clean", "clean"};
@@ -117,14 +113,4 @@ static void scores_are_held_against_exact_values(void **state) {
     assert_true(pearson > 0.8 && pearson < 0.99); // not of ranks
     vw_exact_values_free(&exact);
     free(metrics.rows);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_additive_game_has_its_worths),
-        cmocka_unit_test(a_majority_game),
-        cmocka_unit_test(a_glove_game),
-        cmocka_unit_test(scores_are_held_against_exact_values),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

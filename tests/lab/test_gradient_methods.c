@@ -122,8 +122,7 @@ static void credit_training(double learning_rate, double beta1, const char *effe
 }
 
 // Bfloats between passes are what remains: 1 % is seen.
-static void short_steps_change_what_they_are_credited_with(void **state) {
-    (void)state;
+TEST(short_steps_change_what_they_are_credited_with) {
     double first[STEPS], second[STEPS], changes[STEPS];
     credit_training(1e-4, 0, "none", first, second, changes);
     double slope = slope_of(first, changes, STEPS), pearson = vw_pearson(first, changes, STEPS);
@@ -134,8 +133,7 @@ static void short_steps_change_what_they_are_credited_with(void **state) {
     assert_true(pearson > 0.995);
 }
 
-static void the_second_order_is_nearer_to_what_long_steps_change(void **state) {
-    (void)state;
+TEST(the_second_order_is_nearer_to_what_long_steps_change) {
     static const struct {
         double beta1;
         const char *effects;
@@ -210,8 +208,7 @@ static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint
     free(towards);
 }
 
-static void tracin_is_what_small_steps_change(void **state) {
-    (void)state;
+TEST(tracin_is_what_small_steps_change) {
     struct vw_config config = gradient_config();
     struct opened opened;
     struct vw_gradient_replay sweep;
@@ -293,8 +290,7 @@ static double solve_by_conjugate_gradients(struct vw_influence *influence, doubl
 }
 
 // What the last step did is its gradient times the rates that influence functions find.
-static void influence_knows_the_rates(void **state) {
-    (void)state;
+TEST(influence_knows_the_rates) {
     static const struct {
         enum vw_field field;
         enum vw_optimizer optimizer;
@@ -340,8 +336,7 @@ static void influence_knows_the_rates(void **state) {
 }
 
 // Were H 1 / P, what is gained by a photo would be what plain descent on it gains.
-static void a_photo_that_helps_has_influence_above_zero(void **state) {
-    (void)state;
+TEST(a_photo_that_helps_has_influence_above_zero) {
     struct vw_config config = gradient_config();
     struct opened opened;
     struct vw_influence influence;
@@ -398,8 +393,7 @@ static void check_solution(const struct opened *opened, double scale) {
     free(solved);
 }
 
-static void influence_solves_its_equation(void **state) {
-    (void)state;
+TEST(influence_solves_its_equation) {
     struct vw_config config = gradient_config();
     struct opened opened;
     open_training(&opened, &config);
@@ -408,8 +402,7 @@ static void influence_solves_its_equation(void **state) {
     close_training(&opened);
 }
 
-static void influence_that_diverges_has_no_score(void **state) {
-    (void)state;
+TEST(influence_that_diverges_has_no_score) {
     struct vw_config config = gradient_config();
     struct opened opened;
     struct vw_influence_result result = {0}, direct = {0};
@@ -435,8 +428,7 @@ static bool ask_to_stop(void *context) {
     return ++*asked > 1;
 }
 
-static void what_cannot_be_followed_is_refused(void **state) {
-    (void)state;
+TEST(what_cannot_be_followed_is_refused) {
     struct vw_config config = gradient_config();
     struct opened opened;
     struct vw_in_run_credit credits[STEPS];
@@ -453,16 +445,4 @@ static void what_cannot_be_followed_is_refused(void **state) {
     close_training(&opened);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(short_steps_change_what_they_are_credited_with),
-        cmocka_unit_test(the_second_order_is_nearer_to_what_long_steps_change),
-        cmocka_unit_test(tracin_is_what_small_steps_change),
-        cmocka_unit_test(influence_knows_the_rates),
-        cmocka_unit_test(a_photo_that_helps_has_influence_above_zero),
-        cmocka_unit_test(influence_solves_its_equation),
-        cmocka_unit_test(influence_that_diverges_has_no_score),
-        cmocka_unit_test(what_cannot_be_followed_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -37,7 +37,7 @@ static enum vw_status make_run(struct fixture *fixture, const char *name, const 
 static int set_up(void **state) {
     static struct fixture fixture;
     struct vw_config config = small_config(0, EPOCHS);
-    fixture.folder = test_folder_create();
+    fixture.folder = temporary_folder_create();
     ASSERT_OK(make_run(&fixture, "whole", &config, true));
     ASSERT_OK(make_run(&fixture, "begun", &config, false));
     ASSERT_OK(vw_session_open(&(struct vw_session_params){.scene = {.path = SMALL_SCENE}}, &fixture.session));
@@ -48,7 +48,7 @@ static int set_up(void **state) {
 static int tear_down(void **state) {
     struct fixture *fixture = *state;
     vw_session_close(&fixture->session);
-    test_folder_destroy(fixture->folder);
+    temporary_folder_remove(fixture->folder);
     return 0;
 }
 
@@ -79,7 +79,7 @@ static double distance(const double *a, const double *b) {
     return sum;
 }
 
-static void all_methods_score_all_photos(void **state) {
+TEST(all_methods_score_all_photos) {
     const struct fixture *fixture = *state;
     const struct vw_gradient_scores_params params = params_of(fixture, "whole");
     double values[VW_GRADIENT_METHODS][PHOTOS], again[PHOTOS], credit[PHOTOS];
@@ -106,7 +106,7 @@ static bool stop(void *context) {
 
 // The first call computes; the second takes what the table says. One that is damaged or of another run counts for
 // nothing.
-static void known_scores_are_not_computed_again(void **state) {
+TEST(known_scores_are_not_computed_again) {
     const struct fixture *fixture = *state;
     struct vw_gradient_scores_params params = params_of(fixture, "whole");
     double made[PHOTOS], read[PHOTOS], seconds[VW_GRADIENT_METHODS], read_seconds[VW_GRADIENT_METHODS];
@@ -139,7 +139,7 @@ static void known_scores_are_not_computed_again(void **state) {
     assert_memory_equal(made, read, sizeof made);
 }
 
-static void what_cannot_be_replayed_is_refused(void **state) {
+TEST(what_cannot_be_replayed_is_refused) {
     const struct fixture *fixture = *state;
     double values[PHOTOS];
     double *scores[VW_GRADIENT_METHODS] = {[VW_GRADIENT_INFLUENCE] = values};
@@ -159,7 +159,7 @@ static void what_cannot_be_replayed_is_refused(void **state) {
     vw_session_close(&other);
 }
 
-static void an_edited_ledger_is_a_mismatch(void **state) {
+TEST(an_edited_ledger_is_a_mismatch) {
     const struct fixture *fixture = *state;
     double values[PHOTOS];
     double *scores[VW_GRADIENT_METHODS] = {[VW_GRADIENT_IN_RUN_FIRST] = values};
@@ -174,12 +174,4 @@ static void an_edited_ledger_is_a_mismatch(void **state) {
     assert_non_null(strstr(vw_error_message(), "step 40"));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_methods_score_all_photos),
-        cmocka_unit_test(known_scores_are_not_computed_again),
-        cmocka_unit_test(what_cannot_be_replayed_is_refused),
-        cmocka_unit_test(an_edited_ledger_is_a_mismatch),
-    };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+TEST_GROUP(set_up, tear_down)

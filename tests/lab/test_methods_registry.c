@@ -168,8 +168,7 @@ static void check_exact(const struct vw_retraining_method *method, enum kind kin
                      exact[i], bound);
 }
 
-static void methods_tend_to_what_they_estimate(void **state) {
-    (void)state;
+TEST(methods_tend_to_what_they_estimate) {
     uint32_t checked = 0;
     for (uint32_t m = 0; m < vw_retraining_method_count; m++)
         for (enum kind kind = 0; kind < KINDS && vw_retraining_methods[m]->estimates < VW_EXACT_COUNT; kind++) {
@@ -181,8 +180,7 @@ static void methods_tend_to_what_they_estimate(void **state) {
 
 // A bag without photo i has another photo with probability 1 - (4/5)^6, since each of 6 draws is one of 5 others.
 // Outcomes vary by 0.5 dB in the third of 4,800 bags that leaves a photo out; the bound is five standard errors.
-static void data_oob_by_hand(void **state) {
-    (void)state;
+TEST(data_oob_by_hand) {
     struct game game = {.kind = ADDITIVE};
     double scores[PHOTOS], share = 1 - pow(0.8, 6), all = 0;
     for (uint32_t i = 0; i < PHOTOS; i++) all += worths[i];
@@ -195,8 +193,7 @@ static void data_oob_by_hand(void **state) {
 }
 
 // Two bags leave out few photos. The others have the mean of these.
-static void data_oob_puts_unknown_photos_in_the_middle(void **state) {
-    (void)state;
+TEST(data_oob_puts_unknown_photos_in_the_middle) {
     struct game game = {.kind = ADDITIVE};
     double scores[PHOTOS], lowest = 1e9, highest = 0;
     uint32_t middle = 0;
@@ -211,8 +208,7 @@ static void data_oob_puts_unknown_photos_in_the_middle(void **state) {
 }
 
 // The game's epochs walk through random orders, as those of TMC Data Shapley do.
-static void g_shapley_averages_gains(void **state) {
-    (void)state;
+TEST(g_shapley_averages_gains) {
     struct game game = {.kind = PAIRS};
     double scores[PHOTOS], exact[PHOTOS];
     score(&vw_g_shapley, &game, MANY / EPOCHS, scores);
@@ -223,8 +219,7 @@ static void g_shapley_averages_gains(void **state) {
 }
 
 // Also those that estimate no such value.
-static void methods_order_photos_by_their_worths(void **state) {
-    (void)state;
+TEST(methods_order_photos_by_their_worths) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
         struct game game = {.kind = ADDITIVE};
@@ -235,8 +230,7 @@ static void methods_order_photos_by_their_worths(void **state) {
     }
 }
 
-static void methods_find_the_harmful_photo(void **state) {
-    (void)state;
+TEST(methods_find_the_harmful_photo) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
         struct game game = {.kind = HARMFUL};
@@ -257,8 +251,7 @@ static bool was_played(const struct game *game, uint64_t hash) {
     return false;
 }
 
-static void costs_stay_within_budgets_and_are_used(void **state) {
-    (void)state;
+TEST(costs_stay_within_budgets_and_are_used) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++)
         for (uint32_t budget = 1; budget < 30; budget++) {
             const struct vw_retraining_method *method = vw_retraining_methods[m];
@@ -278,8 +271,7 @@ static void costs_stay_within_budgets_and_are_used(void **state) {
         }
 }
 
-static void a_larger_budget_has_the_retrainings_of_a_smaller_one(void **state) {
-    (void)state;
+TEST(a_larger_budget_has_the_retrainings_of_a_smaller_one) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         const struct vw_retraining_method *method = vw_retraining_methods[m];
         struct game few = {.kind = NOISY}, many = {.kind = NOISY};
@@ -297,8 +289,7 @@ static void a_larger_budget_has_the_retrainings_of_a_smaller_one(void **state) {
 }
 
 // A short training costs its share, one on half of the photos at equal epochs a half, the untrained field nothing.
-static void costs_are_in_whole_trainings(void **state) {
-    (void)state;
+TEST(costs_are_in_whole_trainings) {
     struct game game = {.kind = ADDITIVE};
     struct vw_retraining_input input = input_of(&game, 12);
     struct vw_retraining_cost cost;
@@ -314,8 +305,7 @@ static void costs_are_in_whole_trainings(void **state) {
 
 // ---- How they ask ---------------------------------------------------------------------------------------------------
 
-static void scores_do_not_depend_on_what_is_made_together(void **state) {
-    (void)state;
+TEST(scores_do_not_depend_on_what_is_made_together) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         struct game together = {.kind = NOISY}, alone = {.kind = NOISY, .alone = true};
         double a[PHOTOS], b[PHOTOS];
@@ -325,8 +315,7 @@ static void scores_do_not_depend_on_what_is_made_together(void **state) {
     }
 }
 
-static void a_failing_retraining_ends_a_method(void **state) {
-    (void)state;
+TEST(a_failing_retraining_ends_a_method) {
     for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
         struct game whole = {.kind = NOISY};
         double scores[PHOTOS];
@@ -342,8 +331,7 @@ static void a_failing_retraining_ends_a_method(void **state) {
     }
 }
 
-static void names_are_of_methods_and_budgets(void **state) {
-    (void)state;
+TEST(names_are_of_methods_and_budgets) {
     assert_true(vw_is_method_and_budget("tmc_shapley_40") && vw_is_method_and_budget("dvrl_1") &&
                 vw_is_method_and_budget("tmc_shapley_4N"));
     assert_false(vw_is_method_and_budget("tmc_shapley") || vw_is_method_and_budget("tmc_shapley_") ||
@@ -357,22 +345,4 @@ static void names_are_of_methods_and_budgets(void **state) {
         assert_true(strlen(method->name) <= 16 && method->meaning[0]);
     }
     assert_string_equal(listed, "");
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(methods_tend_to_what_they_estimate),
-        cmocka_unit_test(data_oob_by_hand),
-        cmocka_unit_test(data_oob_puts_unknown_photos_in_the_middle),
-        cmocka_unit_test(g_shapley_averages_gains),
-        cmocka_unit_test(methods_order_photos_by_their_worths),
-        cmocka_unit_test(methods_find_the_harmful_photo),
-        cmocka_unit_test(costs_stay_within_budgets_and_are_used),
-        cmocka_unit_test(a_larger_budget_has_the_retrainings_of_a_smaller_one),
-        cmocka_unit_test(costs_are_in_whole_trainings),
-        cmocka_unit_test(scores_do_not_depend_on_what_is_made_together),
-        cmocka_unit_test(a_failing_retraining_ends_a_method),
-        cmocka_unit_test(names_are_of_methods_and_budgets),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

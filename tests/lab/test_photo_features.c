@@ -112,8 +112,7 @@ static void blur(struct vw_scene *scene, uint32_t view) {
     free(before);
 }
 
-static void pixels_are_measured(void **state) {
-    (void)state;
+TEST(pixels_are_measured) {
     struct vw_scene *scene = make_scene();
     for (uint32_t i = 0; i < TRAIN; i++) change_pixels(scene, i, 1, 0.02);
     struct vw_photo_features sound = measure(scene);
@@ -134,8 +133,7 @@ static void pixels_are_measured(void **state) {
 }
 
 // Noise of a known size on grey, and thumbnails of one colour.
-static void noise_has_its_size(void **state) {
-    (void)state;
+TEST(noise_has_its_size) {
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){TRAIN, VAL, 200, 150, 0, false, 0, 0});
     uint8_t *pixels = scene->views[0].image.pixels;
     struct vw_photo_pixels measured;
@@ -190,8 +188,7 @@ static void turn_about_z(struct vw_view *view, double angle) {
     }
 }
 
-static void points_are_shared(void **state) {
-    (void)state;
+TEST(points_are_shared) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
     struct vw_photo_features features = measure(scene);
@@ -220,8 +217,7 @@ static void points_are_shared(void **state) {
 }
 
 // A point that a file lists twice in a photo is one place; a photo without tracks sees nothing.
-static void odd_tracks_are_taken(void **state) {
-    (void)state;
+TEST(odd_tracks_are_taken) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
     for (uint32_t p = 0, at = 0; p < scene->point_count; at += scene->points[p++].track_count)
@@ -246,8 +242,7 @@ static void odd_tracks_are_taken(void **state) {
 }
 
 // Without points: a photo that looks away sees the least of what validation photos see, and is far from the others.
-static void cameras_stand_in_for_points(void **state) {
-    (void)state;
+TEST(cameras_stand_in_for_points) {
     struct vw_scene *scene = make_scene();
     turn_about_z(&scene->views[2], M_PI);
     struct vw_photo_features features = measure(scene);
@@ -276,8 +271,7 @@ static void cameras_stand_in_for_points(void **state) {
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
 
-static void steps_are_summed(void **state) {
-    (void)state;
+TEST(steps_are_summed) {
     struct vw_scene *scene = make_scene();
     struct vw_photo_features features = {0};
     struct vw_step_record records[1 + 4 * TRAIN] = {
@@ -319,8 +313,7 @@ static void steps_are_summed(void **state) {
 
 // ---- Baselines ------------------------------------------------------------------------------------------------------
 
-static void every_baseline_scores(void **state) {
-    (void)state;
+TEST(every_baseline_scores) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
     struct vw_photo_features features = measure(scene);
@@ -354,8 +347,7 @@ static void every_baseline_scores(void **state) {
 // to x, 0.05 to y and 0.15 to z; 0.2 from c to y: 5 pairs in a tree, so that the potentials are unique but for a
 // constant. With g(x) = 0: f(a) = 1, f(b) = 4, g(y) = 2 - 4, g(z) = 1 - 4, f(c) = 1 + 2. The other pairs cost more than
 // their potentials: ay 4 > -1, az 6 > -2, cx 5 > 3, cz 3 > 0.
-static void transport_is_the_linear_program(void **state) {
-    (void)state;
+TEST(transport_is_the_linear_program) {
     static const double costs[9] = {1, 4, 6, 4, 2, 1, 5, 1, 3};
     static const double from[3] = {0.5, 0.3, 0.2}, to[3] = {0.6, 0.25, 0.15};
     const double best = 0.5 * 1 + 0.1 * 4 + 0.05 * 2 + 0.15 * 1 + 0.2 * 1;
@@ -392,8 +384,7 @@ static void transport_is_the_linear_program(void **state) {
 
 // ---- Residuals ------------------------------------------------------------------------------------------------------
 
-static void photos_that_disagree_are_found(void **state) {
-    (void)state;
+TEST(photos_that_disagree_are_found) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
     struct vw_residuals residuals[TRAIN];
@@ -432,19 +423,4 @@ static void photos_that_disagree_are_found(void **state) {
     ASSERT_OK(vw_consistent_residual_score(scene, photos, TRAIN, residuals, scores));
     for (uint32_t i = 0; i < TRAIN; i++) assert_near(scores[i], i == 3 ? -0.25 : 0, 0.05);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pixels_are_measured),
-        cmocka_unit_test(noise_has_its_size),
-        cmocka_unit_test(points_are_shared),
-        cmocka_unit_test(odd_tracks_are_taken),
-        cmocka_unit_test(cameras_stand_in_for_points),
-        cmocka_unit_test(steps_are_summed),
-        cmocka_unit_test(every_baseline_scores),
-        cmocka_unit_test(transport_is_the_linear_program),
-        cmocka_unit_test(photos_that_disagree_are_found),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

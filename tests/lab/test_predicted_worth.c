@@ -14,8 +14,7 @@ static double draw(uint32_t a, uint32_t b) { // uniform in [-1, 1)
     return 2 * vw_random_unit(words[0]) - 1;
 }
 
-static void worth_is_predicted(void **state) {
-    (void)state;
+TEST(worth_is_predicted) {
     double values[TRAIN * VW_FEATURE_COUNT], scores[TRAIN], expected[TRAIN] = {0};
     const struct vw_photo_features features = {TRAIN, 1, values};
     for (uint32_t i = 0; i < TRAIN * VW_FEATURE_COUNT; i++) values[i] = draw(i, 40);
@@ -34,9 +33,4 @@ static void worth_is_predicted(void **state) {
     for (uint32_t i = 0; i < TRAIN * VW_FEATURE_COUNT; i++) values[i] = 0.1; // nothing tells the photos apart
     vw_predict_worth(&features, 0, scores);
     for (uint32_t i = 0; i < TRAIN; i++) assert_near(scores[i], 0, 0);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(worth_is_predicted)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

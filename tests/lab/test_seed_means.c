@@ -10,8 +10,7 @@
 
 enum { SEEDS = 3, PHOTOS = 4 };
 
-static void levels_of_seeds_do_not_count(void **state) {
-    (void)state;
+TEST(levels_of_seeds_do_not_count) {
     static const double plain[SEEDS * PHOTOS] = {1, 2, 3, 9, 1.5, 2, 2.5, 9, 0.5, 2, 3.5, 9};
     struct vw_seed_mean means[PHOTOS], moved[PHOTOS];
     double levelled[SEEDS * PHOTOS];
@@ -37,8 +36,7 @@ static void levels_of_seeds_do_not_count(void **state) {
     assert_int_equal(means[0].overlaps, 1);
 }
 
-static void photos_that_a_seed_lacks_are_left_out(void **state) {
-    (void)state;
+TEST(photos_that_a_seed_lacks_are_left_out) {
     const double values[SEEDS * PHOTOS] = {1, NAN, 3, 9, 1.5, 2, 2.5, 9, 0.5, 2, 3.5, 9};
     struct vw_seed_mean means[PHOTOS];
     ASSERT_OK(vw_seed_means_make(values, SEEDS, PHOTOS, means));
@@ -48,8 +46,7 @@ static void photos_that_a_seed_lacks_are_left_out(void **state) {
 }
 
 // Photos of different noise, two seeds: the intervals hold the photo's own place among the others.
-static void intervals_hold_the_truth(void **state) {
-    (void)state;
+TEST(intervals_hold_the_truth) {
     enum { TRIALS = 300, MANY = 12 };
     uint32_t held = 0;
     for (uint32_t trial = 0; trial < TRIALS; trial++) {
@@ -71,13 +68,4 @@ static void intervals_hold_the_truth(void **state) {
     }
     double share = held / (double)(TRIALS * MANY);
     if (share < 0.93 || share > 0.99) fail_msg("%.3f of the 95 %% intervals hold the truth", share);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(levels_of_seeds_do_not_count),
-        cmocka_unit_test(photos_that_a_seed_lacks_are_left_out),
-        cmocka_unit_test(intervals_hold_the_truth),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

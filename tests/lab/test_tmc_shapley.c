@@ -53,8 +53,7 @@ static double sum_of(const double *scores) {
 
 // Sizes 3 to 8 are as good as all: six in a row, in the first group of 16. The first order is whole, the others end
 // there.
-static void orders_end_where_photos_change_nothing(void **state) {
-    (void)state;
+TEST(orders_end_where_photos_change_nothing) {
     struct game game = {.untrained_db = -1}; // PSNR crosses zero
     double scores[PHOTOS];
     struct vw_retraining_cost cost = score(&game, PHOTOS + 16 * 10, scores);
@@ -66,8 +65,7 @@ static void orders_end_where_photos_change_nothing(void **state) {
 }
 
 // Within the tolerance at the end alone: with a slope of 0.03 dB sizes 21 to 24 are near all, four in a row.
-static void orders_that_still_change_are_whole(void **state) {
-    (void)state;
+TEST(orders_that_still_change_are_whole) {
     struct game game = {.slope_db = 0.03, .untrained_db = 8};
     double scores[PHOTOS];
     score(&game, 2 * PHOTOS, scores);
@@ -76,8 +74,7 @@ static void orders_that_still_change_are_whole(void **state) {
 }
 
 // Of an order that the budget ends, those that it reached count, and no others.
-static void an_order_without_budget_counts_as_far_as_it_went(void **state) {
-    (void)state;
+TEST(an_order_without_budget_counts_as_far_as_it_went) {
     struct game game = {.slope_db = 1, .untrained_db = 8};
     double once[PHOTOS], more[PHOTOS];
     uint32_t changed = 0;
@@ -92,21 +89,10 @@ static void an_order_without_budget_counts_as_far_as_it_went(void **state) {
 }
 
 // Where every order says the same, 100 of them are enough.
-static void settled_scores_end_it(void **state) {
-    (void)state;
+TEST(settled_scores_end_it) {
     struct game game = {.slope_db = 1, .untrained_db = 8};
     double scores[PHOTOS];
     struct vw_retraining_cost cost = score(&game, 1000 * PHOTOS, scores);
     assert_true(cost.run_equivalents >= 100 * PHOTOS && cost.run_equivalents < 500 * PHOTOS);
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(fabs(scores[i] - 1.25) < 0.4); // 1 + 3 * 2 / 24
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(orders_end_where_photos_change_nothing),
-        cmocka_unit_test(orders_that_still_change_are_whole),
-        cmocka_unit_test(an_order_without_budget_counts_as_far_as_it_went),
-        cmocka_unit_test(settled_scores_end_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,8 +58,7 @@ static void check_near(double value, double expected, double tolerance, const ch
     if (!(fabs(value - expected) <= tolerance)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static void an_additive_game_is_recovered(void **state) {
-    (void)state;
+TEST(an_additive_game_is_recovered) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(0, 30, 30, 1, FIRST_SEED, &subsets);
@@ -75,8 +74,7 @@ static void an_additive_game_is_recovered(void **state) {
 
 // Every photo adds 10 dB beside its worth. Few and noisy trainings do not tell the photos apart: their worths are
 // shrunk to their mean, 10.18, and not to 0.
-static void shrinking_keeps_the_level(void **state) {
-    (void)state;
+TEST(shrinking_keeps_the_level) {
     struct game game = {.noise_db = 2, .each_db = 10};
     struct vw_subsets subsets;
     struct vw_worths worths;
@@ -93,8 +91,7 @@ static void shrinking_keeps_the_level(void **state) {
 }
 
 // Of 20 games with 10 photos each, intervals of 95 % hold the true worth in most cases.
-static void intervals_hold_the_worths(void **state) {
-    (void)state;
+TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0;
     for (uint32_t game = 0; game < 20; game++) {
         struct vw_subsets subsets;
@@ -112,8 +109,7 @@ static void intervals_hold_the_worths(void **state) {
     if (zero_known > 4) fail_msg("%u of 20 games are sure of a photo without worth", zero_known);
 }
 
-static void too_few_subsets_have_no_worths(void **state) {
-    (void)state;
+TEST(too_few_subsets_have_no_worths) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(0, 5, 2, 1, FIRST_SEED, &subsets);
@@ -135,8 +131,7 @@ static const struct vw_metric *find(const struct vw_metrics *metrics, const char
 }
 
 // Photos 2 and 5 harm, photo 9 is worth nothing, which its interval admits; the other seven help.
-static void signs_are_held_against_known_worths(void **state) {
-    (void)state;
+TEST(signs_are_held_against_known_worths) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     struct vw_metrics metrics = {0};
@@ -170,8 +165,7 @@ static void signs_are_held_against_known_worths(void **state) {
 // ---- Cross-fitting --------------------------------------------------------------------------------------------------
 
 // Outcomes that are noise alone cannot be predicted; a fit that saw what it predicts would seem to.
-static void noise_is_not_predicted(void **state) {
-    (void)state;
+TEST(noise_is_not_predicted) {
     struct vw_subsets subsets;
     struct vw_worths worths;
     play_subsets(50, 16, 16, 1, FIRST_SEED, &subsets);
@@ -181,8 +175,7 @@ static void noise_is_not_predicted(void **state) {
     vw_subsets_free(&subsets);
 }
 
-static void predictions_have_an_lds(void **state) {
-    (void)state;
+TEST(predictions_have_an_lds) {
     struct vw_subsets subsets;
     struct vw_worths worths[VW_TRUTH_COUNT];
     struct vw_metrics metrics = {0};
@@ -203,8 +196,7 @@ static void predictions_have_an_lds(void **state) {
 
 // Outcomes of which half the variance is noise: two agree by 1/2 (0.483 as Spearman's, 6/pi asin(1/4)), and the mean of
 // four has a reliability of 4 * 0.483 / (1 + 3 * 0.483) = 0.789.
-static void the_ceiling_follows_from_all_pairs_of_seeds(void **state) {
-    (void)state;
+TEST(the_ceiling_follows_from_all_pairs_of_seeds) {
     enum { COUNT = 3000, SEEDS = 4 };
     double *values = calloc((size_t)COUNT * SEEDS, sizeof *values);
     struct vw_reliability reliability;
@@ -217,18 +209,4 @@ static void the_ceiling_follows_from_all_pairs_of_seeds(void **state) {
     ASSERT_OK(vw_reliability_find(values, 1, COUNT, &reliability));
     assert_true(isnan(reliability.agreement) && isnan(reliability.ceiling));
     free(values);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_additive_game_is_recovered),
-        cmocka_unit_test(shrinking_keeps_the_level),
-        cmocka_unit_test(intervals_hold_the_worths),
-        cmocka_unit_test(too_few_subsets_have_no_worths),
-        cmocka_unit_test(signs_are_held_against_known_worths),
-        cmocka_unit_test(noise_is_not_predicted),
-        cmocka_unit_test(predictions_have_an_lds),
-        cmocka_unit_test(the_ceiling_follows_from_all_pairs_of_seeds),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -26,7 +26,7 @@ static void check_record(const struct vw_step_record *record, uint64_t step, uin
 }
 
 // Photos b.png and "a, too.png" in two epochs; a.png is the second by name.
-static void columns_come_in_any_order(void **state) {
+FOLDER_TEST(columns_come_in_any_order) {
     static const char *const texts[] = {
         "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,b.png,11,0.4\n2,0,\"a, "
         "too.png\",10.5,0.45\n3,1,b.png,12,0.25\n",
@@ -61,7 +61,7 @@ static void columns_come_in_any_order(void **state) {
 }
 
 // A log may begin with step 1, with a photo or, for the state before training, without one.
-static void the_untrained_state_may_be_missing(void **state) {
+FOLDER_TEST(the_untrained_state_may_be_missing) {
     struct vw_step_log log = read_log(write_log(*state, "step,epoch,photo,psnr,l1\n1,0,a,11,0.4\n2,1,a,12,0.3\n"));
     assert_int_equal(log.record_count, 3);
     check_record(&log.records[0], 0, 0, VW_RECORD_UNTRAINED, NAN, NAN);
@@ -74,7 +74,7 @@ static void the_untrained_state_may_be_missing(void **state) {
     vw_step_log_clear(&log);
 }
 
-static void values_may_be_missing_or_not_finite(void **state) {
+FOLDER_TEST(values_may_be_missing_or_not_finite) {
     struct vw_step_log log =
         read_log(write_log(*state, "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,a,,\n2,0,b,nan,0.4\n3,0,a,12,inf\n"
                                    "4,0,b,-Infinity,NaN\n5,0,a,-1e4,1e4\n"));
@@ -88,7 +88,7 @@ static void values_may_be_missing_or_not_finite(void **state) {
     vw_step_log_clear(&log);
 }
 
-static void malformed_lines_are_refused(void **state) {
+FOLDER_TEST(malformed_lines_are_refused) {
 #define HEADER "step,epoch,photo,psnr,l1\n"
     static const struct {
         const char *text, *said;
@@ -177,7 +177,7 @@ static void write_bytes(const char *path, const char *bytes, size_t count) {
     fclose(file);
 }
 
-static void damaged_files_do_no_harm(void **state) {
+FOLDER_TEST(damaged_files_do_no_harm) {
     static const char whole[] =
         "step,epoch,photo,psnr,l1,note\r\n0,0,,10,0.5,\"a \"\"b\"\"\r\nc\"\r\n1,0,a.png,11,0.4,\n2,0,b.png,nan,,\n"
         "3,1,\"a.png\",12,0.25,x\n4,1,b.png,12.5,0.2,y\n";
@@ -221,7 +221,7 @@ static void print_run(FILE *stream, const void *context) {
 }
 
 // Scores of the log are those of the run, bit for bit, and there is none of what the log does not hold.
-static void a_run_comes_back(void **state) {
+FOLDER_TEST(a_run_comes_back) {
     struct test_recording *recording = test_record(&test_four_epochs);
     recording->records[9].nonfinite = true;
     recording->records[9].val_psnr = recording->records[9].val_psnr_pooled = recording->records[9].val_l1 = NAN;
@@ -269,7 +269,7 @@ static void print_long(FILE *stream, const void *context) {
 }
 
 // CPU time, so that a busy machine does not fail it; the limit is many times what it takes (0.1 s).
-static void long_logs_are_quick(void **state) {
+FOLDER_TEST(long_logs_are_quick) {
     const uint32_t count = 100000;
     const char *path = temporary_path(*state, "long.csv");
     ASSERT_OK(vw_csv_write_file(path, print_long, &count));
@@ -297,7 +297,7 @@ static void print_wide(FILE *stream, const void *context) {
 
 // 2^13 photos in 2^13 epochs are the most: what they need must not grow with the square of a small file. Numbers of
 // epochs may have gaps.
-static void epochs_are_passes_over_the_photos(void **state) {
+FOLDER_TEST(epochs_are_passes_over_the_photos) {
     struct vw_step_log log = {0};
     const char *path = temporary_path(*state, "wide.csv");
     ASSERT_OK(vw_csv_write_file(path, print_wide, &(struct wide_log){8192, 8192}));
@@ -307,18 +307,4 @@ static void epochs_are_passes_over_the_photos(void **state) {
     assert_int_equal(vw_step_log_read(path, &log), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "wide.csv: 8193 photos in 8192 epochs are too many"));
     vw_step_log_clear(&log);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(columns_come_in_any_order, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(the_untrained_state_may_be_missing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(values_may_be_missing_or_not_finite, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(malformed_lines_are_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(damaged_files_do_no_harm, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_run_comes_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(long_logs_are_quick, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(epochs_are_passes_over_the_photos, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

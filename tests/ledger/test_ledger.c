@@ -5,7 +5,7 @@
 
 enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
 
-static void rows_read_back(void **state) {
+FOLDER_TEST(rows_read_back) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(path, &ledger));
@@ -68,7 +68,7 @@ static void rows_read_back(void **state) {
 
 static bool same_real(double a, double b) { return a == b || (isnan(a) && !isfinite(b)); }
 
-static void probes_and_scores_read_back(void **state) {
+FOLDER_TEST(probes_and_scores_read_back) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_ledger *ledger = NULL;
     struct test_recording *recording = test_record(&test_four_epochs);
@@ -115,7 +115,7 @@ static void probes_and_scores_read_back(void **state) {
     free(path);
 }
 
-static void retrainings_come_back_until_the_run_goes_on(void **state) {
+FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_retraining *read = NULL;
@@ -142,7 +142,7 @@ static void retrainings_come_back_until_the_run_goes_on(void **state) {
     free(path);
 }
 
-static void tables_are_as_contracted(void **state) {
+FOLDER_TEST(tables_are_as_contracted) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     const char *tables[][2] = {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_"
@@ -194,7 +194,7 @@ static void tables_are_as_contracted(void **state) {
     free(path);
 }
 
-static void chain_holds_whatever_the_batches(void **state) {
+FOLDER_TEST(chain_holds_whatever_the_batches) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6),
          *other = test_ledger_record(*state, "other.db", &test_four_epochs, 1);
     assert_true(chain_holds(path));
@@ -207,7 +207,7 @@ static void chain_holds_whatever_the_batches(void **state) {
 }
 
 // What may differ between two runs of one identity leaves the chain of the steps alone, and shows in the final hash.
-static void chain_of_steps_is_the_run(void **state) {
+FOLDER_TEST(chain_of_steps_is_the_run) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6),
          *other = vw_path_join(*state, "other.db");
     struct vw_ledger_run run = test_run("{\"burn_in_epochs\": 1, \"epochs\": 9}");
@@ -233,7 +233,7 @@ static void chain_of_steps_is_the_run(void **state) {
     free(path);
 }
 
-static void creating_needs_a_free_place(void **state) {
+FOLDER_TEST(creating_needs_a_free_place) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     char *head = sql_ask(path, SQL_FINAL_HASH);
     struct vw_ledger_run run = test_run("{}");
@@ -253,7 +253,7 @@ static void creating_needs_a_free_place(void **state) {
 }
 
 // An image table that breaks a rule (two images of one name) fails after the run has been begun: nothing may stay.
-static void a_failed_creation_leaves_nothing(void **state) {
+FOLDER_TEST(a_failed_creation_leaves_nothing) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger_image images[2] = {test_images[0], test_images[1]};
     images[1].name = images[0].name;
@@ -266,7 +266,7 @@ static void a_failed_creation_leaves_nothing(void **state) {
     assert_int_equal(mkdir(*state, 0777), 0);
 }
 
-static void only_ledgers_open(void **state) {
+FOLDER_TEST(only_ledgers_open) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = NULL;
     assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT); // missing
@@ -297,19 +297,4 @@ static void only_ledgers_open(void **state) {
     assert_non_null(strstr(vw_error_message(), "older viewworth"));
     assert_null(ledger);
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(rows_read_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(probes_and_scores_read_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(retrainings_come_back_until_the_run_goes_on, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(tables_are_as_contracted, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(chain_holds_whatever_the_batches, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(chain_of_steps_is_the_run, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(creating_needs_a_free_place, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_failed_creation_leaves_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(only_ledgers_open, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

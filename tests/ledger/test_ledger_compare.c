@@ -20,7 +20,7 @@ static struct vw_ledger *record_all(const char *folder, char **path) {
     return ledger;
 }
 
-static void the_same_steps_compare_equal(void **state) {
+FOLDER_TEST(the_same_steps_compare_equal) {
     char *path = NULL;
     struct vw_ledger *ledger = record_all(*state, &path);
     struct test_recording *again = take_steps();
@@ -40,7 +40,7 @@ static void the_same_steps_compare_equal(void **state) {
     free(path);
 }
 
-static void only_recorded_steps_can_be_compared(void **state) {
+FOLDER_TEST(only_recorded_steps_can_be_compared) {
     char *path = vw_path_join(*state, "ledger.db");
     struct test_recording *recording = take_steps();
     struct vw_ledger *ledger = test_ledger_create(path);
@@ -97,7 +97,7 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     }
 }
 
-static void each_change_of_a_step_is_found(void **state) {
+FOLDER_TEST(each_change_of_a_step_is_found) {
     const uint32_t steps[] = {3, 9, 18};
     char *path = NULL;
     struct vw_ledger *ledger = record_all(*state, &path);
@@ -125,7 +125,7 @@ static void each_change_of_a_step_is_found(void **state) {
 }
 
 // Values that the ledger does not keep, because the step has none, cannot differ.
-static void steps_without_a_value_compare_by_what_is_kept(void **state) {
+FOLDER_TEST(steps_without_a_value_compare_by_what_is_kept) {
     char *path = NULL;
     struct vw_ledger *ledger = record_all(*state, &path);
     struct test_recording *again = take_steps();
@@ -145,7 +145,7 @@ static void steps_without_a_value_compare_by_what_is_kept(void **state) {
     free(path);
 }
 
-static void another_chain_is_found(void **state) {
+FOLDER_TEST(another_chain_is_found) {
     const struct {
         const char *sql, *word;
         uint32_t first;
@@ -177,15 +177,4 @@ static void another_chain_is_found(void **state) {
         free(path);
     }
     free(again);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(the_same_steps_compare_equal, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(only_recorded_steps_can_be_compared, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(each_change_of_a_step_is_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(steps_without_a_value_compare_by_what_is_kept, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(another_chain_is_found, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

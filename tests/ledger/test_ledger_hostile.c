@@ -29,7 +29,7 @@ static void assert_refused(const char *path, const char *what) {
 
 // An index with all that a query needs answers it in place of the table. Its rows say what the forger wants; the table,
 // which is verified, has the true ones.
-static void rows_of_a_forged_index_are_not_read(void **state) {
+FOLDER_TEST(rows_of_a_forged_index_are_not_read) {
     char *path = record(*state);
     sql_change(path, "UPDATE step SET val_psnr = val_psnr + 100;"
                      "CREATE INDEX forged ON step (run_id, step, epoch, image_id, train_loss, val_psnr, "
@@ -42,7 +42,7 @@ static void rows_of_a_forged_index_are_not_read(void **state) {
     free(path);
 }
 
-static void only_the_schema_of_a_ledger_is_read(void **state) {
+FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
     static const char *const changes[] = {
         "CREATE INDEX extra ON score (method)",
         "CREATE INDEX extra ON step (val_psnr) WHERE step > 3",
@@ -94,7 +94,7 @@ static void change_byte(const char *path, const unsigned char *bytes, size_t siz
     free(changed);
 }
 
-static void only_the_header_of_a_ledger_is_read(void **state) {
+FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
     static const struct {
         size_t at;
         int value;
@@ -134,7 +134,7 @@ static void only_the_header_of_a_ledger_is_read(void **state) {
 }
 
 // The automatic indexes of UNIQUE and PRIMARY KEY are in every ledger, so their rows are compared with the table's.
-static void rows_of_automatic_indexes_fit_the_table(void **state) {
+FOLDER_TEST(rows_of_automatic_indexes_fit_the_table) {
     static const char name[] = "images/3.png";
     char *path = record(*state);
     void *bytes = NULL;
@@ -201,7 +201,7 @@ static void grow_tree(const char *path, const char *table, uint32_t levels, uint
 static double cpu_s(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
 // A file of some pages that has billions of rows: whoever counts or sorts them never ends.
-static void a_tree_whose_pages_are_used_again_is_refused_at_once(void **state) {
+FOLDER_TEST(a_tree_whose_pages_are_used_again_is_refused_at_once) {
     static const char *const tables[] = {"score", "run"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
         char *path = record(*state);
@@ -215,7 +215,7 @@ static void a_tree_whose_pages_are_used_again_is_refused_at_once(void **state) {
 }
 
 // SQLite follows a long chain of pages until its stack is exhausted.
-static void a_tree_that_is_too_deep_is_refused(void **state) {
+FOLDER_TEST(a_tree_that_is_too_deep_is_refused) {
     char *path = record(*state);
     grow_tree(path, "score", 25, 1);
     assert_refused(path, "deep tree");
@@ -254,7 +254,7 @@ static enum vw_status read_all(const char *path) {
     return status;
 }
 
-static void rows_that_no_run_writes_are_refused(void **state) {
+FOLDER_TEST(rows_that_no_run_writes_are_refused) {
     static const char *const changes[] = {
         "UPDATE run SET seed = -1",
         "UPDATE run SET device = 'a' || char(0) || 'b'",
@@ -335,7 +335,7 @@ static void rows_that_no_run_writes_are_refused(void **state) {
 
 // ---- Stores --------------------------------------------------------------------------------------------------------
 
-static void stores_are_checked_likewise(void **state) {
+FOLDER_TEST(stores_are_checked_likewise) {
     char *retrainings_path = vw_path_join(*state, "retrainings.db"), *sweeps_path = vw_path_join(*state, "tradeoff.db");
     struct vw_retrainings *retrainings = NULL;
     struct vw_sweeps *sweeps = NULL;
@@ -353,19 +353,4 @@ static void stores_are_checked_likewise(void **state) {
     assert_non_null(strstr(vw_error_message(), sweeps_path));
     free(retrainings_path);
     free(sweeps_path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(rows_of_a_forged_index_are_not_read, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(only_the_schema_of_a_ledger_is_read, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(only_the_header_of_a_ledger_is_read, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(rows_of_automatic_indexes_fit_the_table, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_tree_whose_pages_are_used_again_is_refused_at_once, test_set_up,
-                                        test_tear_down),
-        cmocka_unit_test_setup_teardown(a_tree_that_is_too_deep_is_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(rows_that_no_run_writes_are_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(stores_are_checked_likewise, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -97,7 +97,7 @@ static void assert_harmless(const struct place *place, const char *what) {
         fail_msg("%s: %d, %s", what, (int)status, status ? vw_error_message() : "taken");
 }
 
-static void a_journal_that_names_a_file_deletes_nothing(void **state) {
+FOLDER_TEST(a_journal_that_names_a_file_deletes_nothing) {
     struct place place = make_place(*state);
     struct journal whole = {.size_bytes = 0}, end_only = {.size_bytes = 0};
     put_header(&whole, (uint32_t)(place.ledger_bytes / PAGE_BYTES), SECTOR_BYTES, PAGE_BYTES);
@@ -111,7 +111,7 @@ static void a_journal_that_names_a_file_deletes_nothing(void **state) {
     free_place(&place);
 }
 
-static void journals_of_others_are_refused(void **state) {
+FOLDER_TEST(journals_of_others_are_refused) {
     struct place place = make_place(*state);
     uint32_t pages = (uint32_t)(place.ledger_bytes / PAGE_BYTES);
     const struct {
@@ -149,7 +149,7 @@ static void journals_of_others_are_refused(void **state) {
     free_place(&place);
 }
 
-static void a_write_ahead_log_beside_is_refused(void **state) {
+FOLDER_TEST(a_write_ahead_log_beside_is_refused) {
     static const char *const names[] = {"ledger.db-wal", "ledger.db-shm"};
     struct place place = make_place(*state);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
@@ -166,7 +166,7 @@ static void a_write_ahead_log_beside_is_refused(void **state) {
     free_place(&place);
 }
 
-static void a_linked_ledger_is_refused(void **state) {
+FOLDER_TEST(a_linked_ledger_is_refused) {
     struct place place = make_place(*state);
     char *link_path = vw_path_join(*state, "link.db");
     struct vw_ledger *ledger = NULL;
@@ -179,7 +179,7 @@ static void a_linked_ledger_is_refused(void **state) {
 }
 
 // To SQLite such a name is a URI, which may name another file and how it is opened.
-static void the_name_of_a_folder_is_no_uri(void **state) {
+FOLDER_TEST(the_name_of_a_folder_is_no_uri) {
     char *before = getcwd(NULL, 0);
     assert_int_equal(chdir(*state), 0);
     ASSERT_OK(vw_folder_create("file:x?mode=memory&y="));
@@ -195,7 +195,7 @@ static void the_name_of_a_folder_is_no_uri(void **state) {
 }
 
 // What was put under names that a creation might use is neither followed nor changed.
-static void a_new_ledger_follows_no_link(void **state) {
+FOLDER_TEST(a_new_ledger_follows_no_link) {
     static const char *const endings[] = {"", "-journal", "-wal", "-shm"};
     struct vw_ledger_run run = test_run("{}");
     char *folder = vw_path_join(*state, "hostile"), *victim = vw_path_join(*state, "victim.txt");
@@ -217,7 +217,7 @@ static void a_new_ledger_follows_no_link(void **state) {
     free(victim);
 }
 
-static void journals_beside_stores_delete_nothing(void **state) {
+FOLDER_TEST(journals_beside_stores_delete_nothing) {
     char *victim = vw_path_join(*state, "victim.txt");
     char *paths[] = {vw_path_join(*state, "retrainings.db"), vw_path_join(*state, "tradeoff.db")};
     struct vw_retrainings *retrainings = NULL;
@@ -244,17 +244,4 @@ static void journals_beside_stores_delete_nothing(void **state) {
         free(paths[i]);
     }
     free(victim);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_journal_that_names_a_file_deletes_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(journals_of_others_are_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_write_ahead_log_beside_is_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_linked_ledger_is_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(the_name_of_a_folder_is_no_uri, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_new_ledger_follows_no_link, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(journals_beside_stores_delete_nothing, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -70,7 +70,7 @@ static enum vw_status get(const char *path, bool verify, struct vw_lasting_sweep
 
 // ---- The ledger ----------------------------------------------------------------------------------------------------
 
-static void a_sweep_is_written_and_read(void **state) {
+FOLDER_TEST(a_sweep_is_written_and_read) {
     struct vw_lasting_step steps[STEPS];
     struct vw_lasting_sweep sweep = {0};
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
@@ -99,7 +99,7 @@ static void a_sweep_is_written_and_read(void **state) {
     free(path);
 }
 
-static void validation_photos_have_rows_of_their_own(void **state) {
+FOLDER_TEST(validation_photos_have_rows_of_their_own) {
     struct vw_lasting_sweep sweep = {0};
     char *path = record(*state, false);
     assert_answer(path, "PRAGMA user_version", "8");
@@ -122,7 +122,7 @@ static void validation_photos_have_rows_of_their_own(void **state) {
     free(path);
 }
 
-static void new_steps_remove_the_sweep(void **state) {
+FOLDER_TEST(new_steps_remove_the_sweep) {
     char *path = record(*state, true);
     struct vw_lasting_sweep sweep = {0};
     struct test_trainer longer = test_four_epochs;
@@ -143,7 +143,7 @@ static void new_steps_remove_the_sweep(void **state) {
     free(path);
 }
 
-static void what_is_no_sweep_is_not_written(void **state) {
+FOLDER_TEST(what_is_no_sweep_is_not_written) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
@@ -166,7 +166,7 @@ static void what_is_no_sweep_is_not_written(void **state) {
 }
 
 // Edits that the chain finds; with a chain that was computed anew, those that no sweep has are refused when read.
-static void edited_rows_are_found(void **state) {
+FOLDER_TEST(edited_rows_are_found) {
     static const struct {
         const char *sql;
         bool refused; // also by whoever reads it
@@ -222,7 +222,7 @@ static void edited_rows_are_found(void **state) {
 
 // ---- What follows from it -------------------------------------------------------------------------------------------
 
-static void scores_are_sums_over_all_steps(void **state) {
+FOLDER_TEST(scores_are_sums_over_all_steps) {
     char *path = record(*state, true);
     struct vw_ledger *ledger = NULL;
     struct vw_step_record *records = NULL;
@@ -275,8 +275,7 @@ static void scores_are_sums_over_all_steps(void **state) {
     free(path);
 }
 
-static void growth_is_of_the_way_back(void **state) {
-    (void)state;
+TEST(growth_is_of_the_way_back) {
     struct vw_lasting_step steps[STEPS];
     struct vw_lasting_sweep sweep = sweep_of(steps);
     fill(steps);
@@ -295,8 +294,7 @@ static void growth_is_of_the_way_back(void **state) {
     assert_true(vw_lasting_growth_of(&sweep, 5).factor == 4000);
 }
 
-static void the_gate_correlates_what_is_known(void **state) {
-    (void)state;
+TEST(the_gate_correlates_what_is_known) {
     const struct vw_gate_check known[] = {
         {1, 5, 1, 2, 1, -1}, {2, 5, 2, 4, 2, -2}, {3, 5, 7, NAN, 0, NAN}, {5, 5, 3, 6, 3, -3}};
     struct vw_lasting_sweep sweep = {.checks = known, .check_count = 4};
@@ -304,18 +302,4 @@ static void the_gate_correlates_what_is_known(void **state) {
     assert_float_equal(vw_lasting_gate(&sweep, true), -1, 1e-12);
     sweep.check_count = 3; // of which two are known
     assert_true(isnan(vw_lasting_gate(&sweep, false)));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_sweep_is_written_and_read, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(validation_photos_have_rows_of_their_own, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(new_steps_remove_the_sweep, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_is_no_sweep_is_not_written, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(edited_rows_are_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(scores_are_sums_over_all_steps, test_set_up, test_tear_down),
-        cmocka_unit_test(growth_is_of_the_way_back),
-        cmocka_unit_test(the_gate_correlates_what_is_known),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

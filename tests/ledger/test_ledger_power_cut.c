@@ -270,15 +270,13 @@ static void cut_everywhere(const char *folder, bool spills) {
     clear_scene(&scene);
 }
 
-static void a_cut_before_the_commit_changes_nothing(void **state) { cut_everywhere(*state, false); }
-static void a_cut_while_pages_spill_changes_nothing(void **state) { cut_everywhere(*state, true); }
+FOLDER_TEST(a_cut_before_the_commit_changes_nothing) { cut_everywhere(*state, false); }
+FOLDER_TEST(a_cut_while_pages_spill_changes_nothing) { cut_everywhere(*state, true); }
 
-int main(void) {
+static int share_memory(void **state) {
+    (void)state;
     observed = mmap(NULL, sizeof *observed, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (observed == MAP_FAILED) return 1;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(a_cut_before_the_commit_changes_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_cut_while_pages_spill_changes_nothing, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return observed == MAP_FAILED;
 }
+
+TEST_GROUP(share_memory, NULL)

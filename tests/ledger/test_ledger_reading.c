@@ -76,7 +76,7 @@ static enum vw_status read_all(const char *path, uint64_t *step_count) {
     return status;
 }
 
-static void reading_changes_nothing(void **state) {
+FOLDER_TEST(reading_changes_nothing) {
     uint64_t step_count = 0;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_snapshot before = look_at(*state);
@@ -97,7 +97,7 @@ static void reading_changes_nothing(void **state) {
 }
 
 // A reader's handle cannot write at all, whatever it is asked to do.
-static void a_reader_cannot_write(void **state) {
+FOLDER_TEST(a_reader_cannot_write) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_snapshot before = look_at(*state);
     struct vw_ledger *ledger = NULL;
@@ -110,7 +110,7 @@ static void a_reader_cannot_write(void **state) {
     free(path);
 }
 
-static void a_folder_without_rights_is_read(void **state) {
+FOLDER_TEST(a_folder_without_rights_is_read) {
     uint64_t step_count = 0;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     assert_int_equal(chmod(path, 0400), 0);
@@ -135,7 +135,7 @@ static void append_step_by_step(const char *path) {
     _exit(0);
 }
 
-static void a_growing_ledger_is_read_without_harm(void **state) {
+FOLDER_TEST(a_growing_ledger_is_read_without_harm) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     vw_ledger_close(&ledger);
@@ -170,7 +170,7 @@ static void die_in_a_transaction(const char *path) {
 }
 
 // Who reads is told what to do and leaves the files as they are; who appends puts them right.
-static void after_a_kill_only_who_appends_repairs(void **state) {
+FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     char *journal = vw_path_join(*state, "ledger.db-journal");
     struct vw_ledger *ledger = NULL;
@@ -200,7 +200,7 @@ static void after_a_kill_only_who_appends_repairs(void **state) {
 }
 
 // What was checked is what is read, whatever another program does to the file without asking SQLite for a lock.
-static void an_exchanged_file_changes_nothing_that_was_opened(void **state) {
+FOLDER_TEST(an_exchanged_file_changes_nothing_that_was_opened) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
     struct vw_ledger *ledger = NULL;
     struct vw_step_record *records = NULL;
@@ -217,16 +217,4 @@ static void an_exchanged_file_changes_nothing_that_was_opened(void **state) {
     vw_ledger_close(&ledger);
     free(records);
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(reading_changes_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_reader_cannot_write, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_folder_without_rights_is_read, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_growing_ledger_is_read_without_harm, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(an_exchanged_file_changes_nothing_that_was_opened, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(after_a_kill_only_who_appends_repairs, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

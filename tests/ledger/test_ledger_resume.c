@@ -6,7 +6,7 @@
 
 #include "ledger/ledger_private.h"
 
-static void steps_must_follow_each_other(void **state) {
+FOLDER_TEST(steps_must_follow_each_other) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     struct test_recording *recording = test_record(&test_four_epochs);
@@ -81,13 +81,13 @@ static void go_on_after(const char *folder, const char *ended) {
     free(whole);
 }
 
-static void a_run_can_go_on(void **state) {
+FOLDER_TEST(a_run_can_go_on) {
     const char *const ends[] = {"finished", "interrupted", "failed", NULL};
     for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) go_on_after(*state, ends[i]);
 }
 
 // The field of an end is not that of the next one.
-static void a_field_is_of_one_end(void **state) {
+FOLDER_TEST(a_field_is_of_one_end) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     struct test_recording *recording = test_record(&test_four_epochs);
@@ -108,7 +108,7 @@ static void a_field_is_of_one_end(void **state) {
 }
 
 // A finish that fails (two scores of one key) leaves the run as it was.
-static void a_failed_finish_changes_nothing(void **state) {
+FOLDER_TEST(a_failed_finish_changes_nothing) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     const struct vw_ledger_score twice[] = {test_scores[0], test_scores[0]};
@@ -134,7 +134,7 @@ static int count_changes(struct vw_ledger *ledger, const struct vw_step_record *
 }
 
 // The run row and the scores are written when a run goes on or is extended, not with each batch.
-static void a_batch_writes_its_own_rows_only(void **state) {
+FOLDER_TEST(a_batch_writes_its_own_rows_only) {
     enum {
         STEP = 1 + TEST_VALIDATION_COUNT,
         PROBED = STEP + TEST_PROBES_PER_STEP,
@@ -160,7 +160,7 @@ static void a_batch_writes_its_own_rows_only(void **state) {
 
 // A full disk, played by a bound on the pages of the file: the batch that does not fit is refused whole, the run that
 // it would have reopened stays as it ended, and once there is room again the same batch goes in.
-static void a_full_disk_loses_no_recorded_batch(void **state) {
+FOLDER_TEST(a_full_disk_loses_no_recorded_batch) {
     char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     struct test_trainer longer = test_four_epochs;
@@ -204,7 +204,7 @@ static void die_in_a_transaction(const char *path) {
     raise(SIGKILL);
 }
 
-static void a_killed_run_keeps_what_it_recorded(void **state) {
+FOLDER_TEST(a_killed_run_keeps_what_it_recorded) {
     char *path = vw_path_join(*state, "ledger.db"), *journal = vw_path_join(*state, "ledger.db-journal");
     pid_t child = fork();
     assert_true(child >= 0);
@@ -230,17 +230,4 @@ static void a_killed_run_keeps_what_it_recorded(void **state) {
     assert_false(vw_file_exists(journal));
     free(journal);
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(steps_must_follow_each_other, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_run_can_go_on, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_field_is_of_one_end, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_failed_finish_changes_nothing, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_batch_writes_its_own_rows_only, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_full_disk_loses_no_recorded_batch, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_killed_run_keeps_what_it_recorded, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,7 +67,7 @@ static void assert_found(const struct original *original, const char *what, cons
         fail_msg("%s ledger: %s: the message does not name %s or the file: %s", original->status, what, word, message);
 }
 
-static void the_untouched_ledger_verifies(void **state) {
+FOLDER_TEST(the_untouched_ledger_verifies) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
         struct original original = record_original(*state, states[i]);
         ASSERT_OK(verify(original.path));
@@ -197,7 +197,7 @@ static uint32_t edit_column(const struct original *original, const struct column
 // The quick tests leave out the interrupted one, whose rows are those of the others.
 static bool is_edited(size_t state) { return test_is_full() || strcmp(states[state], "interrupted") != 0; }
 
-static void every_edit_is_found(void **state) {
+FOLDER_TEST(every_edit_is_found) {
     struct column columns[100];
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
         if (!is_edited(i)) continue;
@@ -219,7 +219,7 @@ static void every_edit_is_found(void **state) {
 
 // ---- Rows removed, added and moved ----------------------------------------------------------------------------------
 
-static void every_removed_row_is_found(void **state) {
+FOLDER_TEST(every_removed_row_is_found) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
         if (!is_edited(i)) continue;
         struct original original = record_original(*state, states[i]);
@@ -250,7 +250,7 @@ static void every_removed_row_is_found(void **state) {
     "DELETE FROM step WHERE step " which "; DELETE FROM view WHERE step " which                                        \
     "; DELETE FROM probe WHERE step " which ";"
 
-static void rows_moved_and_added_are_found(void **state) {
+FOLDER_TEST(rows_moved_and_added_are_found) {
     static const struct {
         const char *what, *sql, *word;
         bool found_in_running; // else that is what the ledger of a run without an end cannot show
@@ -336,7 +336,7 @@ static void rows_moved_and_added_are_found(void **state) {
 }
 
 // The rowids of scores hold the order of the methods, in which scores.csv, the report and the lists show them.
-static void scores_moved_are_found(void **state) {
+FOLDER_TEST(scores_moved_are_found) {
     static const char *const moves[] = {
         "UPDATE score SET rowid = -rowid",
         "UPDATE score SET rowid = 9 WHERE rowid = 1; UPDATE score SET rowid = 1 WHERE rowid = 3;"
@@ -390,7 +390,7 @@ static void use(const char *path) {
 }
 
 // Tables of the same columns without any constraint, and in one column what no ledger holds there.
-static void tables_without_constraints_are_refused(void **state) {
+FOLDER_TEST(tables_without_constraints_are_refused) {
     static const char *const values[] = {
         "NULL", "'x'", "x''", "x'00ff'", "-9223372036854775808", "9223372036854775806", "1e308 * 10", "-0.5"};
     struct original original = record_original(*state, "finished");
@@ -415,7 +415,7 @@ static void tables_without_constraints_are_refused(void **state) {
     forget_original(&original);
 }
 
-static void what_runs_in_a_file_stays_asleep(void **state) {
+FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
     struct original original = record_original(*state, "finished");
     // A view in the place of a table could have no end.
     for (size_t t = 0; t < TABLE_COUNT; t++) {
@@ -433,7 +433,7 @@ static void what_runs_in_a_file_stays_asleep(void **state) {
 }
 
 // One flipped bit anywhere in the file: what verifies is still the same ledger. Rerun a failure by its number.
-static void flipped_bits_do_no_harm(void **state) {
+FOLDER_TEST(flipped_bits_do_no_harm) {
     enum { FLIPS = 400 };
     struct original original = record_original(*state, "finished");
     unsigned char *bytes = vw_allocate(original.size_bytes, 1);
@@ -462,18 +462,4 @@ static void flipped_bits_do_no_harm(void **state) {
     free(final_hash);
     free(bytes);
     forget_original(&original);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(the_untouched_ledger_verifies, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(every_edit_is_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(every_removed_row_is_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(rows_moved_and_added_are_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(scores_moved_are_found, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(tables_without_constraints_are_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_runs_in_a_file_stays_asleep, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(flipped_bits_do_no_harm, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -30,7 +30,7 @@ static const struct vw_retrain_result outcome = {.val_psnr = 20.125,
 
 static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
 
-static void what_single_photos_reach_comes_back(void **state) {
+FOLDER_TEST(what_single_photos_reach_comes_back) {
     struct vw_retrain_view found[] = {{9, 0}, {4, 0}};
     struct vw_retrainings *retrainings = open_retrainings(*state);
     ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
@@ -58,7 +58,7 @@ static void what_single_photos_reach_comes_back(void **state) {
     free(path);
 }
 
-static void retrainings_come_back(void **state) {
+FOLDER_TEST(retrainings_come_back) {
     struct vw_retrainings *retrainings = open_retrainings(*state);
     struct vw_retrain_result found_outcome = {0};
     bool found = true;
@@ -80,7 +80,7 @@ static void retrainings_come_back(void **state) {
     vw_retrainings_close(&retrainings);
 }
 
-static void the_first_outcome_of_a_retraining_stays(void **state) {
+FOLDER_TEST(the_first_outcome_of_a_retraining_stays) {
     struct vw_retrainings *retrainings = open_retrainings(*state);
     struct vw_retrain_result other = outcome, found_outcome = {0};
     bool found = false;
@@ -93,7 +93,7 @@ static void the_first_outcome_of_a_retraining_stays(void **state) {
     vw_retrainings_close(&retrainings);
 }
 
-static void an_edited_retraining_is_not_recalled(void **state) {
+FOLDER_TEST(an_edited_retraining_is_not_recalled) {
     static const char *const edits[] = {
         "UPDATE retraining SET val_psnr = 20.25",  "UPDATE retraining SET test_psnr = 0",
         "UPDATE retraining SET views = '1 3 18'",  "UPDATE retraining SET val_ssim = 0.5",
@@ -119,7 +119,7 @@ static void an_edited_retraining_is_not_recalled(void **state) {
     free(path);
 }
 
-static void rows_are_plain_tables(void **state) {
+FOLDER_TEST(rows_are_plain_tables) {
     struct vw_retrainings *retrainings = open_retrainings(*state);
     const struct vw_metric metrics[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
                                         {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
@@ -151,7 +151,7 @@ static void refuse(const char *path, const void *bytes, size_t size_bytes) {
     free(after);
 }
 
-static void what_is_no_file_of_retrainings_is_refused(void **state) {
+FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     char *path = vw_path_join(*state, "retrainings.db");
     void *bytes = NULL;
     size_t size_bytes = 0;
@@ -168,7 +168,7 @@ static void what_is_no_file_of_retrainings_is_refused(void **state) {
     free(path);
 }
 
-static void a_ledger_is_no_file_of_retrainings(void **state) {
+FOLDER_TEST(a_ledger_is_no_file_of_retrainings) {
     char *path = vw_path_join(*state, "retrainings.db");
     struct vw_ledger *ledger = NULL;
     struct vw_retrainings *retrainings = NULL;
@@ -181,22 +181,8 @@ static void a_ledger_is_no_file_of_retrainings(void **state) {
 
 // What a process leaves that was killed between creating the file and its first transaction.
 // The file appears with its tables, so that no killed program leaves an empty one.
-static void an_empty_file_is_refused(void **state) {
+FOLDER_TEST(an_empty_file_is_refused) {
     char *path = vw_path_join(*state, "retrainings.db");
     refuse(path, "", 0);
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(what_single_photos_reach_comes_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(retrainings_come_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(the_first_outcome_of_a_retraining_stays, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(an_edited_retraining_is_not_recalled, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(rows_are_plain_tables, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_is_no_file_of_retrainings_is_refused, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_ledger_is_no_file_of_retrainings, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(an_empty_file_is_refused, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

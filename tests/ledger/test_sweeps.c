@@ -28,7 +28,7 @@ static void keep(struct vw_sweeps *sweeps, const char *id, const char *quantity,
     ASSERT_OK(vw_sweeps_keep(sweeps, id, measurements, 2));
 }
 
-static void what_was_measured_comes_back(void **state) {
+FOLDER_TEST(what_was_measured_comes_back) {
     struct vw_sweeps *sweeps = open_sweeps(state);
     bool found = true;
     double value = -1;
@@ -48,7 +48,7 @@ static void what_was_measured_comes_back(void **state) {
     vw_sweeps_close(&sweeps);
 }
 
-static void what_was_edited_is_not_taken(void **state) {
+FOLDER_TEST(what_was_edited_is_not_taken) {
     static const char *const edits[] = {"UPDATE measurement SET value = 2", "UPDATE measurement SET value = NULL",
                                         "UPDATE measurement SET row_hash = 'none'"};
     struct vw_sweeps *sweeps = open_sweeps(state);
@@ -69,7 +69,7 @@ static void what_was_edited_is_not_taken(void **state) {
 }
 
 // Every column with a value of its own, so that none is written in another's place.
-static void metrics_are_a_plain_table(void **state) {
+FOLDER_TEST(metrics_are_a_plain_table) {
     const struct vw_sweep_metrics metrics[] = {
         {"base", "base", "", 1, 30, 540, 1, 2, 3, 4, 5, 6, 1, "dv_psnr", 0, .1, .2, .3, .4, .5, .6, .7, .8, .9, 1.5},
         {"rays-62", "rays", "62", 0,   30,  540, 1,   2,   3,   4,   5,   6,  0,
@@ -97,7 +97,7 @@ static void metrics_are_a_plain_table(void **state) {
     free(path);
 }
 
-static void what_is_no_such_file_is_refused(void **state) {
+FOLDER_TEST(what_is_no_such_file_is_refused) {
     static const char text[] = "these are no metrics, though the file is there and is longer than the magic bytes";
     struct vw_sweeps *sweeps = NULL;
     char *path = path_in(state);
@@ -112,14 +112,4 @@ static void what_is_no_such_file_is_refused(void **state) {
     assert_int_equal(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), path));
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(what_was_measured_comes_back, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_was_edited_is_not_taken, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(metrics_are_a_plain_table, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_is_no_such_file_is_refused, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,12 +5,6 @@
 #include "support/detection_cases.h"
 #include "support/gpu_fixture.h"
 
-static void verdicts_hold_for_three_seeds(void **state) {
-    (void)state;
-    detection_check(1, 3, true);
-}
+TEST(verdicts_hold_for_three_seeds) { detection_check(1, 3, true); }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(verdicts_hold_for_three_seeds)};
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -152,8 +152,7 @@ static void check_ledger(const char *path, const struct look found[LOOKS]) {
     vw_ledger_close(&ledger);
 }
 
-static void nothing_grows_and_nothing_drifts(void **state) {
-    (void)state;
+TEST(nothing_grows_and_nothing_drifts) {
     struct look found[LOOKS] = {0};
     char *folder = temporary_folder_create();
     take_steps(temporary_path(folder, "out"), found);
@@ -161,9 +160,4 @@ static void nothing_grows_and_nothing_drifts(void **state) {
     assert_true(found[LOOKS - 1].resident_kib - found[FIRST_MEASURED].resident_kib <= KIB_MORE);
     assert_int_equal(found[LOOKS - 1].files - found[FIRST_MEASURED].files, FILES_MORE);
     temporary_folder_remove(folder);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_grows_and_nothing_drifts)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -55,8 +55,7 @@ static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci
     return advice;
 }
 
-static void credit_alone_says_where_to_look(void **state) {
-    (void)state;
+TEST(credit_alone_says_where_to_look) {
     struct fixture fixture = make();
     fixture.scores[2].value = -20;
     add(&fixture, 5, "quality", 0.1, 0.1);
@@ -68,8 +67,7 @@ static void credit_alone_says_where_to_look(void **state) {
     vw_advice_free(&advice);
 }
 
-static void lasting_credit_advises_by_order(void **state) {
-    (void)state;
+TEST(lasting_credit_advises_by_order) {
     struct fixture fixture = make();
     fixture.scores[1].value = -20; // an outlier is not called removable
     for (uint32_t i = 0; i < PHOTOS; i++) {
@@ -97,8 +95,7 @@ static struct fixture make_worths(void) {
     return fixture;
 }
 
-static void worth_advises_by_its_intervals(void **state) {
-    (void)state;
+TEST(worth_advises_by_its_intervals) {
     struct fixture fixture = make_worths();
     struct vw_advice advice = advise(&fixture, 0.1, 0.01);
     assert_string_equal(advice.basis, "worth_psnr");
@@ -116,8 +113,7 @@ static uint32_t removable(const struct fixture *fixture, double noise_db) {
     return bits;
 }
 
-static void noise_and_the_median_bound_what_is_removable(void **state) {
-    (void)state;
+TEST(noise_and_the_median_bound_what_is_removable) {
     struct fixture fixture = make();
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "worth_psnr", (i + 1) / 10.0, 0.05); // median 0.65
     assert_int_equal(removable(&fixture, 0.2), 1);   // ends at 0.15, the next at 0.25
@@ -129,8 +125,7 @@ static void noise_and_the_median_bound_what_is_removable(void **state) {
     assert_int_equal(removable(&fixture, NAN), 0xfff); // all harm
 }
 
-static void worth_that_is_not_shown_to_predict_marks_nothing(void **state) {
-    (void)state;
+TEST(worth_that_is_not_shown_to_predict_marks_nothing) {
     struct fixture fixture = make_worths();
     const double unshown[] = {0, -0.1, NAN};
     for (size_t i = 0; i < VW_ARRAY_COUNT(unshown); i++) {
@@ -142,22 +137,9 @@ static void worth_that_is_not_shown_to_predict_marks_nothing(void **state) {
     }
 }
 
-static void no_scores_no_advice(void **state) {
-    (void)state;
+TEST(no_scores_no_advice) {
     struct vw_advice advice;
     ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, &advice));
     assert_null(advice.basis);
     vw_advice_free(&advice);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(credit_alone_says_where_to_look),
-        cmocka_unit_test(lasting_credit_advises_by_order),
-        cmocka_unit_test(worth_advises_by_its_intervals),
-        cmocka_unit_test(noise_and_the_median_bound_what_is_removable),
-        cmocka_unit_test(worth_that_is_not_shown_to_predict_marks_nothing),
-        cmocka_unit_test(no_scores_no_advice),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,7 +21,7 @@ static char *written(const char *folder, const struct vw_ledger_score *scores, u
     return text;
 }
 
-static void rows_are_ranked_within_their_method(void **state) {
+FOLDER_TEST(rows_are_ranked_within_their_method) {
     const struct vw_ledger_score scores[] = {
         {0, "z_first", 0.5, "dB", 0.125, 3, 0.1, 0.25, 0.75, 2, 3},
         {3, "z_first", 0.5, "dB", NAN, 1, 0.25, NAN, NAN, 0, 0},
@@ -47,7 +47,7 @@ static void rows_are_ranked_within_their_method(void **state) {
     free(text);
 }
 
-static void reals_read_back_and_are_short(void **state) {
+FOLDER_TEST(reals_read_back_and_are_short) {
     const struct {
         double value;
         const char *shortest; // NULL: only reads back
@@ -68,7 +68,7 @@ static void reals_read_back_and_are_short(void **state) {
     }
 }
 
-static void failures_name_the_file(void **state) {
+FOLDER_TEST(failures_name_the_file) {
     const struct vw_ledger_score score = {5, "m", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
     char *path = vw_path_join(*state, "missing/scores.csv");
     assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)),
@@ -77,13 +77,4 @@ static void failures_name_the_file(void **state) {
     assert_int_equal(vw_report_write_csv(path, &score, 0, images, VW_ARRAY_COUNT(images)), VW_ERROR_IO);
     assert_non_null(strstr(vw_error_message(), path));
     free(path);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(rows_are_ranked_within_their_method, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(reals_read_back_and_are_short, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(failures_name_the_file, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -25,7 +25,7 @@ struct fixture {
 static int set_up(void **state) {
     struct fixture *fixture = vw_allocate(1, sizeof *fixture);
     assert_non_null(fixture);
-    fixture->folder = test_folder_create();
+    fixture->folder = temporary_folder_create();
     fixture->row = test_run("{\"epochs\":4}");
     fixture->run = (struct vw_report_run){
         .label = "out", .row = &fixture->row, .head = HEX_A, .images = test_images, .image_count = TEST_IMAGE_COUNT};
@@ -40,7 +40,7 @@ static int set_up(void **state) {
 
 static int tear_down(void **state) {
     struct fixture *fixture = *state;
-    test_folder_destroy(fixture->folder);
+    temporary_folder_remove(fixture->folder);
     json_decref(fixture->data);
     free(fixture->html);
     free(fixture);
@@ -77,7 +77,7 @@ static uint32_t count(const char *text, const char *part) {
 
 // ---- Texts ----------------------------------------------------------------------------------------------------------
 
-static void hostile_texts_stay_data(void **state) {
+TEST_WITHIN(hostile_texts_stay_data, set_up, tear_down) {
     struct fixture *fixture = *state;
     write_page(fixture);
     uint32_t scripts = count(fixture->html, "<script"), ends = count(fixture->html, "</script"),
@@ -110,7 +110,7 @@ static void hostile_texts_stay_data(void **state) {
     assert_non_null(strstr(fixture->html, "\\u003c/script\\u003e"));
 }
 
-static void bytes_that_are_no_utf8_are_replaced(void **state) {
+TEST(bytes_that_are_no_utf8_are_replaced) {
     static const struct {
         const char *text, *repaired;
     } cases[] = {{"caf\xe9.png", "caf\xef\xbf\xbd.png"},
@@ -132,7 +132,7 @@ static void bytes_that_are_no_utf8_are_replaced(void **state) {
 
 // ---- Numbers and what is missing ------------------------------------------------------------------------------------
 
-static void unknown_numbers_are_null(void **state) {
+TEST_WITHIN(unknown_numbers_are_null, set_up, tear_down) {
     struct fixture *fixture = *state;
     const struct vw_ledger_score scores[] = {{1, "dv_psnr", NAN, "dB", NAN, 0, NAN, NAN, INFINITY, 0, 0},
                                              {6, "dv_psnr", -0.25, "dB", 0.1, 3, NAN, -0.5, 0.125, 1, 2}};
@@ -150,7 +150,7 @@ static void unknown_numbers_are_null(void **state) {
     assert_null(strstr(fixture->html, ":nan"));
 }
 
-static void runs_may_be_empty(void **state) {
+TEST_WITHIN(runs_may_be_empty, set_up, tear_down) {
     struct fixture *fixture = *state;
     write_page(fixture); // no scores, no steps
     assert_int_equal(json_object_size(json_object_get(run_of(fixture), "scores")), 0);
@@ -165,7 +165,7 @@ static void runs_may_be_empty(void **state) {
     assert_int_equal(json_array_size(json_object_get(fixture->data, "runs")), 0);
 }
 
-static void long_runs_are_thinned_to_their_last_step(void **state) {
+TEST_WITHIN(long_runs_are_thinned_to_their_last_step, set_up, tear_down) {
     enum { COUNT = 5321 };
     struct fixture *fixture = *state;
     struct vw_step_record *records = vw_allocate(COUNT, sizeof *records);
@@ -198,7 +198,7 @@ static json_t *of_run(const struct fixture *fixture, const char *key, const char
     return json_object_get(json_object_get(run_of(fixture), key), column);
 }
 
-static void credit_is_summed_by_photo_and_epoch(void **state) {
+TEST_WITHIN(credit_is_summed_by_photo_and_epoch, set_up, tear_down) {
     enum { COUNT = 10, LONG = 100000 };
     struct fixture *fixture = *state;
     struct vw_step_record *records = vw_allocate(LONG + 1, sizeof *records);
@@ -233,7 +233,7 @@ static void credit_is_summed_by_photo_and_epoch(void **state) {
     free(records);
 }
 
-static void gate_growth_and_retrainings_are_shown(void **state) {
+TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
     enum { STEPS = 3000 };
     struct fixture *fixture = *state;
     write_page(fixture);
@@ -271,7 +271,7 @@ static void gate_growth_and_retrainings_are_shown(void **state) {
 }
 
 // A retraining gains a dB times the share of its photos that photo 1 is: 24 of them show that, and advice rests on it.
-static void accuracy_of_worth_is_shown(void **state) {
+TEST_WITHIN(accuracy_of_worth_is_shown, set_up, tear_down) {
     enum { COUNT = 24 };
     static const uint32_t subsets[4][TEST_TRAIN_COUNT] = {{1, 2, 3, 5, 6}, {1, 2}, {1, 3}, {2, 3}};
     static const double means_db[4] = {20.2, 20.5, 20.5, 20};
@@ -299,7 +299,7 @@ static void accuracy_of_worth_is_shown(void **state) {
 
 // ---- Pictures and files ---------------------------------------------------------------------------------------------
 
-static void runs_share_their_thumbnails(void **state) {
+TEST_WITHIN(runs_share_their_thumbnails, set_up, tear_down) {
     struct fixture *fixture = *state;
     const struct vw_report_picture first[TEST_IMAGE_COUNT] = {[1] = {"\x00\xff", 2}},
                                    second[TEST_IMAGE_COUNT] = {[2] = {"abc", 3}};
@@ -323,7 +323,7 @@ static void runs_share_their_thumbnails(void **state) {
     assert_string_equal(json_string_value(json_array_get(json_array_get(sets, 1), 2)), "data:image/webp;base64,YWJj");
 }
 
-static void documents_carry_their_pictures(void **state) {
+TEST_WITHIN(documents_carry_their_pictures, set_up, tear_down) {
     struct fixture *fixture = *state;
     static const char *const files[] = {"renders/0.png"};
     const struct vw_report_picture picture = {"png", 3};
@@ -351,7 +351,7 @@ static void documents_carry_their_pictures(void **state) {
     free(path);
 }
 
-static void documents_carry_thumbnails_by_name(void **state) {
+TEST_WITHIN(documents_carry_thumbnails_by_name, set_up, tear_down) {
     struct fixture *fixture = *state;
     static const char *const names[] = {"a.png", "constructor"};
     const struct vw_report_picture thumbnails[] = {{"abc", 3}, {0}};
@@ -412,7 +412,7 @@ static bool fits_into(const struct vw_report_page *page, const char *path, uint3
     return !status;
 }
 
-static void short_memory_is_an_error(void **state) {
+TEST_WITHIN(short_memory_is_an_error, set_up, tear_down) {
     struct fixture *fixture = *state;
     static const char *const names[] = {"a.png"};
     const struct vw_report_picture picture = {"abc", 3}, thumbnails[2] = {0};
@@ -439,7 +439,7 @@ static void short_memory_is_an_error(void **state) {
     free(path);
 }
 
-static void a_score_of_no_image_is_refused(void **state) {
+TEST_WITHIN(a_score_of_no_image_is_refused, set_up, tear_down) {
     struct fixture *fixture = *state;
     const struct vw_ledger_score score = {77, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
     fixture->run.scores = &score;
@@ -451,7 +451,7 @@ static void a_score_of_no_image_is_refused(void **state) {
     free(path);
 }
 
-static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
+TEST(a_thumbnail_is_small_and_keeps_its_shape) {
     const struct {
         uint32_t width_px, height_px, small_width_px, small_height_px;
     } cases[] = {{400, 300, 128, 96}, {64, 48, 64, 48}, {1, 1, 1, 1},
@@ -465,7 +465,7 @@ static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
         void *bytes = NULL;
         size_t size_bytes = 0;
         ASSERT_OK(vw_image_make_thumbnail(&image, 96, background, &bytes, &size_bytes));
-        char *folder = test_folder_create(), *path = vw_path_join(folder, "thumbnail.webp");
+        char *folder = temporary_folder_create(), *path = vw_path_join(folder, "thumbnail.webp");
         struct vw_image small;
         float rgba[4];
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
@@ -476,7 +476,7 @@ static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
         assert_true(rgba[0] > 0.98f && rgba[2] > 0.98f); // WebP may be off by a few of 255
         vw_image_clear(&small);
         vw_image_clear(&image);
-        test_folder_destroy(folder);
+        temporary_folder_remove(folder);
         free(path);
         free(bytes);
     }
@@ -484,7 +484,7 @@ static void a_thumbnail_is_small_and_keeps_its_shape(void **state) {
 
 // ---- The page itself ------------------------------------------------------------------------------------------------
 
-static void the_page_loads_nothing(void **state) {
+TEST_WITHIN(the_page_loads_nothing, set_up, tear_down) {
     struct fixture *fixture = *state;
     static const char *const requests[] = {"src=",
                                            "href=",
@@ -510,25 +510,4 @@ static void the_page_loads_nothing(void **state) {
     assert_null(strstr(fixture->html, "{{policy}}"));
     assert_null(strstr(vw_html_chart, "</script")); // it would end its element
     assert_true(strstr(fixture->html, "Content-Security-Policy") < strstr(fixture->html, "<style"));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(hostile_texts_stay_data, set_up, tear_down),
-        cmocka_unit_test(bytes_that_are_no_utf8_are_replaced),
-        cmocka_unit_test_setup_teardown(unknown_numbers_are_null, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(runs_may_be_empty, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(long_runs_are_thinned_to_their_last_step, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(credit_is_summed_by_photo_and_epoch, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(gate_growth_and_retrainings_are_shown, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(accuracy_of_worth_is_shown, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(runs_share_their_thumbnails, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(documents_carry_their_pictures, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(documents_carry_thumbnails_by_name, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(short_memory_is_an_error, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_score_of_no_image_is_refused, set_up, tear_down),
-        cmocka_unit_test(a_thumbnail_is_small_and_keeps_its_shape),
-        cmocka_unit_test_setup_teardown(the_page_loads_nothing, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

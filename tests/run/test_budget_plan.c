@@ -9,8 +9,7 @@
 #include "base/memory.h"
 #include "run/plan/budget.h"
 
-static void times_are_read(void **state) {
-    (void)state;
+TEST(times_are_read) {
     static const struct {
         const char *text;
         double seconds;
@@ -23,8 +22,7 @@ static void times_are_read(void **state) {
     }
 }
 
-static void other_texts_are_refused(void **state) {
-    (void)state;
+TEST(other_texts_are_refused) {
     static const struct {
         const char *text, *word;
     } cases[] = {
@@ -65,8 +63,7 @@ static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, ui
 }
 
 // With 100 photos an epoch takes 1, 2, 4 and 40 s; candidates want 10, 14, 20 and 27 of those.
-static void the_dearest_that_fits_is_chosen(void **state) {
-    (void)state;
+TEST(the_dearest_that_fits_is_chosen) {
     assert_plan(2.5, 100, 1000, 0, 2);      // burn-in and one
     assert_plan(27.9, 100, 1000, 0, 27);    // 13 epochs of quick are too few
     assert_plan(28.1, 100, 1000, 1, 14);    // 14 are enough
@@ -81,8 +78,7 @@ static void the_dearest_that_fits_is_chosen(void **state) {
                 9); // where --epochs is below what candidates want, it is for the caller to lower what they want
 }
 
-static void where_none_fits_it_is_the_cheapest_or_none(void **state) {
-    (void)state;
+TEST(where_none_fits_it_is_the_cheapest_or_none) {
     static const double left_s[] = {1.99, 0, -5, (double)NAN, -(double)INFINITY};
     for (size_t i = 0; i < VW_ARRAY_COUNT(left_s); i++) {
         struct vw_budget_plan plan;
@@ -102,8 +98,7 @@ static void where_none_fits_it_is_the_cheapest_or_none(void **state) {
     assert_true(plan.candidate == 0 && plan.epochs == 1000);
 }
 
-static void segments_shorten_towards_the_end(void **state) {
-    (void)state;
+TEST(segments_shorten_towards_the_end) {
     assert_int_equal(vw_budget_segment(100, 1, 1000), 50);
     assert_int_equal(vw_budget_segment(3.9, 1, 1000), 1);
     assert_int_equal(vw_budget_segment(1.01, 1, 1000), 1);
@@ -119,15 +114,4 @@ static void segments_shorten_towards_the_end(void **state) {
             passed_s += 0.83 * epochs;
         assert_true(passed_s <= left_s + 1e-9 && passed_s > left_s - 0.83 - 1e-9); // of summing up
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(times_are_read),
-        cmocka_unit_test(other_texts_are_refused),
-        cmocka_unit_test(the_dearest_that_fits_is_chosen),
-        cmocka_unit_test(where_none_fits_it_is_the_cheapest_or_none),
-        cmocka_unit_test(segments_shorten_towards_the_end),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

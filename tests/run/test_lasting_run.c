@@ -101,7 +101,7 @@ static void assert_refused(enum vw_status status, enum vw_status expected, const
 static int set_up(void **state) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
-    char *folder = test_folder_create();
+    char *folder = temporary_folder_create();
     ASSERT_OK(
         make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting.wanted = true}, &observer));
     assert_true(observer.sweeps > 1);
@@ -111,7 +111,7 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    test_folder_destroy(*state);
+    temporary_folder_remove(*state);
     return 0;
 }
 
@@ -121,7 +121,7 @@ static void copy_plain(const char *folder, const char *out) {
     free(command);
 }
 
-static void a_score_is_the_sum_over_the_steps(void **state) {
+TEST(a_score_is_the_sum_over_the_steps) {
     char ledger[300];
     snprintf(ledger, sizeof ledger, "%s/whole/ledger.db", (const char *)*state);
     assert_answer(ledger,
@@ -142,7 +142,7 @@ static void a_score_is_the_sum_over_the_steps(void **state) {
     assert_false(is_there(temporary_path(*state, "whole"), "lasting.vws"));
 }
 
-static void a_stopped_sweep_goes_on(void **state) {
+TEST(a_stopped_sweep_goes_on) {
     char out[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
@@ -171,7 +171,7 @@ static enum vw_status sweep_matrix(const char *out, struct observer *observer) {
                                                         .context = observer});
 }
 
-static void a_sweep_by_validation_photo_goes_on(void **state) {
+TEST(a_sweep_by_validation_photo_goes_on) {
     char out[300], stopped[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
@@ -207,7 +207,7 @@ static void a_sweep_by_validation_photo_goes_on(void **state) {
     assert_verifies(out);
 }
 
-static void damaged_files_of_a_sweep_start_it_anew(void **state) {
+TEST(damaged_files_of_a_sweep_start_it_anew) {
     static const char *const names[] = {"lasting.vws", "lasting_credits.vwc"};
     char out[300], whole[300];
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
@@ -228,7 +228,7 @@ static void damaged_files_of_a_sweep_start_it_anew(void **state) {
 }
 
 // The gate of a sweep that was made without one comes later.
-static void lost_credits_start_a_sweep_anew(void **state) {
+TEST(lost_credits_start_a_sweep_anew) {
     char out[300], whole[300];
     struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
     void *credits = NULL;
@@ -250,7 +250,7 @@ static void lost_credits_start_a_sweep_anew(void **state) {
 }
 
 // Forged as well as can be: with a chain that fits. The replay finds it.
-static void a_step_that_does_not_repeat_is_refused(void **state) {
+TEST(a_step_that_does_not_repeat_is_refused) {
     char out[300];
     struct observer observer = {0};
     snprintf(out, sizeof out, "%s/forged", (const char *)*state);
@@ -262,7 +262,7 @@ static void a_step_that_does_not_repeat_is_refused(void **state) {
     assert_int_equal(none.step_count, 0);
 }
 
-static void an_edited_sweep_is_found(void **state) {
+TEST(an_edited_sweep_is_found) {
     char out[300];
     struct vw_verification verification = {0};
     struct observer observer = {0};
@@ -277,7 +277,7 @@ static void an_edited_sweep_is_found(void **state) {
                    "score lasting_psnr");
 }
 
-static void what_cannot_be_swept_is_refused(void **state) {
+TEST(what_cannot_be_swept_is_refused) {
     struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
     char out[300];
@@ -303,7 +303,7 @@ static void what_cannot_be_swept_is_refused(void **state) {
 }
 
 // With momentum, and as part of what a run extends.
-static void an_extended_run_is_swept_again(void **state) {
+TEST(an_extended_run_is_swept_again) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char out[300];
@@ -325,7 +325,7 @@ static void an_extended_run_is_swept_again(void **state) {
     assert_verifies(out);
 }
 
-static void only_differences_select(void **state) {
+TEST(only_differences_select) {
     static const enum vw_selection_rule absolute[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_score *scores = NULL;
@@ -348,18 +348,4 @@ static void only_differences_select(void **state) {
     vw_ledger_close(&ledger);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_score_is_the_sum_over_the_steps),
-        cmocka_unit_test(a_stopped_sweep_goes_on),
-        cmocka_unit_test(a_sweep_by_validation_photo_goes_on),
-        cmocka_unit_test(damaged_files_of_a_sweep_start_it_anew),
-        cmocka_unit_test(lost_credits_start_a_sweep_anew),
-        cmocka_unit_test(a_step_that_does_not_repeat_is_refused),
-        cmocka_unit_test(an_edited_sweep_is_found),
-        cmocka_unit_test(what_cannot_be_swept_is_refused),
-        cmocka_unit_test(an_extended_run_is_swept_again),
-        cmocka_unit_test(only_differences_select),
-    };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+TEST_GROUP(set_up, tear_down)

@@ -146,15 +146,15 @@ static void write_all(const char *folder) {
 
 // ---- Tests ----------------------------------------------------------------------------------------------------------
 
-static void writes_the_rows_that_plain_appends_write(void **state) { write_all(*state); }
+FOLDER_TEST(writes_the_rows_that_plain_appends_write) { write_all(*state); }
 
-static void writes_without_threads(void **state) {
+FOLDER_TEST(writes_without_threads) {
     no_threads = true;
     write_all(*state);
     no_threads = false;
 }
 
-static void what_waits_is_written_when_it_ends(void **state) {
+FOLDER_TEST(what_waits_is_written_when_it_ends) {
     struct writing writing = begin(*state);
     set_disk(true, 0);
     ASSERT_OK(add(&writing));
@@ -165,7 +165,7 @@ static void what_waits_is_written_when_it_ends(void **state) {
     end(&writing);
 }
 
-static void what_waits_becomes_one_transaction(void **state) {
+FOLDER_TEST(what_waits_becomes_one_transaction) {
     struct writing writing = begin(*state);
     ASSERT_OK(add(&writing));
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
@@ -226,7 +226,7 @@ static struct adding *overfill(struct writing *writing, bool fails) {
     return adding;
 }
 
-static void a_failure_reaches_every_later_call(void **state) {
+FOLDER_TEST(a_failure_reaches_every_later_call) {
     struct writing writing = begin(*state);
     ASSERT_OK(add(&writing));
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
@@ -246,7 +246,7 @@ static void a_failure_reaches_every_later_call(void **state) {
     end(&writing);
 }
 
-static void more_steps_wait_for_room(void **state) {
+FOLDER_TEST(more_steps_wait_for_room) {
     struct writing writing = begin(*state);
     struct adding *adding = overfill(&writing, false);
     ASSERT_OK(adding->status);
@@ -256,24 +256,11 @@ static void more_steps_wait_for_room(void **state) {
     end(&writing);
 }
 
-static void a_failure_ends_the_wait_for_room(void **state) {
+FOLDER_TEST(a_failure_ends_the_wait_for_room) {
     struct writing writing = begin(*state);
     struct adding *adding = overfill(&writing, true);
     assert_int_equal(adding->status, VW_ERROR_IO);
     assert_int_equal(vw_ledger_next_step(writing.ledger), 1);
     free(adding);
     end(&writing);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(writes_the_rows_that_plain_appends_write, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(writes_without_threads, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_waits_is_written_when_it_ends, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(what_waits_becomes_one_transaction, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(more_steps_wait_for_room, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_failure_reaches_every_later_call, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_failure_ends_the_wait_for_room, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -30,7 +30,7 @@ static void assert_locked(const char *out, const char *why) {
     if (!strstr(vw_error_message(), why)) fail_msg("\"%s\" does not say: %s", vw_error_message(), why);
 }
 
-static void a_second_start_is_refused(void **state) {
+TEST_WITHIN(a_second_start_is_refused, prepare, clean_up) {
     char pid[40];
     const char *out = temporary_path(*state, "out");
     struct vw_out_lock *lock = NULL, *again = NULL;
@@ -45,7 +45,7 @@ static void a_second_start_is_refused(void **state) {
     vw_out_lock_release(&again); // does nothing
 }
 
-static void what_the_lock_created_goes_with_it(void **state) {
+TEST_WITHIN(what_the_lock_created_goes_with_it, prepare, clean_up) {
     struct vw_out_lock *lock = NULL;
     const char *deep = temporary_path(*state, "a/b//c/");
     ASSERT_OK(vw_out_lock_take(deep, &lock));
@@ -66,7 +66,7 @@ static void what_the_lock_created_goes_with_it(void **state) {
     assert_true(vw_folder_exists(temporary_path(*state, "empty")));
 }
 
-static void leftovers_of_killed_writers_are_removed(void **state) {
+TEST_WITHIN(leftovers_of_killed_writers_are_removed, prepare, clean_up) {
     static const char left[] = ".viewworth-0123456789abcdef0123456789abcdef.part";
     struct vw_out_lock *lock = NULL;
     temporary_file(*state, left, "half");
@@ -76,7 +76,7 @@ static void leftovers_of_killed_writers_are_removed(void **state) {
     vw_out_lock_release(&lock);
 }
 
-static void hostile_files_are_refused(void **state) {
+TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
     static const char *const names[] = {"ledger.db",       "ledger.db-journal", "retrainings.db",
                                         "tradeoff.db-wal", "field.vwf",         "checkpoint_1.vwc"};
     struct vw_out_lock *lock = NULL;
@@ -109,7 +109,7 @@ static void hostile_files_are_refused(void **state) {
     free(victim);
 }
 
-static void only_a_target_in_the_folder_locks_it(void **state) {
+TEST_WITHIN(only_a_target_in_the_folder_locks_it, prepare, clean_up) {
     const char *const folders[] = {temporary_path(*state, "none"), *state};
     struct vw_out_lock *held = NULL, *lock = NULL;
     ASSERT_OK(vw_out_lock_take(*state, &held));
@@ -124,7 +124,7 @@ static void only_a_target_in_the_folder_locks_it(void **state) {
     vw_out_lock_release(&lock);
 }
 
-static void a_killed_holder_leaves_no_lock(void **state) {
+TEST_WITHIN(a_killed_holder_leaves_no_lock, prepare, clean_up) {
     const char *out = temporary_path(*state, "out");
     struct vw_out_lock *lock = NULL;
     int ready[2];
@@ -164,7 +164,7 @@ static int contend(const char *out, const char *mark) {
     return held ? 0 : 2;
 }
 
-static void two_never_hold_it(void **state) {
+TEST_WITHIN(two_never_hold_it, prepare, clean_up) {
     enum { CHILDREN = 4 };
     pid_t children[CHILDREN];
     const char *out = temporary_path(*state, "out"), *mark = temporary_path(*state, "mark");
@@ -176,19 +176,4 @@ static void two_never_hold_it(void **state) {
         assert_int_equal(waitpid(children[i], &result, 0), children[i]);
         assert_int_equal(result, 0);
     }
-}
-
-#define TEST(test) cmocka_unit_test_setup_teardown(test, prepare, clean_up)
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        TEST(a_second_start_is_refused),
-        TEST(what_the_lock_created_goes_with_it),
-        TEST(leftovers_of_killed_writers_are_removed),
-        TEST(hostile_files_are_refused),
-        TEST(only_a_target_in_the_folder_locks_it),
-        TEST(a_killed_holder_leaves_no_lock),
-        TEST(two_never_hold_it),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -118,7 +118,7 @@ static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
     assert_null(run);
 }
 
-static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
+TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {
     const char *whole = temporary_path(*state, "whole"), *pieces = temporary_path(*state, "pieces");
     double expected[PHOTOS];
     struct observer observer = {0};
@@ -169,7 +169,7 @@ static void pieces_stops_and_resumes_give_the_same_scores(void **state) {
         assert_int_equal(access(temporary_path(pieces, outputs[i]), R_OK), 0);
 }
 
-static void a_stopped_run_may_go_on_at_once(void **state) {
+TEST_WITHIN(a_stopped_run_may_go_on_at_once, set_up, tear_down) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {.stop_at = 8};
     const struct vw_config config = small_config(2, EPOCHS);
@@ -185,7 +185,7 @@ static void a_stopped_run_may_go_on_at_once(void **state) {
 }
 
 // Closing is enough: the checkpoint and the ledger are where the run was left.
-static void a_run_that_is_only_closed_can_be_resumed(void **state) {
+TEST_WITHIN(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {0};
     const struct vw_config config = small_config(3, EPOCHS);
@@ -207,7 +207,7 @@ static void a_run_that_is_only_closed_can_be_resumed(void **state) {
 }
 
 // Finishing early values the steps so far; a later run takes the others.
-static void a_run_may_be_finished_before_its_end(void **state) {
+TEST_WITHIN(a_run_may_be_finished_before_its_end, set_up, tear_down) {
     const char *out = temporary_path(*state, "out");
     const struct vw_config config = small_config(8, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
@@ -241,7 +241,7 @@ static void assert_same_field(const char *left, const char *right) {
 }
 
 // The field is that of the last recorded step, also where the checkpoint that was loaded is older, or none is there.
-static void finishing_a_resumed_run_keeps_its_field(void **state) {
+TEST_WITHIN(finishing_a_resumed_run_keeps_its_field, set_up, tear_down) {
     const char *whole = temporary_path(*state, "whole"), *resumed = temporary_path(*state, "resumed");
     const struct vw_config config = small_config(9, EPOCHS);
     struct vw_run *run = NULL;
@@ -270,7 +270,7 @@ static bool keep_last(void *context, const struct vw_run_state *state) {
     return true;
 }
 
-static void the_last_report_is_of_the_last_step(void **state) {
+TEST_WITHIN(the_last_report_is_of_the_last_step, set_up, tear_down) {
     struct vw_config config = small_config(10, EPOCHS);
     struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     struct vw_run_state last = {0};
@@ -289,7 +289,7 @@ static void the_last_report_is_of_the_last_step(void **state) {
     assert_int_equal(last.epoch + 1, last.epochs);
 }
 
-static void several_runs_live_in_one_process(void **state) {
+TEST_WITHIN(several_runs_live_in_one_process, set_up, tear_down) {
     const char *outs[] = {temporary_path(*state, "a"), temporary_path(*state, "b")};
     struct vw_run *runs[2] = {NULL, NULL};
     char heads[2][VW_HASH_HEX_BYTES];
@@ -314,7 +314,7 @@ static void several_runs_live_in_one_process(void **state) {
     ASSERT_OK(vw_report_write((const char *const *)outs, 2, temporary_path(*state, "both.html"), NULL));
 }
 
-static void a_run_may_train_only(void **state) {
+TEST_WITHIN(a_run_may_train_only, set_up, tear_down) {
     const char *out = temporary_path(*state, "out");
     const struct vw_config config = small_config(5, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
@@ -339,7 +339,7 @@ static void assert_refused(const struct vw_run_params *params, const char *text)
     if (!strstr(vw_error_message(), text)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), text);
 }
 
-static void wrong_params_are_refused_by_name(void **state) {
+TEST_WITHIN(wrong_params_are_refused_by_name, set_up, tear_down) {
     const char *out = temporary_path(*state, "out");
     struct vw_config config = small_config(6, EPOCHS);
     const struct vw_run_params good = small_params(&config, out, NULL);
@@ -371,7 +371,7 @@ static void wrong_params_are_refused_by_name(void **state) {
     assert_int_not_equal(access(out, F_OK), 0); // nothing is left behind
 }
 
-static void calls_out_of_order_are_refused(void **state) {
+TEST_WITHIN(calls_out_of_order_are_refused, set_up, tear_down) {
     const struct vw_config config = small_config(7, EPOCHS);
     const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     const struct vw_ledger_score *scores = NULL;
@@ -388,20 +388,4 @@ static void calls_out_of_order_are_refused(void **state) {
     assert_int_equal(vw_run_scores(NULL, NULL, &scores, &count), VW_ERROR_USAGE);
     assert_int_equal(vw_run_open(&params, NULL), VW_ERROR_USAGE);
     assert_int_equal(vw_report_write(NULL, 0, NULL, NULL), VW_ERROR_USAGE);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_stopped_run_may_go_on_at_once, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_run_may_be_finished_before_its_end, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(finishing_a_resumed_run_keeps_its_field, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(the_last_report_is_of_the_last_step, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(several_runs_live_in_one_process, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_run_may_train_only, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(wrong_params_are_refused_by_name, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(calls_out_of_order_are_refused, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

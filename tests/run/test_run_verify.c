@@ -110,7 +110,7 @@ static const char *result_of(const struct vw_verification *verification, const c
     return "(missing)";
 }
 
-static void the_table_says_what_was_checked(void **state) {
+TEST(the_table_says_what_was_checked) {
     static const struct {
         const char *name, *plain, *with_key;
     } rows[] = {{"score rows", "intact", "intact"},
@@ -141,7 +141,7 @@ static void the_table_says_what_was_checked(void **state) {
 
 // ---- Forged rows, sealed anew --------------------------------------------------------------------------------------
 
-static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
+TEST(forged_rows_with_a_chain_that_fits_are_found) {
 #define RENAME(table) "UPDATE " table " SET run_id = (SELECT run_id FROM run);"
 #define RENAME_ALL                                                                                                     \
     RENAME("step")                                                                                                     \
@@ -191,7 +191,7 @@ static void forged_rows_with_a_chain_that_fits_are_found(void **state) {
 }
 
 // Only the scene tells what its photos are.
-static void a_replay_looks_at_the_photos(void **state) {
+TEST(a_replay_looks_at_the_photos) {
     const struct fixture *fixture = renew(state);
     struct vw_verification verification = {0};
     const struct vw_verify_params params = {.out = fixture->out, .replay_steps = 3};
@@ -205,7 +205,7 @@ static void a_replay_looks_at_the_photos(void **state) {
 }
 
 // What no check without a key finds: a text that nothing follows from.
-static void a_chain_rewritten_whole_needs_the_head_or_a_key(void **state) {
+TEST(a_chain_rewritten_whole_needs_the_head_or_a_key) {
     const struct fixture *fixture = renew(state);
     char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     sql_change(in_copy(fixture, "ledger.db"), "UPDATE run SET started_utc = '2020-01-01T00:00:00Z'");
@@ -240,7 +240,7 @@ static void append(const struct fixture *fixture, const char *name, const char *
     assert_int_equal(fclose(file), 0);
 }
 
-static void edited_tables_are_found(void **state) {
+TEST(edited_tables_are_found) {
     static const char *const tables[] = {"scores.csv", "matrix.csv", "providers.csv", "payout.csv",
                                          "payout_photos.csv"};
     static const struct {
@@ -288,7 +288,7 @@ static void scale_number(const struct fixture *fixture, const char *name, double
     free(data);
 }
 
-static void the_matrix_may_differ_by_rounding_alone(void **state) {
+TEST(the_matrix_may_differ_by_rounding_alone) {
     const struct fixture *fixture = renew(state);
     scale_number(fixture, "matrix.csv", 1 + 1e-13);
     ASSERT_OK(verify(fixture, NULL));
@@ -297,7 +297,7 @@ static void the_matrix_may_differ_by_rounding_alone(void **state) {
 }
 
 // The payout must be the division of the amount that the file states, whatever it is.
-static void a_payout_is_divided_again(void **state) {
+TEST(a_payout_is_divided_again) {
     const struct fixture *fixture = renew(state);
     void *data = NULL;
     size_t size_bytes = 0;
@@ -314,7 +314,7 @@ static void a_payout_is_divided_again(void **state) {
     ASSERT_OK(verify(fixture, NULL));
 }
 
-static void a_field_of_another_run_is_found(void **state) {
+TEST(a_field_of_another_run_is_found) {
     const struct fixture *fixture = renew(state);
     copy_file(temporary_path(fixture->folder, "other"), fixture->out, "field.vwf");
     assert_refused(verify(fixture, NULL), "the field of another run", "field.vwf: is not the field");
@@ -322,7 +322,7 @@ static void a_field_of_another_run_is_found(void **state) {
     ASSERT_OK(verify(fixture, NULL));
 }
 
-static void links_are_not_followed(void **state) {
+TEST(links_are_not_followed) {
     static const char *const names[] = {"scores.csv", "field.vwf", VW_SIGNATURE_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct fixture *fixture = renew(state);
@@ -338,7 +338,7 @@ static void links_are_not_followed(void **state) {
 
 // ---- Signatures ----------------------------------------------------------------------------------------------------
 
-static void every_flipped_bit_of_a_signature_is_found(void **state) {
+TEST(every_flipped_bit_of_a_signature_is_found) {
     const struct fixture *fixture = renew(state);
     struct vw_verification whole = {0};
     void *data = NULL;
@@ -405,7 +405,7 @@ static void assert_hash_signed(struct signed_run *run, char *hash) {
 }
 
 // Whoever changes the run and its signature alike is found by the key alone.
-static void whatever_a_statement_says_is_signed(void **state) {
+TEST(whatever_a_statement_says_is_signed) {
     struct signed_run run = {.fixture = renew(state)};
     struct vw_verification whole = {0};
     void *data = NULL;
@@ -438,7 +438,7 @@ static void whatever_a_statement_says_is_signed(void **state) {
 }
 
 // Texts that differ from the signature in one place, which a lenient reader would pass over.
-static void a_signature_file_is_read_strictly(void **state) {
+TEST(a_signature_file_is_read_strictly) {
     static const struct {
         const char *what, *old, *new;
     } cases[] = {
@@ -471,7 +471,7 @@ static void a_signature_file_is_read_strictly(void **state) {
     free(data);
 }
 
-static void every_signed_file_is_compared(void **state) {
+TEST(every_signed_file_is_compared) {
     static const char *const names[] = {"report.html", "duplicates.csv", "field.vwf", "scores.csv"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct fixture *fixture = renew(state);
@@ -487,7 +487,7 @@ static void every_signed_file_is_compared(void **state) {
     assert_refused(verify(fixture, fixture->public_key), "added since", "duplicates.csv");
 }
 
-static void signatures_of_others_are_refused(void **state) {
+TEST(signatures_of_others_are_refused) {
     const struct fixture *fixture = renew(state);
     char text[VW_PUBLIC_KEY_TEXT_BYTES], other[300], other_public[310];
     snprintf(other, sizeof other, "%s/other_key", fixture->folder);
@@ -502,7 +502,7 @@ static void signatures_of_others_are_refused(void **state) {
 }
 
 // What was changed since the run ended is not vouched for.
-static void only_an_intact_run_that_has_ended_is_signed(void **state) {
+TEST(only_an_intact_run_that_has_ended_is_signed) {
     const struct fixture *fixture = renew(state);
     append(fixture, "scores.csv", "x");
     assert_refused(vw_run_sign(fixture->out, fixture->key, NULL), "an edited table", "scores.csv");
@@ -516,7 +516,7 @@ static void only_an_intact_run_that_has_ended_is_signed(void **state) {
     assert_non_null(strstr(vw_error_message(), "the run is running"));
 }
 
-static void new_steps_remove_the_signature(void **state) {
+TEST(new_steps_remove_the_signature) {
     const struct fixture *fixture = renew(state);
     make_run(fixture->folder, "copy", 1, true, 5, NULL);
     assert_false(vw_file_exists(in_copy(fixture, VW_SIGNATURE_FILE)));
@@ -527,24 +527,4 @@ static void new_steps_remove_the_signature(void **state) {
     ASSERT_OK(verify(fixture, fixture->public_key));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_table_says_what_was_checked),
-        cmocka_unit_test(forged_rows_with_a_chain_that_fits_are_found),
-        cmocka_unit_test(a_replay_looks_at_the_photos),
-        cmocka_unit_test(a_chain_rewritten_whole_needs_the_head_or_a_key),
-        cmocka_unit_test(edited_tables_are_found),
-        cmocka_unit_test(the_matrix_may_differ_by_rounding_alone),
-        cmocka_unit_test(a_payout_is_divided_again),
-        cmocka_unit_test(a_field_of_another_run_is_found),
-        cmocka_unit_test(links_are_not_followed),
-        cmocka_unit_test(every_flipped_bit_of_a_signature_is_found),
-        cmocka_unit_test(whatever_a_statement_says_is_signed),
-        cmocka_unit_test(a_signature_file_is_read_strictly),
-        cmocka_unit_test(every_signed_file_is_compared),
-        cmocka_unit_test(signatures_of_others_are_refused),
-        cmocka_unit_test(only_an_intact_run_that_has_ended_is_signed),
-        cmocka_unit_test(new_steps_remove_the_signature),
-    };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
-}
+TEST_GROUP(set_up, tear_down)

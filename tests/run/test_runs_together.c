@@ -127,14 +127,14 @@ static void take_all(struct fixture *f, const char *set) {
     for (uint32_t i = 0; i < RUNS; i++) assert_as_alone(f, set, i);
 }
 
-static void each_leaves_what_it_leaves_alone(void **state) {
+TEST_WITHIN(each_leaves_what_it_leaves_alone, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "together", 1);
     assert_int_equal(f->session.devices[0].submissions->trainer_count, RUNS);
     take_all(f, "together");
 }
 
-static void also_on_two_devices(void **state) {
+TEST_WITHIN(also_on_two_devices, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "spread", DEVICES);
     for (uint32_t d = 0; d < DEVICES; d++)
@@ -142,7 +142,7 @@ static void also_on_two_devices(void **state) {
     take_all(f, "spread");
 }
 
-static void a_device_that_is_lost_ends_its_own_runs(void **state) {
+TEST_WITHIN(a_device_that_is_lost_ends_its_own_runs, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "lost", DEVICES);
     struct vw_submissions *lost = f->session.devices[1].submissions;
@@ -164,7 +164,7 @@ static void a_device_that_is_lost_ends_its_own_runs(void **state) {
 }
 
 // Its driver is then another, since the name of the driver says which loops shaders have.
-static void devices_that_differ_are_refused(void **state) {
+TEST_WITHIN(devices_that_differ_are_refused, set_up, tear_down) {
     struct fixture *f = *state;
     static const char *const preferred[] = {NULL};
     setenv("VIEWWORTH_LOOPS", "kept", 1);
@@ -175,7 +175,7 @@ static void devices_that_differ_are_refused(void **state) {
 }
 
 // Something stands where the first run's ledger belongs when its first steps are done.
-static void one_that_fails_does_not_stop_the_others(void **state) {
+TEST_WITHIN(one_that_fails_does_not_stop_the_others, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "failing", DEVICES);
     mkdir(path_of(f, "failing", 0, ""), 0777);
@@ -192,7 +192,7 @@ static void one_that_fails_does_not_stop_the_others(void **state) {
     for (uint32_t i = 1; i < RUNS; i++) assert_as_alone(f, "failing", i);
 }
 
-static void an_interrupted_one_stops_all_and_all_resume(void **state) {
+TEST_WITHIN(an_interrupted_one_stops_all_and_all_resume, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "stopped", DEVICES);
     f->observers[2].stops = true;
@@ -204,16 +204,4 @@ static void an_interrupted_one_stops_all_and_all_resume(void **state) {
     close_runs(f);
     open_runs(f, "stopped", 1);
     take_all(f, "stopped");
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(each_leaves_what_it_leaves_alone, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(also_on_two_devices, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(a_device_that_is_lost_ends_its_own_runs, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(devices_that_differ_are_refused, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(one_that_fails_does_not_stop_the_others, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(an_interrupted_one_stops_all_and_all_resume, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

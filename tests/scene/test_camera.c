@@ -20,8 +20,7 @@ static struct vw_camera distorted(double k1, double k2, double p1, double p2) {
     return camera;
 }
 
-static void axes_point_right_up_and_back(void **state) {
-    (void)state;
+TEST(axes_point_right_up_and_back) {
     double direction[3], x_px, y_px;
     assert_true(vw_camera_unproject(&plain, 320, 240, direction)); // the principal point looks along -z
     assert_true(direction[0] == 0 && direction[1] == 0 && direction[2] == -1);
@@ -37,8 +36,7 @@ static void axes_point_right_up_and_back(void **state) {
 }
 
 // The polynomial of scene.h, written out for one point.
-static void distortion_is_the_documented_polynomial(void **state) {
-    (void)state;
+TEST(distortion_is_the_documented_polynomial) {
     struct vw_camera camera = distorted(0.1, -0.2, 0.01, 0.02);
     double x = 0.3, y = 0.4, r2 = 0.25, x_px, y_px;
     double radial = 1 + 0.1 * r2 - 0.2 * r2 * r2;
@@ -72,8 +70,7 @@ static void check_round_trip(const struct vw_camera *camera) {
     assert_true(seen > 50);
 }
 
-static void distorted_points_round_trip(void **state) {
-    (void)state;
+TEST(distorted_points_round_trip) {
     static const double radial[] = {-0.55, -0.3, -0.1, 0, 0.1, 0.4, 1};
     static const double higher[] = {-0.3, -0.08, 0, 0.1, 0.5};
     static const double tangential[] = {-0.02, 0, 0.02};
@@ -86,8 +83,7 @@ static void distorted_points_round_trip(void **state) {
                 }
 }
 
-static void pixels_beyond_the_fold_have_no_inverse(void **state) {
-    (void)state;
+TEST(pixels_beyond_the_fold_have_no_inverse) {
     struct vw_camera camera = distorted(-0.5, 0, 0, 0); // r (1 - r2 / 2) never exceeds 0.5443
     double direction[3];
     assert_true(vw_camera_unproject(&camera, 320 + 500 * 0.54, 240, direction));
@@ -111,8 +107,7 @@ static void check_there_and_back(const struct vw_camera *camera, const double di
     assert_near(back[1], direction[1], 1e-9 * size * size);
 }
 
-static void rational_lenses_round_trip(void **state) {
-    (void)state;
+TEST(rational_lenses_round_trip) {
     static const double lenses[][6] = {// k1 to k6: rising all the way to 45 degrees
                                        {0.1, 0.2, 0.3, 0, 0, 0},
                                        {-0.2, 0.1, -0.02, 0, 0, 0},
@@ -131,8 +126,7 @@ static void rational_lenses_round_trip(void **state) {
 }
 
 // Where the radius r N / D stops growing, or D vanishes, the image folds over.
-static void rational_lenses_fold_where_the_radius_stops_growing(void **state) {
-    (void)state;
+TEST(rational_lenses_fold_where_the_radius_stops_growing) {
     struct vw_camera camera = plain;
     double direction[3];
     camera.k3 = -1; // r - r^7: grows to r = 7^(-1/6) = 0.7230, where it is 0.6197
@@ -150,8 +144,7 @@ static void rational_lenses_fold_where_the_radius_stops_growing(void **state) {
     assert_true(direction[0] < 2 && direction[0] > 1.99);
 }
 
-static void fisheye_lenses_map_angles(void **state) {
-    (void)state;
+TEST(fisheye_lenses_map_angles) {
     struct vw_camera camera = plain;
     camera.lens = VW_LENS_FISHEYE;
     double x_px, y_px, direction[3];
@@ -184,8 +177,7 @@ static void fisheye_lenses_map_angles(void **state) {
 }
 
 // The reach is where there begins to be no inverse.
-static void the_reach_ends_where_the_inverse_does(void **state) {
-    (void)state;
+TEST(the_reach_ends_where_the_inverse_does) {
     struct vw_camera cameras[] = {distorted(-0.5, 0, 0, 0), distorted(-1, 0.4, 0, 0), plain, plain, plain};
     cameras[2].k4 = 1;
     cameras[3].lens = cameras[4].lens = VW_LENS_FISHEYE;
@@ -200,8 +192,7 @@ static void the_reach_ends_where_the_inverse_does(void **state) {
 
 // A fisheye whose circle of sight is narrower than the photo: its corners are hidden, on top of what the mask hides
 // already.
-static void pixels_without_a_ray_are_masked(void **state) {
-    (void)state;
+TEST(pixels_without_a_ray_are_masked) {
     struct vw_view view = {
         .camera = {
             .width_px = 40, .height_px = 20, .focal_x_px = 10, .focal_y_px = 10, .centre_x_px = 20, .centre_y_px = 10}};
@@ -225,27 +216,10 @@ static void pixels_without_a_ray_are_masked(void **state) {
     free(view.mask);
 }
 
-static void only_other_lenses_and_coefficients_distort(void **state) {
-    (void)state;
+TEST(only_other_lenses_and_coefficients_distort) {
     assert_false(vw_camera_is_distorted(&plain));
     struct vw_camera fisheye = plain, last = plain;
     fisheye.lens = VW_LENS_FISHEYE;
     last.k6 = 1e-9;
     assert_true(vw_camera_is_distorted(&fisheye) && vw_camera_is_distorted(&last));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(axes_point_right_up_and_back),
-        cmocka_unit_test(distortion_is_the_documented_polynomial),
-        cmocka_unit_test(distorted_points_round_trip),
-        cmocka_unit_test(pixels_beyond_the_fold_have_no_inverse),
-        cmocka_unit_test(rational_lenses_round_trip),
-        cmocka_unit_test(rational_lenses_fold_where_the_radius_stops_growing),
-        cmocka_unit_test(fisheye_lenses_map_angles),
-        cmocka_unit_test(the_reach_ends_where_the_inverse_does),
-        cmocka_unit_test(pixels_without_a_ray_are_masked),
-        cmocka_unit_test(only_other_lenses_and_coefficients_distort),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,13 +14,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static struct vw_scene *open_colmap(const char *folder) {
     return tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = "colmap"});
 }
@@ -89,7 +82,7 @@ static void check_points(const struct vw_scene *scene) {
     }
 }
 
-static void every_field_is_read(void **state) {
+FOLDER_TEST(every_field_is_read) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     struct vw_scene *scene = open_colmap(*state);
@@ -98,7 +91,7 @@ static void every_field_is_read(void **state) {
     vw_scene_close(&scene);
 }
 
-static void text_is_the_same_scene(void **state) {
+FOLDER_TEST(text_is_the_same_scene) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_text(*state, "sparse/0", &model);
     struct vw_scene *text = open_colmap(*state);
@@ -111,7 +104,7 @@ static void text_is_the_same_scene(void **state) {
     vw_scene_close(&binary);
 }
 
-static void the_binary_model_wins(void **state) {
+FOLDER_TEST(the_binary_model_wins) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     model.image_count = 2; // its points still name both
@@ -126,7 +119,7 @@ static void the_binary_model_wins(void **state) {
 }
 
 // Text as people edit it: comments, blank lines, tabs, carriage returns, no newline at the end.
-static void comments_and_blank_lines_are_skipped(void **state) {
+FOLDER_TEST(comments_and_blank_lines_are_skipped) {
     tiny_photo_write(temporary_path(*state, "images/x.png"), 1);
     tiny_photo_write(temporary_path(*state, "images/y z.png"), 2);
     temporary_file(*state, "sparse/cameras.txt", "# c\r\n\r\n1\tPINHOLE  8 6 9 9 4 3\r\n");
@@ -140,7 +133,7 @@ static void comments_and_blank_lines_are_skipped(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_model_lies_in_one_of_two_folders(void **state) {
+FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     static const char *const names[] = {"sparse", "sparse/0"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
@@ -166,7 +159,7 @@ static void a_model_lies_in_one_of_two_folders(void **state) {
 }
 
 // Points that a single view of the scene sees are no evidence.
-static void points_of_missing_photos_are_dropped(void **state) {
+FOLDER_TEST(points_of_missing_photos_are_dropped) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
     assert_int_equal(unlink(temporary_path(*state, "images/b.png")), 0);
@@ -222,7 +215,7 @@ static void check_lens(const struct colmap_test_camera *lens, const struct vw_ca
         }
 }
 
-static void every_lens_is_read(void **state) {
+FOLDER_TEST(every_lens_is_read) {
     for (int text = 0; text < 2; text++) {
         char *folder = temporary_folder_create();
         struct colmap_test_model model = {.camera_count = VW_ARRAY_COUNT(lenses),
@@ -246,7 +239,7 @@ static void every_lens_is_read(void **state) {
 }
 
 // The corners of a wide fisheye's photo show no direction: they are masked, and the note says how many.
-static void fisheye_corners_are_masked(void **state) {
+FOLDER_TEST(fisheye_corners_are_masked) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.cameras[0] = (struct colmap_test_camera){7, 5, "OPENCV_FISHEYE", 8, 6, 8, {2.5, 2.5, 4, 3}};
     colmap_write_binary(*state, "sparse/0", &model);
@@ -265,7 +258,7 @@ static void fisheye_corners_are_masked(void **state) {
 }
 
 // World coordinates of 10^6: the positions keep what their own rounding leaves, and the box does not notice.
-static void a_scene_far_from_the_origin_is_the_same(void **state) {
+FOLDER_TEST(a_scene_far_from_the_origin_is_the_same) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
     struct vw_scene *near = open_colmap(*state);
@@ -283,20 +276,4 @@ static void a_scene_far_from_the_origin_is_the_same(void **state) {
     assert_near(far->box.half_extent_world, near->box.half_extent_world, 1e-8);
     vw_scene_close(&near);
     vw_scene_close(&far);
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
-    const struct CMUnitTest tests[] = {
-        TEST(every_field_is_read),
-        TEST(text_is_the_same_scene),
-        TEST(the_binary_model_wins),
-        TEST(comments_and_blank_lines_are_skipped),
-        TEST(a_model_lies_in_one_of_two_folders),
-        TEST(points_of_missing_photos_are_dropped),
-        TEST(every_lens_is_read),
-        TEST(a_scene_far_from_the_origin_is_the_same),
-        TEST(fisheye_corners_are_masked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -74,9 +74,9 @@ static void check_same_rays(const char *name, uint32_t same_places) {
     vw_scene_close(&transforms);
 }
 
-static void rays_of_fox_agree(void **state) { (void)state, check_same_rays("fox", 20); }
-static void rays_of_sacre_coeur_agree(void **state) { (void)state, check_same_rays("sacre_coeur", 11); }
-static void rays_of_statue_of_liberty_agree(void **state) { (void)state, check_same_rays("statue_of_liberty", 135); }
+TEST(rays_of_fox_agree) { (void)state, check_same_rays("fox", 20); }
+TEST(rays_of_sacre_coeur_agree) { (void)state, check_same_rays("sacre_coeur", 11); }
+TEST(rays_of_statue_of_liberty_agree) { (void)state, check_same_rays("statue_of_liberty", 135); }
 
 // The mean distance between where a view sees a point and where its camera puts it, over all tracks.
 static double mean_error_px(const struct vw_scene *scene) {
@@ -111,22 +111,8 @@ static void check_errors(const char *name, uint32_t points, double stated_px, do
     vw_scene_close(&scene);
 }
 
-static void reprojection_errors_of_fox_are_small(void **state) { (void)state, check_errors("fox", 4000, 0.373, 0.02); }
-static void reprojection_errors_of_sacre_coeur_are_small(void **state) {
-    (void)state, check_errors("sacre_coeur", 1645, 0.173, 0.0005);
-}
-static void reprojection_errors_of_statue_of_liberty_are_small(void **state) {
+TEST(reprojection_errors_of_fox_are_small) { (void)state, check_errors("fox", 4000, 0.373, 0.02); }
+TEST(reprojection_errors_of_sacre_coeur_are_small) { (void)state, check_errors("sacre_coeur", 1645, 0.173, 0.0005); }
+TEST(reprojection_errors_of_statue_of_liberty_are_small) {
     (void)state, check_errors("statue_of_liberty", 9371, 0.37, 0.005);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rays_of_fox_agree),
-        cmocka_unit_test(rays_of_sacre_coeur_agree),
-        cmocka_unit_test(rays_of_statue_of_liberty_agree),
-        cmocka_unit_test(reprojection_errors_of_fox_are_small),
-        cmocka_unit_test(reprojection_errors_of_sacre_coeur_are_small),
-        cmocka_unit_test(reprojection_errors_of_statue_of_liberty_are_small),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

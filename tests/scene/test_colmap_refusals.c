@@ -15,13 +15,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static const char *const files[] = {"sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin"};
 
 #define assert_refused(folder, ...)                                                                                    \
@@ -34,7 +27,7 @@ static void *read_whole(const char *path, size_t *size_bytes) {
     return data;
 }
 
-static void a_cut_at_any_byte_is_refused(void **state) {
+FOLDER_TEST(a_cut_at_any_byte_is_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
@@ -62,7 +55,7 @@ static void a_cut_at_any_byte_is_refused(void **state) {
 
 // Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has
 // anything to say.
-static void any_byte_may_change(void **state) {
+FOLDER_TEST(any_byte_may_change) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     char folder[4096];
@@ -94,7 +87,7 @@ static void any_byte_may_change(void **state) {
     }
 }
 
-static void huge_counts_are_refused(void **state) {
+FOLDER_TEST(huge_counts_are_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     // Where the counts are: at the start of each file; after the first image's name; after the first point's error.
@@ -142,7 +135,7 @@ static void check_refused(const char *folder, const struct colmap_test_model *mo
     }
 }
 
-static void bad_numbers_are_refused(void **state) {
+FOLDER_TEST(bad_numbers_are_refused) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     static const double bad[] = {NAN, INFINITY, -INFINITY, 1e300};
     for (size_t k = 0; k < VW_ARRAY_COUNT(bad); k++) {
@@ -171,7 +164,7 @@ static void bad_numbers_are_refused(void **state) {
     }
 }
 
-static void inconsistent_models_are_refused(void **state) {
+FOLDER_TEST(inconsistent_models_are_refused) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     struct colmap_test_model model = good;
     model.cameras[0].params[1] = 0;
@@ -206,7 +199,7 @@ static void inconsistent_models_are_refused(void **state) {
     check_refused(*state, &model, "points3D", "point 5: field track: image 4 has 2");
 }
 
-static void unsupported_camera_models_are_named(void **state) {
+FOLDER_TEST(unsupported_camera_models_are_named) {
     static const struct {
         int32_t id;
         const char *name;
@@ -227,7 +220,7 @@ static void unsupported_camera_models_are_named(void **state) {
     check_refused(*state, &model, "cameras", "-1 is not supported");
 }
 
-static void bad_names_are_refused(void **state) {
+FOLDER_TEST(bad_names_are_refused) {
     static const struct {
         const char *name, *says;
     } names[] = {
@@ -255,7 +248,7 @@ static void bad_names_are_refused(void **state) {
 }
 
 // Photos and model files that are links out of the folder.
-static void links_out_of_the_scene_are_refused(void **state) {
+FOLDER_TEST(links_out_of_the_scene_are_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     char *outside = temporary_folder_create();
     colmap_write_binary(*state, "sparse/0", &model);
@@ -277,7 +270,7 @@ static void links_out_of_the_scene_are_refused(void **state) {
     temporary_folder_remove(outside);
 }
 
-static void photos_of_another_shape_are_refused(void **state) {
+FOLDER_TEST(photos_of_another_shape_are_refused) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.cameras[1].height_px = 13; // a photo of 8 x 6 has another shape than 16 x 13
     colmap_write_binary(*state, "sparse/0", &model);
@@ -289,7 +282,7 @@ static void photos_of_another_shape_are_refused(void **state) {
     assert_refused(*state, "sparse/0", "points3D");
 }
 
-static void bad_text_lines_are_named(void **state) {
+FOLDER_TEST(bad_text_lines_are_named) {
     static const struct {
         const char *file, *text, *says;
     } cases[] = {
@@ -319,21 +312,4 @@ static void bad_text_lines_are_named(void **state) {
     assert_int_equal(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24),
                      VW_OK);
     assert_refused(*state, "cameras.txt: has zero bytes");
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, make_folder, remove_folder)
-    const struct CMUnitTest tests[] = {
-        TEST(a_cut_at_any_byte_is_refused),
-        TEST(any_byte_may_change),
-        TEST(huge_counts_are_refused),
-        TEST(bad_numbers_are_refused),
-        TEST(inconsistent_models_are_refused),
-        TEST(unsupported_camera_models_are_named),
-        TEST(bad_names_are_refused),
-        TEST(links_out_of_the_scene_are_refused),
-        TEST(photos_of_another_shape_are_refused),
-        TEST(bad_text_lines_are_named),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

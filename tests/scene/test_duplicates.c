@@ -63,8 +63,7 @@ static struct vw_duplicate *find(const struct vw_scene *scene, uint32_t *count) 
     return duplicates;
 }
 
-static void neighbours_are_no_duplicates(void **state) {
-    (void)state;
+TEST(neighbours_are_no_duplicates) {
     struct vw_scene *scene = make_scene();
     uint32_t count = 1;
     free(find(scene, &count));
@@ -72,8 +71,7 @@ static void neighbours_are_no_duplicates(void **state) {
     vw_scene_close(&scene);
 }
 
-static void copies_are_found(void **state) {
-    (void)state;
+TEST(copies_are_found) {
     static const struct {
         const char *what;
         double gain, bias, noise;
@@ -119,8 +117,7 @@ static void copies_are_found(void **state) {
 }
 
 // Equal bytes are a copy wherever the camera is said to have stood, also where there is nothing to see.
-static void equal_files_are_copies(void **state) {
-    (void)state;
+TEST(equal_files_are_copies) {
     struct vw_scene *scene = make_scene();
     memcpy(scene->views[20].sha256, scene->views[4].sha256, VW_HASH_BYTES);
     memcpy(scene->views[34].sha256, scene->views[4].sha256, VW_HASH_BYTES);
@@ -156,7 +153,7 @@ static void equal_files_are_copies(void **state) {
         assert_int_equal(rows[i].validation_count, 1);
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
-    char *folder = test_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
+    char *folder = temporary_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
     void *text = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
@@ -167,7 +164,7 @@ static void equal_files_are_copies(void **state) {
                               "0,view_034,val,,1,,,,,-2.5\n");
     free(text);
     free(path);
-    test_folder_destroy(folder);
+    temporary_folder_remove(folder);
     free(rows);
     free(duplicates);
     vw_scene_close(&scene);
@@ -175,8 +172,7 @@ static void equal_files_are_copies(void **state) {
 
 // A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
 // into a single one.
-static void groups_do_not_grow_along_a_film(void **state) {
-    (void)state;
+TEST(groups_do_not_grow_along_a_film) {
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
     uint32_t count = 0, longest = 0;
@@ -199,8 +195,7 @@ static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *
     return distances;
 }
 
-static void far_validation_views_are_told(void **state) {
-    (void)state;
+TEST(far_validation_views_are_told) {
     struct vw_scene *scene = make_scene();
     uint32_t count = 0;
     struct vw_view_distance *distances = measure(scene, &count);
@@ -235,13 +230,4 @@ static void far_validation_views_are_told(void **state) {
     assert_int_equal(count, 0);
     free(distances);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(neighbours_are_no_duplicates),  cmocka_unit_test(copies_are_found),
-        cmocka_unit_test(equal_files_are_copies),        cmocka_unit_test(groups_do_not_grow_along_a_film),
-        cmocka_unit_test(far_validation_views_are_told),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -49,7 +49,7 @@ static bool same_pixels(const struct vw_view *a, const struct vw_view *b) {
     return true;
 }
 
-static void kinds_come_in_turn(void **state) {
+TEST_WITHIN(kinds_come_in_turn, make_folder, remove_folder) {
     struct vw_scene *scene = open_corrupted(*state, 10);
     static const char *const kinds[] = {"noise", "blur", "occluder", "exposure", "wrong_pose"};
     for (int i = 0; i < 5; i++) assert_int_equal(count_truth(scene, kinds[i]), 2);
@@ -60,7 +60,7 @@ static void kinds_come_in_turn(void **state) {
 }
 
 // Photos are of one colour, which a blur leaves as it is.
-static void only_what_is_corrupted_changes(void **state) {
+TEST_WITHIN(only_what_is_corrupted_changes, make_folder, remove_folder) {
     struct vw_scene *before = open_corrupted(*state, 0), *after = open_corrupted(*state, 5);
     assert_null(before->views[1].ground_truth);
     for (uint32_t v = 0; v < PHOTOS; v++) {
@@ -83,7 +83,7 @@ static void only_what_is_corrupted_changes(void **state) {
     vw_scene_close(&after);
 }
 
-static void injection_is_repeatable_and_grows(void **state) {
+TEST_WITHIN(injection_is_repeatable_and_grows, make_folder, remove_folder) {
     struct vw_scene *first = open_corrupted(*state, 4), *second = open_corrupted(*state, 4),
                     *more = open_corrupted(*state, 7);
     assert_memory_equal(first->hash, second->hash, sizeof first->hash);
@@ -109,7 +109,7 @@ static struct vw_scene *open_listed(const char *folder, uint32_t first) {
 }
 
 // The same photos elsewhere in the scene file, and trained on by a list, suffer the same.
-static void injection_does_not_depend_on_places(void **state) {
+TEST_WITHIN(injection_does_not_depend_on_places, make_folder, remove_folder) {
     struct vw_scene *scene = open_listed(*state, 0), *shifted = open_listed(*state, 2);
     for (uint32_t v = 2; v < PHOTOS; v++) {
         const struct vw_view *a = &scene->views[v], *b = &shifted->views[v - 2];
@@ -123,7 +123,7 @@ static void injection_does_not_depend_on_places(void **state) {
 }
 
 // A scene of headers alone has the same ground_truths.
-static void headers_tell_the_truth(void **state) {
+TEST_WITHIN(headers_tell_the_truth, make_folder, remove_folder) {
     struct vw_scene *whole = open_corrupted(*state, 6);
     struct vw_scene *headers =
         tiny_scene_open(&(struct vw_scene_params){.path = *state, .corrupt = 6, .headers_only = true});
@@ -133,23 +133,11 @@ static void headers_tell_the_truth(void **state) {
     vw_scene_close(&headers);
 }
 
-static void what_cannot_be_corrupted_is_refused(void **state) {
+TEST_WITHIN(what_cannot_be_corrupted_is_refused, make_folder, remove_folder) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .corrupt = TRAIN + 1}, VW_ERROR_USAGE, "--corrupt",
                        "12", NULL);
     vw_scene_close(&(struct vw_scene *){open_corrupted(*state, TRAIN)});
     tiny_scene_refused(
         &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .corrupt = 2, .headers_only = true},
         VW_ERROR_USAGE, "--corrupt", "recipe", NULL);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(kinds_come_in_turn, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(only_what_is_corrupted_changes, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(injection_is_repeatable_and_grows, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(injection_does_not_depend_on_places, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(headers_tell_the_truth, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(what_cannot_be_corrupted_is_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,13 +16,6 @@
 #include "support/tiny_scene.h"
 #include "train/pixels.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // A mask written as text: '#' is black, '+' is dark grey, '-' is light grey, '.' is white.
 static const char *write_mask(const char *folder, const char *name, uint32_t width_px, uint32_t height_px,
                               const char *text) {
@@ -66,7 +59,7 @@ static void check_load(const char *path, uint32_t photo_width_px, uint32_t photo
     free(mask);
 }
 
-static void white_keeps(void **state) {
+FOLDER_TEST(white_keeps) {
     check_load(write_mask(*state, "m.png", 4, 2, ".#+--..#"), 4, 2, 1, ".##....#");
     const float rgba[2 * 4] = {1, 1, 1, 1, 1, 1, 1, 0.2f}; // transparent white does not keep
     const char *path = temporary_path(*state, "alpha.png");
@@ -74,7 +67,7 @@ static void white_keeps(void **state) {
     check_load(path, 2, 1, 1, ".#");
 }
 
-static void a_mask_of_another_size_is_scaled(void **state) {
+FOLDER_TEST(a_mask_of_another_size_is_scaled) {
     const char *path = write_mask(*state, "m.png", 2, 2,
                                   ".#"
                                   "#.");
@@ -91,7 +84,7 @@ static void a_mask_of_another_size_is_scaled(void **state) {
                2, 1, 1, ".#"); // centres at 1.5 and 4.5: mask pixels 1 and 4 of row 1
 }
 
-static void downscale_keeps_whole_footprints(void **state) {
+FOLDER_TEST(downscale_keeps_whole_footprints) {
     const char *path = write_mask(*state, "m.png", 6, 4,
                                   "......"
                                   "...#.."
@@ -104,7 +97,7 @@ static void downscale_keeps_whole_footprints(void **state) {
     check_load(write_mask(*state, "odd.png", 7, 1, "..#...."), 7, 1, 2, "##.");
 }
 
-static void bad_masks_are_refused(void **state) {
+FOLDER_TEST(bad_masks_are_refused) {
     struct vw_image_header header;
     uint8_t *mask = NULL;
     const char *path = write_mask(*state, "m.png", 4, 2, ".......#");
@@ -139,7 +132,7 @@ static struct vw_scene *open_scene(const char *folder) {
     return tiny_scene_open(&(struct vw_scene_params){.path = folder});
 }
 
-static void masks_lie_beside_images(void **state) {
+FOLDER_TEST(masks_lie_beside_images) {
     static const char *const mask_names[] = {"masks/01.png", "masks/01.png.png"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(mask_names); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
@@ -156,7 +149,7 @@ static void masks_lie_beside_images(void **state) {
 }
 
 // Photos are often JPEG while masks are PNG: the extension may be replaced.
-static void masks_have_other_extensions(void **state) {
+FOLDER_TEST(masks_have_other_extensions) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".jpg"});
     for (int i = 0; i < 3; i++) {
         char name[32], mask[32];
@@ -172,7 +165,7 @@ static void masks_have_other_extensions(void **state) {
     vw_scene_close(&scene);
 }
 
-static void mask_path_names_the_mask(void **state) {
+FOLDER_TEST(mask_path_names_the_mask) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"mask_path\": \"./shapes/m.png\","});
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "mask_path",
                        "does not exist", NULL);
@@ -193,7 +186,7 @@ static void mask_path_names_the_mask(void **state) {
     }
 }
 
-static void masks_stay_in_the_folder(void **state) {
+FOLDER_TEST(masks_stay_in_the_folder) {
     char *elsewhere = temporary_folder_create();
     write_mask(elsewhere, "m.png", 8, 6, half);
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
@@ -204,7 +197,7 @@ static void masks_stay_in_the_folder(void **state) {
     temporary_folder_remove(elsewhere);
 }
 
-static void hidden_pixels_weigh_nothing(void **state) {
+FOLDER_TEST(hidden_pixels_weigh_nothing) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     write_mask(*state, "masks/01.png", 8, 6, half);
     struct vw_scene *scene = open_scene(*state);
@@ -216,7 +209,7 @@ static void hidden_pixels_weigh_nothing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void masks_are_hashed(void **state) {
+FOLDER_TEST(masks_are_hashed) {
     uint8_t hashes[3][VW_HASH_BYTES];
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     for (int i = 0; i < 3; i++) {
@@ -228,8 +221,7 @@ static void masks_are_hashed(void **state) {
     }
 }
 
-static void masks_of_statue_of_liberty_are_read(void **state) {
-    (void)state;
+TEST(masks_of_statue_of_liberty_are_read) {
     const char *path = real_scene_path("statue_of_liberty");
     if (!path) skip();
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
@@ -240,20 +232,10 @@ static void masks_of_statue_of_liberty_are_read(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
+static int start_decoder(void **state) {
+    (void)state;
     vw_decoder_hold(); // one start for all tests
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(white_keeps, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_mask_of_another_size_is_scaled, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_keeps_whole_footprints, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_masks_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(masks_lie_beside_images, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(masks_have_other_extensions, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(mask_path_names_the_mask, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(masks_stay_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(hidden_pixels_weigh_nothing, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(masks_are_hashed, make_folder, remove_folder),
-        cmocka_unit_test(masks_of_statue_of_liberty_are_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return 0;
 }
+
+TEST_GROUP(start_decoder, NULL)

@@ -28,8 +28,7 @@ static int find_ending(const struct vw_name_index *index, const char *name) {
     return vw_name_index_find_ending(index, name, &place) ? (int)place : -1;
 }
 
-static void a_name_is_found_whole_and_at_its_first_place(void **state) {
-    (void)state;
+TEST(a_name_is_found_whole_and_at_its_first_place) {
     struct vw_name_index index = index_names();
     assert_int_equal(find(&index, "images/a.png"), 0);
     assert_int_equal(find(&index, "a.png"), 8);
@@ -41,8 +40,7 @@ static void a_name_is_found_whole_and_at_its_first_place(void **state) {
     vw_name_index_clear(&index);
 }
 
-static void an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name(void **state) {
-    (void)state;
+TEST(an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name) {
     struct vw_name_index index = index_names();
     assert_int_equal(find_ending(&index, "a.png"), 0); // the name a.png itself does not end with /a.png
     assert_int_equal(find_ending(&index, "./e.png"), 9);
@@ -55,8 +53,7 @@ static void an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name
 }
 
 // Against looking at every name.
-static void many_names_are_all_found(void **state) {
-    (void)state;
+TEST(many_names_are_all_found) {
     enum { COUNT = 3000 };
     static char texts[COUNT][24];
     static const char *many[COUNT];
@@ -75,13 +72,4 @@ static void many_names_are_all_found(void **state) {
         assert_int_equal(find_ending(&index, strchr(many[i], '/') + 1), endings == 1 ? last : -1);
     }
     vw_name_index_clear(&index);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_name_is_found_whole_and_at_its_first_place),
-        cmocka_unit_test(an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name),
-        cmocka_unit_test(many_names_are_all_found),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,8 +36,7 @@ static void place(const struct vw_view *view, double depth, double aside, struct
             view->camera_to_world[i][3] - depth * view->camera_to_world[i][2] + aside * view->camera_to_world[i][0];
 }
 
-static void near_and_far_are_percentiles(void **state) {
-    (void)state;
+TEST(near_and_far_are_percentiles) {
     struct vw_scene *scene = scene_with_points(1001, 1001, 0);
     for (uint32_t p = 0; p < 1001; p++)
         place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
@@ -56,8 +55,7 @@ static void near_and_far_are_percentiles(void **state) {
     vw_scene_close(&scene);
 }
 
-static void each_view_has_its_own(void **state) {
-    (void)state;
+TEST(each_view_has_its_own) {
     struct vw_scene *scene = scene_with_points(400, 4, 1e6);
     for (uint32_t p = 0; p < 400; p++) {
         place(&scene->views[1], 2, 0, &scene->points[p]); // at one place: all depths are equal
@@ -83,8 +81,7 @@ static void scatter(struct vw_scene *scene, double offset_world) {
     }
 }
 
-static void the_box_holds_the_points(void **state) {
-    (void)state;
+TEST(the_box_holds_the_points) {
     static const double offsets[] = {0, 1e6, -1e6};
     struct vw_box boxes[VW_ARRAY_COUNT(offsets)];
     for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
@@ -105,8 +102,7 @@ static void the_box_holds_the_points(void **state) {
 }
 
 // What the cameras look at belongs to the box even where no points are: the synthetic cameras look at the origin.
-static void the_box_holds_what_is_looked_at(void **state) {
-    (void)state;
+TEST(the_box_holds_what_is_looked_at) {
     struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)
         for (int i = 0; i < 3; i++)
@@ -119,8 +115,7 @@ static void the_box_holds_what_is_looked_at(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_declared_box_wins_over_points(void **state) {
-    (void)state;
+TEST(a_declared_box_wins_over_points) {
     struct vw_scene *scene = scene_with_points(1020, 1, 0);
     scatter(scene, 0);
     const struct vw_ngp_box declared = {.aabb_scale = 1, .scale = 0.25, .offset = {0.5, 0.5, 0.5}};
@@ -132,13 +127,4 @@ static void a_declared_box_wins_over_points(void **state) {
     assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
     assert_non_null(strstr(scene->box_source, "cameras"));
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(near_and_far_are_percentiles),    cmocka_unit_test(each_view_has_its_own),
-        cmocka_unit_test(the_box_holds_the_points),        cmocka_unit_test(the_box_holds_what_is_looked_at),
-        cmocka_unit_test(a_declared_box_wins_over_points),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,13 +10,6 @@
 #include "scene/formats/nerfw_tsv.h"
 #include "support/temporary_folder.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static struct vw_tsv read(const char *path) {
     struct vw_tsv tsv = {0};
     if (vw_tsv_read(NULL, path, &tsv)) fail_msg("%s", vw_error_message());
@@ -30,7 +23,7 @@ static void check_row(const struct vw_tsv_row *row, const char *name, bool test,
     assert_int_equal(row->line, line);
 }
 
-static void columns_come_in_any_order(void **state) {
+FOLDER_TEST(columns_come_in_any_order) {
     static const char *const texts[] = {
         "filename\tid\tsplit\tdataset\nb.jpg\t1091.0\ttest\tx\na.jpg\t\ttrain\tx\n\nc d.jpg\t7\ttrain\tx\n",
         "id\tsplit\tfilename\tdataset\r\n24\ttest\tb.jpg\tx\r\n\ttrain\ta.jpg\tx\r\n\r\n9\ttrain\tc d.jpg\tx\r\n",
@@ -51,7 +44,7 @@ static void columns_come_in_any_order(void **state) {
     vw_tsv_clear(&tsv); // an empty one is fine
 }
 
-static void bad_files_are_refused(void **state) {
+FOLDER_TEST(bad_files_are_refused) {
     static const struct {
         const char *text, *line, *said;
     } cases[] = {
@@ -87,7 +80,7 @@ static void bad_files_are_refused(void **state) {
     assert_int_equal(vw_tsv_read(NULL, temporary_path(*state, "none.tsv"), &tsv), VW_ERROR_INPUT);
 }
 
-static void the_header_is_recognised(void **state) {
+FOLDER_TEST(the_header_is_recognised) {
     assert_true(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "id\tsplit\tfilename\r\n")));
     assert_false(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "id\tsplit\n")));
     assert_false(vw_tsv_has_header(NULL, temporary_file(*state, "a.tsv", "")));
@@ -96,8 +89,7 @@ static void the_header_is_recognised(void **state) {
 }
 
 // As counted in the published files: rows = train with id + train without + test.
-static void published_files_are_read(void **state) {
-    (void)state;
+TEST(published_files_are_read) {
     static const struct {
         const char *name;
         size_t with_id, without_id, test;
@@ -118,14 +110,4 @@ static void published_files_are_read(void **state) {
         assert_int_equal(without_id, files[f].without_id);
         vw_tsv_clear(&tsv);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(columns_come_in_any_order, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_files_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_header_is_recognised, make_folder, remove_folder),
-        cmocka_unit_test(published_files_are_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

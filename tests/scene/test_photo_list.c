@@ -20,13 +20,6 @@
 
 enum { PHOTOS_MOST = 16 };
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in
 // `chosen` is y.
 static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to,
@@ -77,7 +70,7 @@ static void check_text(const char *path, const char *expected) {
 
 // ---- transforms.json ------------------------------------------------------------------------------------------------
 
-static void splits_of_the_file_are_kept(void **state) {
+FOLDER_TEST(splits_of_the_file_are_kept) {
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     tiny_scene_write(*state, &(struct tiny_scene){
                                  .count = 6,
@@ -104,7 +97,7 @@ static void splits_of_the_file_are_kept(void **state) {
 }
 
 // Splits that lists made hold in the file, without the lists.
-static void transforms_keep_the_splits_of_lists(void **state) {
+FOLDER_TEST(transforms_keep_the_splits_of_lists) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 6});
     const char *val = temporary_file(*state, "val.txt", "01.png\n"),
                *test = temporary_file(*state, "test.txt", "04.png\n");
@@ -117,7 +110,7 @@ static void transforms_keep_the_splits_of_lists(void **state) {
 }
 
 // Where three files say the splits, photos go to the file of their split, as long as all else in the files is the same.
-static void three_files_hold_a_split_each(void **state) {
+FOLDER_TEST(three_files_hold_a_split_each) {
     char *scene = vw_path_join(*state, "a/b");
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
@@ -159,7 +152,7 @@ static void three_files_hold_a_split_each(void **state) {
 }
 
 // A way that starts anywhere leads to the photos, links followed.
-static void paths_lead_from_the_list(void **state) {
+FOLDER_TEST(paths_lead_from_the_list) {
     static const struct {
         const char *to, *path;
         bool opens;
@@ -234,7 +227,7 @@ static const char rows[] =
     "split\tid\tnote\tfilename\tdataset\r\ntest\t7.0\ta b\tp6.png\td\r\ntrain\t\t\tp1.png\td\r\n"
     "test\t\t\tgone.png\td\r\ntrain\t5\t=x\tp2.png\td\r\ntrain\t6\t\tnot there.png\td\r\ntest\t9\t\tp0.png\td\r\n";
 
-static void a_tsv_holds_the_chosen_photos(void **state) {
+FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
     write_dense(*state, rows);
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     check_scene(
@@ -263,7 +256,7 @@ static void a_tsv_holds_the_chosen_photos(void **state) {
 }
 
 // What lists moved from one split to another: nobody trains on what validates or tests.
-static void a_tsv_keeps_the_splits_of_lists(void **state) {
+FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
     write_dense(*state, rows);
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
@@ -277,7 +270,7 @@ static void a_tsv_keeps_the_splits_of_lists(void **state) {
         "train\t9\t\tp0.png\td\ntrain\t13\t\tp3.png\td\n");
 }
 
-static void a_tsv_serves_as_a_list(void **state) {
+FOLDER_TEST(a_tsv_serves_as_a_list) {
     write_dense(*state, rows);
     const char *tsv =
         temporary_file(*state, "lists/a.tsv", "filename\tsplit\np3.png\ttest\np4.png\ttrain\np5.png\ttrain\n");
@@ -296,7 +289,7 @@ static void a_tsv_serves_as_a_list(void **state) {
 // ---- COLMAP, and no scene -------------------------------------------------------------------------------------------
 
 // Names as the model spells them, also where another folder has the same.
-static void an_image_list_spells_names_as_the_model_does(void **state) {
+FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.images[1].name = "sub/a.png";
     tiny_photo_write(temporary_file(*state, "images/sub/a.png", ""), 9);
@@ -318,7 +311,7 @@ static void an_image_list_spells_names_as_the_model_does(void **state) {
 
 // A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its
 // name.
-static void lists_of_other_formats_leave_the_scene_as_it_is(void **state) {
+FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
     static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
                                         "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
@@ -346,7 +339,7 @@ static void *allocate_some(size_t size_bytes) {
     return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL;
 }
 
-static void transforms_are_whole_or_not_there(void **state) {
+FOLDER_TEST(transforms_are_whole_or_not_there) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     const struct vw_listed_photo photos[] = {{"images/00.png", VW_SPLIT_TRAIN, true},
                                              {"images/01.png", VW_SPLIT_TRAIN, true}};
@@ -375,7 +368,7 @@ static void transforms_are_whole_or_not_there(void **state) {
     free(text);
 }
 
-static void names_unfit_for_lists_are_refused(void **state) {
+FOLDER_TEST(names_unfit_for_lists_are_refused) {
     static const char *const bad[] = {"two\nlines", "a\rb", " a", "a ", "\ta", "", "a\xff"};
     const struct vw_listed_photo good[] = {
         {"=a, \"b\"", VW_SPLIT_TRAIN, true}, {"c", VW_SPLIT_TRAIN, false}, {"é/d e", VW_SPLIT_TRAIN, true}};
@@ -399,21 +392,4 @@ static void names_unfit_for_lists_are_refused(void **state) {
     list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link")};
     check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
                   "exists; name a new"); // also a link to nothing
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(splits_of_the_file_are_kept, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(transforms_keep_the_splits_of_lists, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(three_files_hold_a_split_each, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(paths_lead_from_the_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_tsv_holds_the_chosen_photos, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_tsv_keeps_the_splits_of_lists, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_tsv_serves_as_a_list, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(an_image_list_spells_names_as_the_model_does, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(lists_of_other_formats_leave_the_scene_as_it_is, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(transforms_are_whole_or_not_there, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(names_unfit_for_lists_are_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

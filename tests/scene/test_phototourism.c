@@ -16,13 +16,6 @@ enum { PHOTOS = 8 };
 static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
                                           "p4.png", "p5.png", "p6.png", "p7.png"};
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // Cameras side by side at (i, 0, 0) that look along -z, and two points that the first three see.
 static struct colmap_test_model make_model(void) {
     struct colmap_test_model model = {
@@ -82,7 +75,7 @@ static const char rows[] =
     "id\tsplit\tfilename\n3.0\ttest\tp6.png\n\ttest\tp1.png\n9\ttest\tgone.png\n\ttrain\tp0.png\n4\ttest\tp4.png\n"
     "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
 
-static void splits_come_from_the_tsv(void **state) {
+FOLDER_TEST(splits_come_from_the_tsv) {
     write_dense(*state, rows);
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_string_equal(scene->format, "phototourism");
@@ -98,7 +91,7 @@ static void splits_come_from_the_tsv(void **state) {
     vw_scene_close(&scene);
 }
 
-static void pool_list_excludes_unlisted_photos(void **state) {
+FOLDER_TEST(pool_list_excludes_unlisted_photos) {
     write_dense(*state, rows);
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
     check_splits(scene, "tvtxTxvx");
@@ -113,7 +106,7 @@ static void pool_list_excludes_unlisted_photos(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_tsv_without_test_rows_is_split_by_index(void **state) {
+FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
     write_dense(*state, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     check_splits(scene, "vtttTttt");
@@ -124,7 +117,7 @@ static void a_tsv_without_test_rows_is_split_by_index(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bad_scenes_are_refused(void **state) {
+FOLDER_TEST(bad_scenes_are_refused) {
     const struct vw_scene_params params = {.path = *state, .format = "phototourism"};
     write_dense(*state, "filename\tsplit\np0.png\tval\n");
     tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test", NULL);
@@ -146,7 +139,7 @@ static void bad_scenes_are_refused(void **state) {
 }
 
 // A TSV that links out of the folder is not read, not even to see what it is.
-static void the_tsv_stays_in_the_folder(void **state) {
+FOLDER_TEST(the_tsv_stays_in_the_folder) {
     char *elsewhere = temporary_folder_create();
     write_dense(*state, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
@@ -181,7 +174,7 @@ static void check_format(const char *folder, const char *asked, const char *got)
     vw_scene_close(&scene);
 }
 
-static void formats_have_a_precedence(void **state) {
+FOLDER_TEST(formats_have_a_precedence) {
     struct colmap_test_model model = make_model();
     write_dense(*state, rows);
     write_photos(*state, "images");
@@ -206,7 +199,7 @@ static struct vw_scene *open_with_points(const char *folder, double focal_px, do
     return tiny_scene_open(&(struct vw_scene_params){.path = folder});
 }
 
-static void points_are_evidence(void **state) {
+FOLDER_TEST(points_are_evidence) {
     struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 2);
@@ -216,7 +209,7 @@ static void points_are_evidence(void **state) {
     vw_scene_close(&scene);
 }
 
-static void points_of_other_cameras_are_no_evidence(void **state) {
+FOLDER_TEST(points_of_other_cameras_are_no_evidence) {
     struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
     assert_int_equal(scene->point_count, 0);
     assert_true(has_note(scene, "its camera of images/p0 differs"));
@@ -229,7 +222,7 @@ static void points_of_other_cameras_are_no_evidence(void **state) {
     vw_scene_close(&scene);
 }
 
-static void points_of_other_photos_are_no_evidence(void **state) {
+FOLDER_TEST(points_of_other_photos_are_no_evidence) {
     struct colmap_test_model model = make_model();
     for (uint32_t i = 1; i < PHOTOS; i++) model.images[i].name = names[i - 1]; // p7 is in the model no more
     model.images[0].name = "other.png";
@@ -251,14 +244,14 @@ static void points_of_other_photos_are_no_evidence(void **state) {
 }
 
 // A broken model is refused also where only its points would be used.
-static void broken_points_are_refused(void **state) {
+FOLDER_TEST(broken_points_are_refused) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     vw_scene_close(&scene);
     temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "points3D.txt", NULL);
 }
 
-static void downscale_moves_tracks(void **state) {
+FOLDER_TEST(downscale_moves_tracks) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     float x_px = scene->tracks[0].x_px, y_px = scene->tracks[0].y_px;
     vw_scene_close(&scene);
@@ -270,8 +263,7 @@ static void downscale_moves_tracks(void **state) {
 
 // ---- Real data ------------------------------------------------------------------------------------------------------
 
-static void sacre_coeur_is_read(void **state) {
-    (void)state;
+TEST(sacre_coeur_is_read) {
     const char *path = real_scene_path("sacre_coeur");
     if (!path) skip();
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path, .format = "phototourism"});
@@ -290,22 +282,4 @@ static void sacre_coeur_is_read(void **state) {
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 1645);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(splits_come_from_the_tsv, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(pool_list_excludes_unlisted_photos, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_tsv_without_test_rows_is_split_by_index, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_scenes_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_tsv_stays_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(formats_have_a_precedence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(points_are_evidence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(points_of_other_cameras_are_no_evidence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(points_of_other_photos_are_no_evidence, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(broken_points_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(downscale_moves_tracks, make_folder, remove_folder),
-        cmocka_unit_test(sacre_coeur_is_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

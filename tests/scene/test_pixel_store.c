@@ -46,7 +46,7 @@ static uint32_t count_files(const char *folder) {
     return count;
 }
 
-static void pixels_are_there_only_once_they_are_asked_for(void **state) {
+TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_folder) {
     struct vw_scene *scene = open_in(*state, 0);
     const uint32_t wanted[] = {5, 2, 5};
     for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
@@ -61,7 +61,7 @@ static void pixels_are_there_only_once_they_are_asked_for(void **state) {
     vw_scene_close(&scene);
 }
 
-static void the_file_has_the_pixels_that_memory_has(void **state) {
+TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder) {
     struct vw_scene *in_memory = open_in(*state, PHOTOS * PHOTO_BYTES),
                     *in_file = open_in(*state, PHOTOS * PHOTO_BYTES - 1);
     assert_null(in_memory->source->store.bytes);
@@ -79,7 +79,7 @@ static void the_file_has_the_pixels_that_memory_has(void **state) {
     vw_scene_close(&in_file);
 }
 
-static void injected_corruption_replaces_pixels_of_the_file(void **state) {
+TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder) {
     struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
     const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
     assert_int_equal(vw_scene_open(&params, &corrupted), VW_OK);
@@ -93,7 +93,7 @@ static void injected_corruption_replaces_pixels_of_the_file(void **state) {
     vw_scene_close(&corrupted);
 }
 
-static void a_disk_without_room_is_an_error(void **state) {
+TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
     struct vw_scene *scene = NULL;
     struct rlimit kept, least;
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &kept), 0);
@@ -108,7 +108,7 @@ static void a_disk_without_room_is_an_error(void **state) {
     assert_non_null(strstr(vw_error_message(), "--memory"));
 }
 
-static void another_file_than_was_hashed_is_refused(void **state) {
+TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder) {
     struct vw_scene *scene = open_in(*state, 0);
     const uint32_t replaced = 3, intact = 4;
     tiny_photo_write(temporary_path(*state, "images/03.png"), 11);
@@ -121,7 +121,7 @@ static void another_file_than_was_hashed_is_refused(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed(void **state) {
+TEST_WITHIN(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_folder, remove_folder) {
     const char *path = temporary_path(*state, "images/03.png");
     const uint32_t broken = 3;
     void *bytes = NULL;
@@ -135,7 +135,7 @@ static void a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed(void **s
     vw_scene_close(&scene);
 }
 
-static void photos_with_alpha_are_decoded_at_once(void **state) {
+TEST_WITHIN(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder) {
     const float clear[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0};
     assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear),
                      VW_OK);
@@ -146,7 +146,7 @@ static void photos_with_alpha_are_decoded_at_once(void **state) {
     vw_scene_close(&scene);
 }
 
-static void reading_pixels_that_are_not_there_ends_the_program(void **state) {
+TEST_WITHIN(reading_pixels_that_are_not_there_ends_the_program, make_folder, remove_folder) {
     struct vw_scene *scene = open_in(*state, 0);
     float rgba[4];
     int result = 0;
@@ -161,19 +161,4 @@ static void reading_pixels_that_are_not_there_ends_the_program(void **state) {
     assert_int_equal(waitpid(child, &result, 0), child);
     assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGABRT);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_disk_without_room_is_an_error, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(another_file_than_was_hashed_is_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_folder,
-                                        remove_folder),
-        cmocka_unit_test_setup_teardown(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(reading_pixels_that_are_not_there_ends_the_program, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,8 +12,7 @@
 
 static const struct vw_scene_params headers = {.headers_only = true};
 
-static void bad_recipes_are_refused(void **state) {
-    (void)state;
+TEST(bad_recipes_are_refused) {
     const struct {
         const char *from, *to, *message;
     } cases[] = {
@@ -82,15 +81,13 @@ static void bad_recipes_are_refused(void **state) {
     }
 }
 
-static void pixels_need_a_device(void **state) {
-    (void)state;
+TEST(pixels_need_a_device) {
     struct vw_scene *scene = NULL;
     assert_int_equal(open_text(recipe_text, (struct vw_scene_params){0}, &scene), VW_ERROR_USAGE);
     assert_null(scene);
 }
 
-static void views_are_named_and_posed(void **state) {
-    (void)state;
+TEST(views_are_named_and_posed) {
     struct vw_scene *scene =
         open_changed(headers, "\"count\": 24", "\"count\": 24, \"provider\": \"anna\"", NULL, NULL);
     assert_int_equal(scene->view_count, 24);
@@ -113,8 +110,7 @@ static void views_are_named_and_posed(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_path_may_name_its_split(void **state) {
-    (void)state;
+TEST(a_path_may_name_its_split) {
     const char *two_paths =
         "\"split\": \"val\", \"count\": 3, \"field_of_view_deg\": 50}, {\"path\": \"orbit\", \"centre\": [0, 0, 0], "
         "\"radius\": 2, \"split\": \"train\", \"count\": 21";
@@ -125,8 +121,7 @@ static void a_path_may_name_its_split(void **state) {
     vw_scene_close(&scene);
 }
 
-static void downscale_divides_the_camera(void **state) {
-    (void)state;
+TEST(downscale_divides_the_camera) {
     struct vw_scene *scene =
         open_changed((struct vw_scene_params){.headers_only = true, .downscale = 5}, NULL, NULL, NULL, NULL);
     const struct vw_camera *camera = &scene->views[0].camera;
@@ -141,8 +136,7 @@ static uint32_t count_truth(const struct vw_scene *scene, const char *ground_tru
     return count;
 }
 
-static void the_ground_truth_lists_defects(void **state) {
-    (void)state;
+TEST(the_ground_truth_lists_defects) {
     const char *defects = "\"defects\": [{\"kind\": \"exposure\", \"strength\": 2, \"views\": [1, 23]}, "
                           "{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.17}, {\"kind\": \"blur\", "
                           "\"strength\": 2, \"every\": 4}, "
@@ -163,8 +157,7 @@ static void the_ground_truth_lists_defects(void **state) {
 }
 
 // A share falls on the same views every time, and on others with another seed.
-static void the_seed_chooses_defective_views(void **state) {
-    (void)state;
+TEST(the_seed_chooses_defective_views) {
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.5}]";
     struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
     struct vw_scene *again = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
@@ -188,8 +181,7 @@ static double angle_between(const double a[3][4], const double b[3][4]) {
     return acos((trace - 1) / 2) * 180 / M_PI;
 }
 
-static void a_wrong_pose_turns_only_its_views(void **state) {
-    (void)state;
+TEST(a_wrong_pose_turns_only_its_views) {
     const char *defects = "\"defects\": [{\"kind\": \"wrong_pose\", \"strength\": 8, \"views\": [2, 5, 11]}]";
     struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
     struct vw_scene *right = open_changed(headers, NULL, NULL, NULL, NULL);
@@ -211,8 +203,7 @@ static void a_wrong_pose_turns_only_its_views(void **state) {
 }
 
 // The scenes that come with viewworth can be read.
-static void our_own_recipes_are_read(void **state) {
-    (void)state;
+TEST(our_own_recipes_are_read) {
     const struct {
         const char *name;
         uint32_t views, corrupted;
@@ -235,15 +226,4 @@ static void our_own_recipes_are_read(void **state) {
         vw_scene_close(&scene);
         free(path);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_recipes_are_refused),          cmocka_unit_test(pixels_need_a_device),
-        cmocka_unit_test(views_are_named_and_posed),        cmocka_unit_test(a_path_may_name_its_split),
-        cmocka_unit_test(downscale_divides_the_camera),     cmocka_unit_test(the_ground_truth_lists_defects),
-        cmocka_unit_test(the_seed_chooses_defective_views), cmocka_unit_test(a_wrong_pose_turns_only_its_views),
-        cmocka_unit_test(our_own_recipes_are_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -91,16 +91,14 @@ static void check_rim(const struct vw_scene *scene) {
             }
 }
 
-static void a_sphere_has_its_outline(void **state) {
-    (void)state;
+TEST(a_sphere_has_its_outline) {
     struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
     vw_scene_close(&scene);
 }
 
-static void a_distorted_lens_bends_the_sphere(void **state) {
-    (void)state;
+TEST(a_distorted_lens_bends_the_sphere) {
     const char *lens =
         "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
     struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
@@ -140,8 +138,7 @@ static void check_brightness(const struct vw_point *point, double (*distance)(co
 }
 
 // Points are made from depths: they lie on the shape, on all its sides, and are lit as the side faces.
-static void points_lie_on_the_shapes(void **state) {
-    (void)state;
+TEST(points_lie_on_the_shapes) {
     const struct {
         const char *shape;
         double (*distance)(const double p[3]);
@@ -173,8 +170,7 @@ static void points_lie_on_the_shapes(void **state) {
 
 // Lit from straight above, a sphere's shadow on the ground is a disc of its radius; light and shade have the stated
 // brightness.
-static void light_and_shadow_fall(void **state) {
-    (void)state;
+TEST(light_and_shadow_fall) {
     const char *lit =
         "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
     const char *ground = RECIPE_SPHERE
@@ -192,8 +188,7 @@ static void light_and_shadow_fall(void **state) {
     vw_scene_close(&scene);
 }
 
-static void textures_differ(void **state) {
-    (void)state;
+TEST(textures_differ) {
     const char *kinds[] = {"checker", "stripes", "noise"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(kinds); i++) {
         char *texture = vw_format_text(
@@ -212,8 +207,7 @@ static void textures_differ(void **state) {
     }
 }
 
-static void a_recipe_renders_the_same_bits_twice(void **state) {
-    (void)state;
+TEST(a_recipe_renders_the_same_bits_twice) {
     struct vw_scene *first = draw_own("courtyard"), *second = draw_own("courtyard");
     assert_memory_equal(first->hash, second->hash, sizeof first->hash);
     for (uint32_t v = 0; v < first->view_count; v++)
@@ -226,8 +220,7 @@ static void a_recipe_renders_the_same_bits_twice(void **state) {
 }
 
 // A scene a million units away looks the same.
-static void a_scene_far_from_the_origin_looks_the_same(void **state) {
-    (void)state;
+TEST(a_scene_far_from_the_origin_looks_the_same) {
     const char *far_text = "\"centre\": [1000000.2, -2000000.1, 3000000.3], \"radius\": 0.5";
     char *moved = replaced(recipe_text, "\"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5", far_text);
     char *boxed =
@@ -270,8 +263,7 @@ static void check_striped_box(const struct vw_image *image, const uint8_t *clean
 }
 
 // On a flat grey photo each defect can be measured.
-static void defects_have_their_strength(void **state) {
-    (void)state;
+TEST(defects_have_their_strength) {
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.1, \"views\": [1]}, "
                           "{\"kind\": \"exposure\", \"strength\": 0.5, \"bias\": 0.1, \"views\": [2]}, "
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"views\": [3]}, "
@@ -305,8 +297,7 @@ static void defects_have_their_strength(void **state) {
 
 // Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for
 // a seed.
-static void exposure_varies_by_view(void **state) {
-    (void)state;
+TEST(exposure_varies_by_view) {
     const char *grey = "\"background\": [0.5, 0.5, 0.5], \"exposure\": {\"gain\": 0.2, \"tint\": 0.05}";
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", grey, NULL, NULL),
                     *again = draw("\"background\": [0, 0, 0]", grey, NULL, NULL);
@@ -328,8 +319,7 @@ static void exposure_varies_by_view(void **state) {
 
 // A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd *
 // sqrt(2 pi)).
-static void blur_widens_edges(void **state) {
-    (void)state;
+TEST(blur_widens_edges) {
     const char *defects = "\"defects\": [{\"kind\": \"blur\", \"strength\": 2, \"views\": [6]}]";
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL), *clean = draw(NULL, NULL, NULL, NULL);
     const uint8_t *blurred = scene->views[6].image.pixels, *sharp = clean->views[6].image.pixels;
@@ -346,8 +336,7 @@ static void blur_widens_edges(void **state) {
     vw_scene_close(&clean);
 }
 
-static void a_transparent_background_becomes_alpha(void **state) {
-    (void)state;
+TEST(a_transparent_background_becomes_alpha) {
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", "\"background\": \"transparent\"",
                                   "\"samples_per_pixel\": 1", "\"samples_per_pixel\": 9");
     assert_true(scene->has_alpha && scene->views[0].image.has_alpha);
@@ -368,8 +357,7 @@ static void a_transparent_background_becomes_alpha(void **state) {
 
 // Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour
 // there.
-static void tracks_end_at_the_points(void **state) {
-    (void)state;
+TEST(tracks_end_at_the_points) {
     struct vw_scene *scene = draw_own("courtyard");
     uint32_t compared = 0, alike = 0, tracks = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
@@ -404,8 +392,7 @@ static void tracks_end_at_the_points(void **state) {
 }
 
 // Points behind an occluder, or behind a shape, are not seen.
-static void hidden_points_have_no_track(void **state) {
-    (void)state;
+TEST(hidden_points_have_no_track) {
     const char *defects = "\"defects\": [{\"kind\": \"occluder\", \"strength\": 0.95, \"views\": [3]}]";
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
     uint32_t by_view[24] = {0};
@@ -424,21 +411,4 @@ static void hidden_points_have_no_track(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sphere_has_its_outline),
-        cmocka_unit_test(a_distorted_lens_bends_the_sphere),
-        cmocka_unit_test(points_lie_on_the_shapes),
-        cmocka_unit_test(light_and_shadow_fall),
-        cmocka_unit_test(textures_differ),
-        cmocka_unit_test(a_recipe_renders_the_same_bits_twice),
-        cmocka_unit_test(a_scene_far_from_the_origin_looks_the_same),
-        cmocka_unit_test(defects_have_their_strength),
-        cmocka_unit_test(exposure_varies_by_view),
-        cmocka_unit_test(blur_widens_edges),
-        cmocka_unit_test(a_transparent_background_becomes_alpha),
-        cmocka_unit_test(tracks_end_at_the_points),
-        cmocka_unit_test(hidden_points_have_no_track),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -14,13 +14,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // ---- The box --------------------------------------------------------------------------------------------------------
 
 static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
@@ -39,7 +32,7 @@ static void check_box(const struct vw_box *box, double x, double y, double z, do
     assert_near(box->half_extent_world, half_extent, tolerance);
 }
 
-static void inward_cameras_have_a_box_around_their_axes(void **state) {
+FOLDER_TEST(inward_cameras_have_a_box_around_their_axes) {
     double half_extent = 1.1 * 4 * tan(0.35);
     struct vw_box box = box_of(*state, &(struct tiny_scene){0}, "closest to all optical axes");
     check_box(&box, 0, 0, 0, half_extent, 1e-12);
@@ -49,7 +42,7 @@ static void inward_cameras_have_a_box_around_their_axes(void **state) {
     check_box(&box, 0, 0, 0, 1e6 * half_extent, 1e-6);
 }
 
-static void the_box_of_instant_ngp_is_read(void **state) {
+FOLDER_TEST(the_box_of_instant_ngp_is_read) {
     struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4");
     check_box(&box, 0, 0, 0, 2 / 0.33, 1e-12);
     box = box_of(
@@ -59,7 +52,7 @@ static void the_box_of_instant_ngp_is_read(void **state) {
     check_box(&box, 0.5, 0, -1, 2, 1e-12); // 0.5 * world + offset covers -0.5 ... 1.5
 }
 
-static void a_box_of_other_coordinates_is_ignored(void **state) {
+FOLDER_TEST(a_box_of_other_coordinates_is_ignored) {
     const char *keys = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
     double half_extent = 1.1 * 4 * tan(0.35);
     struct vw_box box =
@@ -95,7 +88,7 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
     return box;
 }
 
-static void axes_without_a_common_point_have_a_box(void **state) {
+FOLDER_TEST(axes_without_a_common_point_have_a_box) {
     double depth = 4 * sqrt(2);
     struct vw_box box = box_of_square(*state, false);
     check_box(&box, 0, 0, -depth, 1.1 * depth, 1e-12);
@@ -105,7 +98,7 @@ static void axes_without_a_common_point_have_a_box(void **state) {
 
 // ---- Photos ---------------------------------------------------------------------------------------------------------
 
-static void a_downscale_fits_the_camera(void **state) {
+FOLDER_TEST(a_downscale_fits_the_camera) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
     for (int headers_only = 0; headers_only < 2; headers_only++) {
         struct vw_scene *scene =
@@ -122,7 +115,7 @@ static void a_downscale_fits_the_camera(void **state) {
     }
 }
 
-static void the_background_follows_alpha(void **state) {
+FOLDER_TEST(the_background_follows_alpha) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_false(scene->has_alpha);
@@ -137,7 +130,7 @@ static void the_background_follows_alpha(void **state) {
     vw_scene_close(&scene);
 }
 
-static void excluded_views_are_not_decoded(void **state) {
+FOLDER_TEST(excluded_views_are_not_decoded) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
@@ -164,7 +157,7 @@ static void check_hash_differs(const struct vw_scene_params *params, const char 
     assert_string_not_equal(hex, from);
 }
 
-static void the_hash_names_all_that_is_read(void **state) {
+FOLDER_TEST(the_hash_names_all_that_is_read) {
     char first[VW_HASH_HEX_BYTES], again[VW_HASH_HEX_BYTES];
     struct vw_scene_params params = {.path = *state};
     tiny_scene_write(*state, &(struct tiny_scene){0});
@@ -201,7 +194,7 @@ static void the_hash_names_all_that_is_read(void **state) {
     check_hash_differs(&params, first);
 }
 
-static void headers_only_reads_no_pixels(void **state) {
+FOLDER_TEST(headers_only_reads_no_pixels) {
     tiny_scene_write(*state, &(struct tiny_scene){0});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .headers_only = true});
     const uint8_t zero[VW_HASH_BYTES] = {0};
@@ -214,7 +207,7 @@ static void headers_only_reads_no_pixels(void **state) {
     vw_scene_close(&scene); // closing twice is fine
 }
 
-static void a_clamped_share_is_noted(void **state) {
+FOLDER_TEST(a_clamped_share_is_noted) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .name_suffix = ".exr"});
     for (int i = 0; i < 3; i++) {
         float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 3] = {0};
@@ -231,8 +224,7 @@ static void a_clamped_share_is_noted(void **state) {
 
 // ---- Real scenes ----------------------------------------------------------------------------------------------------
 
-static void fox_is_read(void **state) {
-    (void)state;
+TEST(fox_is_read) {
     const char *path = real_scene_path("fox");
     if (!path) skip();
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
@@ -255,8 +247,7 @@ static void fox_is_read(void **state) {
     vw_scene_close(&scene);
 }
 
-static void chair_synthetic_is_read(void **state) {
-    (void)state;
+TEST(chair_synthetic_is_read) {
     const char *path = real_scene_path("chair_synthetic");
     if (!path) skip();
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
@@ -269,22 +260,4 @@ static void chair_synthetic_is_read(void **state) {
     assert_true(scene->background[1] == 1);
     check_box(&scene->box, 0, 0, 0, 1.55, 0.06);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(inward_cameras_have_a_box_around_their_axes, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_box_of_instant_ngp_is_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_box_of_other_coordinates_is_ignored, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(axes_without_a_common_point_have_a_box, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_downscale_fits_the_camera, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_background_follows_alpha, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(excluded_views_are_not_decoded, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_hash_names_all_that_is_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(headers_only_reads_no_pixels, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_clamped_share_is_noted, make_folder, remove_folder),
-        cmocka_unit_test(fox_is_read),
-        cmocka_unit_test(chair_synthetic_is_read),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,13 +8,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // One letter per view: t(rain), v(al), T(est), x(excluded).
 static void check_splits(const struct vw_scene_params *params, const char *expected) {
     struct vw_scene *scene = tiny_scene_open(params);
@@ -29,12 +22,12 @@ static void check_splits(const struct vw_scene_params *params, const char *expec
     vw_scene_close(&scene);
 }
 
-static void every_eighth_view_validates(void **state) {
+FOLDER_TEST(every_eighth_view_validates) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 18});
     check_splits(&(struct vw_scene_params){.path = *state}, "vtttTtttvtttTtttvt");
 }
 
-static void two_are_left_to_train(void **state) {
+FOLDER_TEST(two_are_left_to_train) {
     static const char *const expected[] = {"tt", "vtt", "vttt", "vtttT"};
     for (uint32_t count = 2; count <= 5; count++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = count});
@@ -45,7 +38,7 @@ static void two_are_left_to_train(void **state) {
                        "at least 2", NULL);
 }
 
-static void three_files_split_the_views(void **state) {
+FOLDER_TEST(three_files_split_the_views) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 5, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
@@ -54,21 +47,21 @@ static void three_files_split_the_views(void **state) {
                  "tt"); // one file is read alone
 }
 
-static void half_of_test_validates(void **state) {
+FOLDER_TEST(half_of_test_validates) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     check_splits(&(struct vw_scene_params){.path = *state}, "vtt"); // train alone has no opinion
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 3, .count = 5});
     check_splits(&(struct vw_scene_params){.path = *state}, "tttvvvTT");
 }
 
-static void a_view_in_two_split_files_is_refused(void **state) {
+FOLDER_TEST(a_view_in_two_split_files_is_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "frame 0",
                        "images/03.png", "train and val", NULL);
 }
 
-static void lists_win(void **state) {
+FOLDER_TEST(lists_win) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *train = temporary_file(*state, "train.txt", "\n  images/00.png \r\n\n./images/02.png\t\nimages/02.png");
     const char *val = temporary_file(*state, "val.txt", "images/04.png\n");
@@ -81,7 +74,7 @@ static void lists_win(void **state) {
 }
 
 // Lists may name a photo by its bare name where no other has it.
-static void lists_may_use_bare_names(void **state) {
+FOLDER_TEST(lists_may_use_bare_names) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *val = temporary_file(*state, "val.txt", "04.png\n./05.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "ttttvvtt");
@@ -98,14 +91,14 @@ static void lists_may_use_bare_names(void **state) {
     check_splits(&(struct vw_scene_params){.path = *state, .val_list = val}, "tvt");
 }
 
-static void lists_win_over_files(void **state) {
+FOLDER_TEST(lists_win_over_files) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 3});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/03.png\n");
     check_splits(&(struct vw_scene_params){.path = *state, .train_list = train}, "xtxtvv"); // claimed from val
 }
 
-static void a_split_without_photos_is_refused(void **state) {
+FOLDER_TEST(a_split_without_photos_is_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 4, .count = 1});
     assert_int_equal(remove(temporary_path(*state, "images/04.png")), 0);
@@ -113,7 +106,7 @@ static void a_split_without_photos_is_refused(void **state) {
                        "images/04.png", NULL);
 }
 
-static void only_phototourism_has_a_pool(void **state) {
+FOLDER_TEST(only_phototourism_has_a_pool) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     check_splits(&(struct vw_scene_params){.path = *state, .pool = "all"}, "vttt");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "list"}, VW_ERROR_USAGE, "--pool list",
@@ -121,7 +114,7 @@ static void only_phototourism_has_a_pool(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .pool = "some"}, VW_ERROR_USAGE, "--pool some", NULL);
 }
 
-static void bad_lists_are_refused(void **state) {
+FOLDER_TEST(bad_lists_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *train = temporary_file(*state, "train.txt", "images/00.png\nimages/01.png\n");
     const char *overlap = temporary_file(*state, "val.txt", "images/02.png\nimages/01.png\n");
@@ -146,7 +139,7 @@ static void bad_lists_are_refused(void **state) {
                        NULL);
 }
 
-static void providers_are_read(void **state) {
+FOLDER_TEST(providers_are_read) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *csv =
         temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
@@ -157,7 +150,7 @@ static void providers_are_read(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bad_providers_are_refused(void **state) {
+FOLDER_TEST(bad_providers_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     static const struct {
         const char *text, *line, *said;
@@ -178,23 +171,4 @@ static void bad_providers_are_refused(void **state) {
         tiny_scene_refused(&(struct vw_scene_params){.path = *state, .providers = csv}, VW_ERROR_INPUT, cases[i].line,
                            cases[i].said, NULL);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(every_eighth_view_validates, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(two_are_left_to_train, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(three_files_split_the_views, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(half_of_test_validates, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_view_in_two_split_files_is_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(lists_win, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(lists_may_use_bare_names, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(lists_win_over_files, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_split_without_photos_is_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(only_phototourism_has_a_pool, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_lists_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(providers_are_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_providers_are_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

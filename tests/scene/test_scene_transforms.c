@@ -13,13 +13,6 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 // The camera of the first view of a scene with these keys.
 static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
@@ -39,7 +32,7 @@ static void check_camera(const struct vw_camera *camera, double focal_x, double 
     assert_near(camera->centre_y_px, centre_y, 1e-12);
 }
 
-static void every_focal_key_is_read(void **state) {
+FOLDER_TEST(every_focal_key_is_read) {
     struct vw_camera camera = camera_of(*state, "\"camera_angle_x\": 1,", NULL);
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 4, 3);
     camera = camera_of(*state, "\"camera_angle_x\": 1, \"camera_angle_y\": 0.5,", NULL);
@@ -56,7 +49,7 @@ static void every_focal_key_is_read(void **state) {
     check_camera(&camera, 9, 9, 4, 3);
 }
 
-static void distortion_keys_are_read(void **state) {
+FOLDER_TEST(distortion_keys_are_read) {
     struct vw_camera camera = camera_of(*state,
                                         "\"fl_x\": 7, \"k1\": 0.1, \"k2\": -0.2, \"p1\": 0.01, \"p2\": -0.02, "
                                         "\"k3\": 0, \"k4\": 0.0, \"is_fisheye\": false, \"camera_model\": \"OPENCV\",",
@@ -64,7 +57,7 @@ static void distortion_keys_are_read(void **state) {
     assert_true(camera.k1 == 0.1 && camera.k2 == -0.2 && camera.p1 == 0.01 && camera.p2 == -0.02);
 }
 
-static void lenses_follow_the_keys(void **state) {
+FOLDER_TEST(lenses_follow_the_keys) {
     struct vw_camera camera = camera_of(*state, "\"fl_x\": 7, \"k1\": 0.1, \"k2\": 0.2, \"k3\": 0.3,", NULL);
     assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
     assert_true(camera.k3 == 0.3);
@@ -81,7 +74,7 @@ static void lenses_follow_the_keys(void **state) {
     assert_int_equal(camera.lens, VW_LENS_POLYNOMIAL);
 }
 
-static void frame_keys_win(void **state) {
+FOLDER_TEST(frame_keys_win) {
     struct vw_camera camera =
         camera_of(*state, "\"fl_x\": 7, \"cx\": 1, \"k1\": 0.1,", "\"camera_angle_x\": 1, \"cx\": 2, \"k1\": 0.3,");
     check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 2, 3);
@@ -91,7 +84,7 @@ static void frame_keys_win(void **state) {
     check_camera(&camera, 7, 8, 4, 3);
 }
 
-static void intrinsics_of_another_size_are_scaled(void **state) {
+FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
     tiny_scene_write(*state,
                      &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
@@ -104,7 +97,7 @@ static void intrinsics_of_another_size_are_scaled(void **state) {
                        "80 x 61", "8 x 6", NULL);
 }
 
-static void extensions_may_be_missing(void **state) {
+FOLDER_TEST(extensions_may_be_missing) {
     tiny_scene_write(
         *state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
@@ -117,7 +110,7 @@ static void extensions_may_be_missing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void the_pose_is_read(void **state) {
+FOLDER_TEST(the_pose_is_read) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     temporary_file(
         *state, "transforms.json",
@@ -131,7 +124,7 @@ static void the_pose_is_read(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bad_poses_are_refused(void **state) {
+FOLDER_TEST(bad_poses_are_refused) {
     static const char *const matrices[][2] = {
         {"null", "missing"},
         {"[[1,0,0,0],[0,1,0,0]]", "4 rows"},
@@ -158,7 +151,7 @@ static void bad_poses_are_refused(void **state) {
     }
 }
 
-static void bad_keys_are_refused(void **state) {
+FOLDER_TEST(bad_keys_are_refused) {
     static const char *const cases[][2] = {
         {"", "focal length"},
         {"\"fl_x\": 0,", "fl_x"},
@@ -193,7 +186,7 @@ static void bad_keys_are_refused(void **state) {
                        NULL);
 }
 
-static void unreadable_files_are_refused(void **state) {
+FOLDER_TEST(unreadable_files_are_refused) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "no scene found", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene",
                        "no such scene", NULL);
@@ -216,7 +209,7 @@ static void unreadable_files_are_refused(void **state) {
 }
 
 // Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.
-static void hostile_files_are_refused(void **state) {
+FOLDER_TEST(hostile_files_are_refused) {
     enum { DEPTH = 100000 };
     static char deep[DEPTH + 1];
     memset(deep, '[', DEPTH);
@@ -233,7 +226,7 @@ static void hostile_files_are_refused(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", NULL);
 }
 
-static void missing_photos_are_skipped(void **state) {
+FOLDER_TEST(missing_photos_are_skipped) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
@@ -253,7 +246,7 @@ static void missing_photos_are_skipped(void **state) {
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "5 frames", "images/00.png", NULL);
 }
 
-static void photos_stay_in_the_folder(void **state) {
+FOLDER_TEST(photos_stay_in_the_folder) {
     static const char *const prefixes[] = {"../images/", "images/../../images/", "/images/"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(prefixes); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 2, .name_prefix = prefixes[i]});
@@ -274,7 +267,7 @@ static void photos_stay_in_the_folder(void **state) {
 }
 
 // The scene file too: what it links to would show in messages.
-static void the_scene_file_stays_in_the_folder(void **state) {
+FOLDER_TEST(the_scene_file_stays_in_the_folder) {
     char *elsewhere = temporary_folder_create();
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
@@ -284,7 +277,7 @@ static void the_scene_file_stays_in_the_folder(void **state) {
     temporary_folder_remove(elsewhere);
 }
 
-static void photos_that_are_no_files_are_refused(void **state) {
+FOLDER_TEST(photos_that_are_no_files_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     const char *photo = temporary_path(*state, "images/01.png");
     assert_int_equal(unlink(photo), 0);
@@ -297,7 +290,7 @@ static void photos_that_are_no_files_are_refused(void **state) {
                        "not a plain file", NULL);
 }
 
-static void bad_photos_are_refused(void **state) {
+FOLDER_TEST(bad_photos_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     temporary_file(*state, "images/01.png", "not an image");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1",
@@ -309,26 +302,4 @@ static void bad_photos_are_refused(void **state) {
         "{\"file_path\": \"./images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1",
                        "images/00.png appears twice", NULL);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(every_focal_key_is_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(distortion_keys_are_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(lenses_follow_the_keys, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(frame_keys_win, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(intrinsics_of_another_size_are_scaled, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(extensions_may_be_missing, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_pose_is_read, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_poses_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_keys_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(unreadable_files_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(hostile_files_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(missing_photos_are_skipped, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(photos_stay_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(the_scene_file_stays_in_the_folder, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(photos_that_are_no_files_are_refused, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(bad_photos_are_refused, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

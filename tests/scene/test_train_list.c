@@ -11,13 +11,6 @@
 
 enum { PHOTOS = 10 }; // images/00.png to images/09.png, split vtttTtttvt
 
-static int make_folder(void **state) { return !(*state = temporary_folder_create()); }
-
-static int remove_folder(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static struct vw_scene *open_scene(const char *folder) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = PHOTOS});
     return tiny_scene_open(&(struct vw_scene_params){.path = folder});
@@ -54,7 +47,7 @@ static void check_refusal(const char *folder, const char *name, const char *text
     vw_scene_close(&scene);
 }
 
-static void plain_names(void **state) {
+FOLDER_TEST(plain_names) {
     check_list(*state, "list.txt", "images/03.png\n\n  05.png \r\n./images/01.png", NULL, "135", 0);
     check_list(*state, "list.txt", "images/03.png\n03.png\n", NULL, "3", 0); // twice is once
     check_refusal(*state, "list.txt", "images/03.png\nimages/11.png\n", NULL, "list.txt:2",
@@ -65,7 +58,7 @@ static void plain_names(void **state) {
 }
 
 // Rows without an id, test rows, photos that do not train and photos that are not there: none of them is chosen.
-static void nerfw_rows_with_an_id(void **state) {
+FOLDER_TEST(nerfw_rows_with_an_id) {
     static const char rows[] =
         "filename\tid\tsplit\tdataset\n03.png\t7.0\ttrain\tx\n05.png\t\ttrain\tx\n06.png\t4\ttest\tx\n"
         "00.png\t5\ttrain\tx\ngone.png\t6\ttrain\tx\n09.png\t8\ttrain\tx\n";
@@ -75,7 +68,7 @@ static void nerfw_rows_with_an_id(void **state) {
                   "names no train photo");
 }
 
-static void frames_of_a_transforms_file(void **state) {
+FOLDER_TEST(frames_of_a_transforms_file) {
     check_list(*state, "chosen.json",
                "{\"frames\": [{\"file_path\": \"images/02.png\"}, {\"file_path\": \"./images/04.png\"}, "
                "{\"file_path\": \"07.png\"},"
@@ -90,7 +83,7 @@ static void frames_of_a_transforms_file(void **state) {
 }
 
 // Photo 8 validates.
-static void photos_scored_so_highly(void **state) {
+FOLDER_TEST(photos_scored_so_highly) {
     const double three = 3, nine = 9;
     static const char rows[] = "name,score\nimages/01.png,3\n\"images/02.png\",2.99\n08.png,8\n03.png,1e1\n";
     check_list(*state, "nima.csv", rows, &three, "13", 2);
@@ -106,7 +99,7 @@ static void photos_scored_so_highly(void **state) {
     check_refusal(*state, "nima.csv", "name,score\n01.png\n", &three, "nima.csv:2", "two fields");
 }
 
-static void a_file_that_is_not_there(void **state) {
+FOLDER_TEST(a_file_that_is_not_there) {
     struct vw_scene *scene = open_scene(*state);
     bool chosen[PHOTOS] = {false};
     uint32_t passed_over;
@@ -118,15 +111,4 @@ static void a_file_that_is_not_there(void **state) {
         assert_non_null(strstr(vw_error_message(), path));
     }
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(plain_names, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(nerfw_rows_with_an_id, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(frames_of_a_transforms_file, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(photos_scored_so_highly, make_folder, remove_folder),
-        cmocka_unit_test_setup_teardown(a_file_that_is_not_there, make_folder, remove_folder),
-    };
-    return cmocka_run_group_tests_name("train_list", tests, NULL, NULL);
 }

@@ -13,6 +13,22 @@
 
 #include "viewworth/status.h"
 
+// Defines a test, which run_tests.c runs in the order of the file. Programs with a main of their own list theirs.
+#define TEST(name) TEST_WITHIN(name, NULL, NULL)
+// The same between a set-up and a tear-down.
+#define TEST_WITHIN(name, set_up, tear_down)                                                                           \
+    static void name(void **state);                                                                                    \
+    __attribute__((constructor)) static void add_##name(void) {                                                        \
+        test_add((struct CMUnitTest){#name, name, set_up, tear_down, NULL}, __LINE__);                                 \
+    }                                                                                                                  \
+    static void name(__attribute__((unused)) void **state)
+// Runs one set-up before all tests of the program and one tear-down after them.
+#define TEST_GROUP(set_up, tear_down)                                                                                  \
+    __attribute__((constructor)) static void add_group(void) { test_group(set_up, tear_down); }
+
+void test_add(struct CMUnitTest test, int line);
+void test_group(CMFixtureFunction set_up, CMFixtureFunction tear_down);
+
 // Fails the test, with the call and its message, unless the call gives VW_OK.
 #define ASSERT_OK(call)                                                                                                \
     do {                                                                                                               \

@@ -3,6 +3,7 @@
 #define VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
 
 #include "support/cmocka_test.h"
+#include "support/temporary_folder.h"
 
 #include <stdint.h>
 
@@ -20,34 +21,6 @@
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
 #define HEX_B "bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb"
-
-static inline char *test_folder_create(void) {
-    const char *parent = getenv("TMPDIR");
-    char *folder = vw_format_text("%s/viewworth-test-XXXXXX", parent ? parent : "/tmp");
-    assert_non_null(folder);
-    assert_non_null(mkdtemp(folder));
-    return folder;
-}
-
-static inline int test_remove_entry(const char *path, const struct stat *info, int type, struct FTW *place) {
-    (void)info, (void)type, (void)place;
-    return remove(path);
-}
-
-static inline void test_folder_destroy(char *folder) {
-    nftw(folder, test_remove_entry, 8, FTW_DEPTH | FTW_PHYS);
-    free(folder);
-}
-
-// cmocka set-up and tear-down: the state is a fresh folder.
-static inline int test_set_up(void **state) {
-    *state = test_folder_create();
-    return 0;
-}
-static inline int test_tear_down(void **state) {
-    test_folder_destroy(*state);
-    return 0;
-}
 
 static inline struct vw_ledger_run test_run(const char *config_json) {
     return (struct vw_ledger_run){

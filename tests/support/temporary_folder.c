@@ -31,6 +31,13 @@ void temporary_folder_remove(char *folder) {
     free(folder);
 }
 
+int temporary_folder_set_up(void **state) { return !(*state = temporary_folder_create()); }
+
+int temporary_folder_tear_down(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
 const char *temporary_path(const char *folder, const char *name) {
     static char paths[8][4096];
     static unsigned next;

@@ -2,8 +2,13 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_TEMPORARY_FOLDER_H
 #define VIEWWORTH_TESTS_SUPPORT_TEMPORARY_FOLDER_H
 
-#include <stddef.h>
+#include "support/cmocka_test.h"
 
+// A test whose *state is a folder of its own.
+#define FOLDER_TEST(name) TEST_WITHIN(name, temporary_folder_set_up, temporary_folder_tear_down)
+
+int temporary_folder_set_up(void **state);
+int temporary_folder_tear_down(void **state);
 // Creates a folder under $TMPDIR (or /tmp) and returns its path, to be given to temporary_folder_remove().
 char *temporary_folder_create(void);
 // Removes the folder with all it holds, and frees the path.

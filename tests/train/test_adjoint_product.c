@@ -316,8 +316,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     free(expected);
 }
 
-static void meets_the_reference(void **state) {
-    (void)state;
+TEST(meets_the_reference) {
     static const struct {
         const char *effects;
         enum vw_loss loss;
@@ -355,9 +354,4 @@ static void meets_the_reference(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(meets_the_reference),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

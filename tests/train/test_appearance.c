@@ -23,8 +23,7 @@ static struct vw_config config_with(const char *effects) {
 }
 
 // Off, there is nothing of it.
-static void what_is_off_takes_no_room(void **state) {
-    (void)state;
+TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("none");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
@@ -49,8 +48,7 @@ static void what_is_off_takes_no_room(void **state) {
 }
 
 // The pixels of both halves, and that --val-rays counts those that are scored.
-static void halves_share_no_column(void **state) {
-    (void)state;
+TEST(halves_share_no_column) {
     struct vw_scene *scene = synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
     struct vw_config config = config_with("appearance");
@@ -73,8 +71,7 @@ static void halves_share_no_column(void **state) {
 }
 
 // A repeated measurement and one after a step of learning rate 0 have the same bits; batches change none.
-static void validation_is_a_function_of_the_params(void **state) {
-    (void)state;
+TEST(validation_is_a_function_of_the_params) {
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
         struct vw_config config = config_with(forms[i]);
@@ -110,8 +107,7 @@ static void darken(struct vw_view *view, double gain) {
 // One train photo and one validation photo taken with half the light: of the train photos that one gets darker, photos
 // that are not trained on keep gain and bias of 0, and fitted, the validation photo's errors are those of a photo that
 // is half as bright.
-static void gains_are_found(void **state) {
-    (void)state;
+TEST(gains_are_found) {
     enum { DARK = 2, DARK_VAL = 1 };
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("appearance");
@@ -147,8 +143,7 @@ static void gains_are_found(void **state) {
 
 // Of a photo that nothing was trained on, and that is darker: its code brings the render nearer to it. Without the fit
 // the params are as before, and a whole view leaves them so.
-static void a_code_is_fitted_and_taken_away(void **state) {
-    (void)state;
+TEST(a_code_is_fitted_and_taken_away) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("appearance,appearance_code");
     config.epochs = 30;
@@ -192,13 +187,4 @@ static void a_code_is_fitted_and_taken_away(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_off_takes_no_room),
-        cmocka_unit_test(halves_share_no_column),
-        cmocka_unit_test(validation_is_a_function_of_the_params),
-        cmocka_unit_test(gains_are_found),
-        cmocka_unit_test(a_code_is_fitted_and_taken_away),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -20,8 +20,7 @@ static struct vw_config config_with(const char *effects) {
     return config;
 }
 
-static void what_is_off_takes_no_room(void **state) {
-    (void)state;
+TEST(what_is_off_takes_no_room) {
     static const struct vw_appearance_encoder_effect nothing;
     static const struct vw_encoder_passes no_passes;
     static const struct vw_encoder_gradient no_gradient;
@@ -47,8 +46,7 @@ static void what_is_off_takes_no_room(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bits_do_not_depend_on_batches(void **state) {
-    (void)state;
+TEST(bits_do_not_depend_on_batches) {
     struct vw_scene *scene = test_scene();
     for (int other = 0; other < 3; other++) {
         struct vw_config config = other ? test_config_of(VW_FIELD_MLP) : test_config();
@@ -83,8 +81,7 @@ static void read_colours(struct vw_trainer *trainer, vw_float4 *colours, uint32_
 
 // Views whose rays fill no whole groups: validation sees each pixel as a render of its view does, and another photo's
 // thumbnail changes its own view alone.
-static void every_view_has_the_code_of_its_photo(void **state) {
-    (void)state;
+TEST(every_view_has_the_code_of_its_photo) {
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         struct vw_config config = test_config_of(field);
@@ -128,8 +125,7 @@ static void brighten(struct vw_scene *scene, uint32_t view, uint32_t first, uint
 }
 
 // What is rendered depends on the left half alone; afterwards the whole photo is seen again.
-static void whole_views_show_their_left_halves(void **state) {
-    (void)state;
+TEST(whole_views_show_their_left_halves) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("appearance_encoder");
     struct vw_trainer *trainer = train(scene, &config);
@@ -158,8 +154,7 @@ static void whole_views_show_their_left_halves(void **state) {
 
 // ---- Beside others --------------------------------------------------------------------------------------------------
 
-static void it_replaces_other_appearance(void **state) {
-    (void)state;
+TEST(it_replaces_other_appearance) {
     static const char *const others[] = {"appearance", "appearance_code"};
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
@@ -179,8 +174,7 @@ static void it_replaces_other_appearance(void **state) {
         }
 }
 
-static void the_consistency_loss_is_not_beside_transients(void **state) {
-    (void)state;
+TEST(the_consistency_loss_is_not_beside_transients) {
     struct vw_config config = config_with("appearance_encoder,transient");
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
@@ -194,8 +188,7 @@ static void the_consistency_loss_is_not_beside_transients(void **state) {
 }
 
 // Its weight is part of what a run is, and absent where it is 0, as in runs from before there was one.
-static void the_weight_of_consistency_is_in_the_config(void **state) {
-    (void)state;
+TEST(the_weight_of_consistency_is_in_the_config) {
     struct vw_config config = vw_config_default, read = vw_config_default;
     char *text = vw_config_to_json(&config, true);
     assert_null(strstr(text, "consistency"));
@@ -212,8 +205,7 @@ static void the_weight_of_consistency_is_in_the_config(void **state) {
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
-static void the_sweep_refuses_it(void **state) {
-    (void)state;
+TEST(the_sweep_refuses_it) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("appearance_encoder");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
@@ -242,8 +234,7 @@ static double trained_psnr(const struct vw_scene *scene, const char *effects) {
     return psnr;
 }
 
-static void photos_of_their_own_exposure_are_learned(void **state) {
-    (void)state;
+TEST(photos_of_their_own_exposure_are_learned) {
     struct vw_scene *scene = NULL;
     const struct vw_scene_params params = {
         .path = VW_SOURCE_FOLDER "/scenes/exposure.json", .downscale = 2, .gpu = test_gpu()};
@@ -254,17 +245,4 @@ static void photos_of_their_own_exposure_are_learned(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_off_takes_no_room),
-        cmocka_unit_test(bits_do_not_depend_on_batches),
-        cmocka_unit_test(every_view_has_the_code_of_its_photo),
-        cmocka_unit_test(whole_views_show_their_left_halves),
-        cmocka_unit_test(it_replaces_other_appearance),
-        cmocka_unit_test(the_consistency_loss_is_not_beside_transients),
-        cmocka_unit_test(the_weight_of_consistency_is_in_the_config),
-        cmocka_unit_test(the_sweep_refuses_it),
-        cmocka_unit_test(photos_of_their_own_exposure_are_learned),
-    };
-    return cmocka_run_group_tests_name("appearance_encoder", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

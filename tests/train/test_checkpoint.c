@@ -52,8 +52,7 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
     } while (count);
 }
 
-static void a_run_in_parts_is_the_run(void **state) {
-    (void)state;
+TEST(a_run_in_parts_is_the_run) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
@@ -79,8 +78,7 @@ static void a_run_in_parts_is_the_run(void **state) {
 }
 
 // Collecting breaks the rhythm of two batches in flight at every step: no bit changes.
-static void collecting_after_every_batch_changes_nothing(void **state) {
-    (void)state;
+TEST(collecting_after_every_batch_changes_nothing) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *whole = test_run(scene, &config, true, 2), *halting = vw_allocate(1, sizeof *halting);
@@ -95,8 +93,7 @@ static void collecting_after_every_batch_changes_nothing(void **state) {
 }
 
 // A finished run goes on when more epochs are asked for.
-static void a_finished_run_can_be_extended(void **state) {
-    (void)state;
+TEST(a_finished_run_can_be_extended) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
@@ -127,8 +124,7 @@ static void assert_refused(struct vw_trainer *trainer, const char *path, uint64_
     if (!strstr(vw_error_message(), words)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), words);
 }
 
-static void what_does_not_fit_is_refused(void **state) {
-    (void)state;
+TEST(what_does_not_fit_is_refused) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint"), *corrupted = temporary_path(folder, "corrupted");
     struct vw_scene *scene = test_scene();
@@ -175,12 +171,4 @@ static void what_does_not_fit_is_refused(void **state) {
     temporary_folder_remove(folder);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_run_in_parts_is_the_run),
-        cmocka_unit_test(collecting_after_every_batch_changes_nothing),
-        cmocka_unit_test(a_finished_run_can_be_extended),
-        cmocka_unit_test(what_does_not_fit_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -57,8 +57,7 @@ static void take_over(const struct step_bench *own, struct step_bench *even) {
 }
 
 // Its gradient is that of a field of the even samples, beside every effect: neither codes nor transients are in it.
-static void its_gradient_is_that_of_a_field_of_even_samples(void **state) {
-    (void)state;
+TEST(its_gradient_is_that_of_a_field_of_even_samples) {
     for (int i = 0; i < 4; i++) {
         struct step_case setup = coarse_case();
         setup.sky = setup.appearance = i > 0 && i < 3;
@@ -82,8 +81,7 @@ static void its_gradient_is_that_of_a_field_of_even_samples(void **state) {
 }
 
 // Also through the optimiser, step after step.
-static void it_learns_as_a_field_of_even_samples(void **state) {
-    (void)state;
+TEST(it_learns_as_a_field_of_even_samples) {
     const struct step_case setup = coarse_case(), plain = even_case(setup);
     struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
     take_over(own, even);
@@ -119,8 +117,7 @@ static void forget(struct taken *taken) {
 }
 
 // What the coarse network's colours are, changes its own gradient, and not a bit of the field's or of the step's loss.
-static void the_field_sees_nothing_of_its_colours(void **state) {
-    (void)state;
+TEST(the_field_sees_nothing_of_its_colours) {
     struct step_case setup = coarse_case();
     setup.sky = setup.appearance = setup.visibility = true; // whose gradients are those of the field's colours
     struct step_bench *bench = step_bench_open(&setup);
@@ -143,8 +140,7 @@ static void the_field_sees_nothing_of_its_colours(void **state) {
 }
 
 // With the same params in both networks, a step has the places, the loss and the gradient of one that shares them.
-static void equal_networks_place_as_one(void **state) {
-    (void)state;
+TEST(equal_networks_place_as_one) {
     struct step_case setup = coarse_case(), shared = setup;
     shared.own_coarse = false;
     struct step_bench *two = step_bench_open(&setup), *one = step_bench_open(&shared);
@@ -160,8 +156,7 @@ static void equal_networks_place_as_one(void **state) {
 }
 
 // Both networks are drawn: not the same numbers.
-static void both_networks_are_drawn(void **state) {
-    (void)state;
+TEST(both_networks_are_drawn) {
     const struct step_case setup = coarse_case();
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
@@ -179,8 +174,7 @@ static void both_networks_are_drawn(void **state) {
     step_bench_close(bench);
 }
 
-static void one_that_is_not_finite_marks_the_step(void **state) {
-    (void)state;
+TEST(one_that_is_not_finite_marks_the_step) {
     const struct step_case setup = coarse_case();
     static const float wrong[] = {INFINITY, NAN, 3e38f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
@@ -203,8 +197,7 @@ static struct vw_config coarse_config(void) {
 }
 
 // Decision 1.
-static void validation_leaves_no_trace(void **state) {
-    (void)state;
+TEST(validation_leaves_no_trace) {
     struct vw_scene *scene = test_scene();
     const struct vw_config config = coarse_config();
     struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
@@ -221,8 +214,7 @@ static float *render(struct vw_trainer *trainer) {
 }
 
 // The file holds both networks: another render follows when it is written from a trainer whose coarse one differs.
-static void a_saved_field_places_as_the_trained_one(void **state) {
-    (void)state;
+TEST(a_saved_field_places_as_the_trained_one) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
     struct vw_scene *scene = test_scene();
@@ -259,8 +251,7 @@ static void a_saved_field_places_as_the_trained_one(void **state) {
 
 // ---- Settings -------------------------------------------------------------------------------------------------------
 
-static void a_config_survives_json(void **state) {
-    (void)state;
+TEST(a_config_survives_json) {
     struct vw_config config = coarse_config(), back;
     char *text = vw_config_to_json(&config, true), *whole = vw_config_to_json(&config, false);
     assert_non_null(strstr(text, "\"coarse_network\":\"own\""));
@@ -274,8 +265,7 @@ static void a_config_survives_json(void **state) {
     free(text);
 }
 
-static void what_cannot_be_is_refused_by_name(void **state) {
-    (void)state;
+TEST(what_cannot_be_is_refused_by_name) {
     struct vw_config config = coarse_config();
     ASSERT_OK(vw_config_check(&config));
     config.importance_samples = 0;
@@ -288,18 +278,4 @@ static void what_cannot_be_is_refused_by_name(void **state) {
     assert_non_null(strstr(vw_error_message(), "--coarse-network own: needs --field mlp, not hash"));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(its_gradient_is_that_of_a_field_of_even_samples),
-        cmocka_unit_test(it_learns_as_a_field_of_even_samples),
-        cmocka_unit_test(the_field_sees_nothing_of_its_colours),
-        cmocka_unit_test(equal_networks_place_as_one),
-        cmocka_unit_test(both_networks_are_drawn),
-        cmocka_unit_test(one_that_is_not_finite_marks_the_step),
-        cmocka_unit_test(validation_leaves_no_trace),
-        cmocka_unit_test(a_saved_field_places_as_the_trained_one),
-        cmocka_unit_test(a_config_survives_json),
-        cmocka_unit_test(what_cannot_be_is_refused_by_name),
-    };
-    return cmocka_run_group_tests_name("coarse_network", tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

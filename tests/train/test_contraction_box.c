@@ -45,8 +45,7 @@ static struct vw_box box_of(const struct ring *ring) {
     return box;
 }
 
-static void holds_cameras_and_what_they_look_at(void **state) {
-    (void)state;
+TEST(holds_cameras_and_what_they_look_at) {
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
     struct vw_box box = box_of(&ring);
@@ -57,8 +56,7 @@ static void holds_cameras_and_what_they_look_at(void **state) {
 }
 
 // Metres or miles, here or 10^6 m away: the same box, but for the rounding of the coordinates.
-static void follows_the_world(void **state) {
-    (void)state;
+TEST(follows_the_world) {
     static const double offsets[] = {0.0, 1e6}, scales[] = {1.0, 1e-3, 1609.0};
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
@@ -76,8 +74,7 @@ static void follows_the_world(void **state) {
 }
 
 // All cameras on one side of a wall: the ball holds both.
-static void holds_a_facade_and_its_cameras(void **state) {
-    (void)state;
+TEST(holds_a_facade_and_its_cameras) {
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
     for (int v = 0; v < VIEWS; v++)
@@ -88,8 +85,7 @@ static void holds_a_facade_and_its_cameras(void **state) {
 }
 
 // Strays: a camera that is lost, and points that are few or none.
-static void keeps_its_place(void **state) {
-    (void)state;
+TEST(keeps_its_place) {
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
     struct vw_box plain = box_of(&ring);
@@ -107,8 +103,7 @@ static void keeps_its_place(void **state) {
 }
 
 // A box that is smaller says where detail is wanted; a single camera without points says nothing.
-static void a_smaller_box_stays(void **state) {
-    (void)state;
+TEST(a_smaller_box_stays) {
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
     ring.scene.box = (struct vw_box){{0.25, 0.5, 0.75}, 2.0};
@@ -122,8 +117,7 @@ static void a_smaller_box_stays(void **state) {
 }
 
 // The order in which cameras and points are listed does not count.
-static void order_does_not_count(void **state) {
-    (void)state;
+TEST(order_does_not_count) {
     struct ring ring;
     make_ring(0.0, 1.0, &ring);
     struct vw_box plain = box_of(&ring);
@@ -137,8 +131,7 @@ static void order_does_not_count(void **state) {
 }
 
 // The box of the effect wide_box: by observations, and not by points, since a point that many photos see counts more.
-static void a_wide_box_holds_what_photos_see(void **state) {
-    (void)state;
+TEST(a_wide_box_holds_what_photos_see) {
     struct ring ring;
     struct vw_box box;
     make_ring(0.0, 1.0, &ring);
@@ -158,17 +151,4 @@ static void a_wide_box_holds_what_photos_see(void **state) {
     assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // never narrower
     assert_near(box.half_extent_world, 5000.0, 1e-9);
     assert_int_equal(vw_scene_count_outside(&ring.scene, &box), 0);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(holds_cameras_and_what_they_look_at),
-        cmocka_unit_test(follows_the_world),
-        cmocka_unit_test(holds_a_facade_and_its_cameras),
-        cmocka_unit_test(keeps_its_place),
-        cmocka_unit_test(a_smaller_box_stays),
-        cmocka_unit_test(order_does_not_count),
-        cmocka_unit_test(a_wide_box_holds_what_photos_see),
-    };
-    return cmocka_run_group_tests_name("contraction_box", tests, NULL, NULL);
 }

@@ -31,8 +31,7 @@ static struct vw_scene *grey_scene(void) {
     return scene;
 }
 
-static void a_step_counts_for_the_photo_it_trained_on(void **state) {
-    (void)state;
+TEST(a_step_counts_for_the_photo_it_trained_on) {
     struct vw_scene *scene = grey_scene();
     struct vw_config config = test_config();
     config.loss = VW_LOSS_L1; // the error itself
@@ -45,8 +44,7 @@ static void a_step_counts_for_the_photo_it_trained_on(void **state) {
 }
 
 // Also where views have different numbers of usable pixels.
-static void an_error_counts_for_the_view_it_is_of(void **state) {
-    (void)state;
+TEST(an_error_counts_for_the_view_it_is_of) {
     struct vw_scene *scene = grey_scene();
     struct vw_config config = test_config();
     uint32_t count, pixel_count = scene->views[0].image.width_px * scene->views[0].image.height_px;
@@ -68,8 +66,7 @@ static void an_error_counts_for_the_view_it_is_of(void **state) {
 }
 
 // Where a photo is half transparent its target is half the background, and the render is all of it.
-static void the_background_is_behind_what_is_transparent(void **state) {
-    (void)state;
+TEST(the_background_is_behind_what_is_transparent) {
     static const uint8_t rgba[4] = {40, 230, 90, 128};
     static const float background[3] = {0.9f, 0.4f, 0.1f};
     struct vw_scene *scene = grey_scene();
@@ -95,8 +92,7 @@ static void the_background_is_behind_what_is_transparent(void **state) {
 }
 
 // An order that comes back would credit the same photo twice with what its place in the epoch is worth.
-static void every_epoch_has_an_order_of_its_own(void **state) {
-    (void)state;
+TEST(every_epoch_has_an_order_of_its_own) {
     enum { EPOCHS = 40, PHOTOS = 20 };
     uint32_t orders[EPOCHS][PHOTOS];
     for (uint32_t epoch = 0; epoch < EPOCHS; epoch++) {
@@ -107,8 +103,7 @@ static void every_epoch_has_an_order_of_its_own(void **state) {
     }
 }
 
-static void pixels_are_taken_at_their_centres(void **state) {
-    (void)state;
+TEST(pixels_are_taken_at_their_centres) {
     struct vw_scene *scene = test_scene();
     float rgba[4];
     vw_image_pixel(&scene->views[1].image, 7, 3, rgba);
@@ -119,13 +114,4 @@ static void pixels_are_taken_at_their_centres(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_step_counts_for_the_photo_it_trained_on),
-        cmocka_unit_test(an_error_counts_for_the_view_it_is_of),
-        cmocka_unit_test(the_background_is_behind_what_is_transparent),
-        cmocka_unit_test(every_epoch_has_an_order_of_its_own),
-        cmocka_unit_test(pixels_are_taken_at_their_centres),
-    };
-    return cmocka_run_group_tests_name("credit", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -50,15 +50,11 @@ static const struct vw_effect_verdict *verdict_of(const struct vw_effect_verdict
     return NULL;
 }
 
-static void recipes_show_their_facts(void **state) {
-    (void)state;
-    detection_check(1, 1, false);
-}
+TEST(recipes_show_their_facts) { detection_check(1, 1, false); }
 
 // Without points, too: pilots need none. The search is greedy: what gains beside nothing is told beside what was
 // chosen.
-static void a_bright_sky_is_measured(void **state) {
-    (void)state;
+TEST(a_bright_sky_is_measured) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_config config = small_config();
@@ -80,8 +76,7 @@ static void a_bright_sky_is_measured(void **state) {
 }
 
 // Beside unbounded a sky is hidden, and not measured.
-static void a_hidden_sky_goes(void **state) {
-    (void)state;
+TEST(a_hidden_sky_goes) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_config config = small_config();
@@ -95,8 +90,7 @@ static void a_hidden_sky_goes(void **state) {
 }
 
 // Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
-static void pose_is_beside_what_pilots_call_for(void **state) {
-    (void)state;
+TEST(pose_is_beside_what_pilots_call_for) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_config config = small_config();
@@ -112,8 +106,7 @@ static void pose_is_beside_what_pilots_call_for(void **state) {
 }
 
 // Nor do they try what a run switches off beside an effect that is named: all that they could measure is no gain.
-static void what_goes_off_beside_a_named_effect_is_not_tried(void **state) {
-    (void)state;
+TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
     static const struct {
         const char *effects, *not_tried; // the only one that is left to try
     } cases[] = {{"+appearance_encoder,-sky,-unbounded,-wide_box,-occupancy", "appearance"},
@@ -134,8 +127,7 @@ static void what_goes_off_beside_a_named_effect_is_not_tried(void **state) {
 }
 
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
-static void verdicts_repeat_bit_for_bit(void **state) {
-    (void)state;
+TEST(verdicts_repeat_bit_for_bit) {
     struct vw_effect_verdict verdicts[2][VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = detection_plain_scene();
@@ -157,8 +149,7 @@ static void verdicts_repeat_bit_for_bit(void **state) {
 
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
 // neither.
-static void folds_share_no_photo(void **state) {
-    (void)state;
+TEST(folds_share_no_photo) {
     struct vw_scene *scene = open_recipe("clean.json");
     struct vw_pilots pilots;
     struct vw_config config = small_config();
@@ -180,8 +171,7 @@ static void folds_share_no_photo(void **state) {
 }
 
 // What the field mlp alone has is off in them.
-static void pilots_are_of_the_hash_grid(void **state) {
-    (void)state;
+TEST(pilots_are_of_the_hash_grid) {
     struct vw_config planned = vw_config_of_field(VW_FIELD_MLP);
     planned.mlp_depth = 2;
     planned.frequencies = 4;
@@ -195,8 +185,7 @@ static void pilots_are_of_the_hash_grid(void **state) {
 
 // Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few
 // steps.
-static void pilots_keep_to_a_tenth(void **state) {
-    (void)state;
+TEST(pilots_keep_to_a_tenth) {
     struct vw_scene *scene = open_recipe("clean.json");
     struct vw_config config = vw_config_default;
     const uint32_t photos = scene->split_count[VW_SPLIT_TRAIN];
@@ -214,8 +203,7 @@ static void pilots_keep_to_a_tenth(void **state) {
 }
 
 // The effect chooses the box that the field sees; beside unbounded it does nothing.
-static void a_wide_box_is_seen(void **state) {
-    (void)state;
+TEST(a_wide_box_is_seen) {
     const struct {
         const char *effects;
         double widening;
@@ -237,8 +225,7 @@ static void a_wide_box_is_seen(void **state) {
 }
 
 // Where there are no pilots, what only they could tell is unknown, and off.
-static void no_pilots_where_they_cannot_tell(void **state) {
-    (void)state;
+TEST(no_pilots_where_they_cannot_tell) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_scene *scene = open_recipe("clean.json"), *few = test_scene();
@@ -262,8 +249,7 @@ static void no_pilots_where_they_cannot_tell(void **state) {
 }
 
 // A scene that calls for nothing: `auto` and `none` are the same run, bit for bit.
-static void auto_is_none_where_nothing_is_called_for(void **state) {
-    (void)state;
+TEST(auto_is_none_where_nothing_is_called_for) {
     struct vw_scene *scene = detection_plain_scene();
     const char *const choices[] = {"auto", "none"};
     struct test_run *runs[2];
@@ -294,8 +280,7 @@ static void auto_is_none_where_nothing_is_called_for(void **state) {
 }
 
 // With the effect off, masks are ignored; what no lens or file can give stays left out.
-static void masks_are_ignored_with_the_effect_off(void **state) {
-    (void)state;
+TEST(masks_are_ignored_with_the_effect_off) {
     struct vw_scene *scene = test_scene();
     struct vw_view *view = &scene->views[0];
     size_t pixels = (size_t)view->image.width_px * view->image.height_px;
@@ -328,8 +313,7 @@ static void masks_are_ignored_with_the_effect_off(void **state) {
 
 // ---- Real photos, where they are ------------------------------------------------------------------------------------
 
-static void real_scenes_show_their_facts(void **state) {
-    (void)state;
+TEST(real_scenes_show_their_facts) {
     static const struct {
         const char *name, *called_for; // each between spaces
     } real_scenes[] = {{"fox", " distortion "},
@@ -355,23 +339,4 @@ static void real_scenes_show_their_facts(void **state) {
     if (!found) skip();
 }
 
-int main(int argc, char **argv) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(recipes_show_their_facts),
-        cmocka_unit_test(a_bright_sky_is_measured),
-        cmocka_unit_test(a_hidden_sky_goes),
-        cmocka_unit_test(pose_is_beside_what_pilots_call_for),
-        cmocka_unit_test(what_goes_off_beside_a_named_effect_is_not_tried),
-        cmocka_unit_test(verdicts_repeat_bit_for_bit),
-        cmocka_unit_test(folds_share_no_photo),
-        cmocka_unit_test(pilots_are_of_the_hash_grid),
-        cmocka_unit_test(pilots_keep_to_a_tenth),
-        cmocka_unit_test(a_wide_box_is_seen),
-        cmocka_unit_test(no_pilots_where_they_cannot_tell),
-        cmocka_unit_test(auto_is_none_where_nothing_is_called_for),
-        cmocka_unit_test(masks_are_ignored_with_the_effect_off),
-        cmocka_unit_test(real_scenes_show_their_facts),
-    };
-    if (argc > 1) cmocka_set_test_filter(argv[1]);
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

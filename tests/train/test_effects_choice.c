@@ -31,8 +31,7 @@ static void assert_on(const char *called_for, const char *choice, const char *ex
     assert_false(vw_effects_is_on(verdicts, count, "no_such_effect"));
 }
 
-static void evidence_lists_and_signs(void **state) {
-    (void)state;
+TEST(evidence_lists_and_signs) {
     assert_on(" sky occupancy ", "auto", " sky occupancy ");
     assert_on(" sky occupancy ", "none", "");
     assert_on(" sky occupancy ", "masks,background", " masks background ");
@@ -41,8 +40,7 @@ static void evidence_lists_and_signs(void **state) {
 }
 
 // What is not named goes with what it needs, and gives way to what bars it; what is named stays as named.
-static void effects_follow_others(void **state) {
-    (void)state;
+TEST(effects_follow_others) {
     assert_on(" appearance appearance_code ", "-appearance", "");
     assert_on(" appearance appearance_code ", "-appearance,+appearance_code", " appearance_code ");
     assert_on(" occupancy ", "+unbounded", " unbounded ");
@@ -50,8 +48,7 @@ static void effects_follow_others(void **state) {
     assert_on("", "unbounded,occupancy,appearance_code", " unbounded occupancy appearance_code ");
 }
 
-static void wrong_words_are_refused(void **state) {
-    (void)state;
+TEST(wrong_words_are_refused) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     const char *const wrong[] = {"fog", "+sky,masks", "sky,-masks", "", "+", "sky,"};
@@ -62,8 +59,7 @@ static void wrong_words_are_refused(void **state) {
 }
 
 // Ledgers from before there was a choice of backgrounds say nothing of it.
-static void older_configs_have_a_fixed_background(void **state) {
-    (void)state;
+TEST(older_configs_have_a_fixed_background) {
     struct vw_config config = vw_config_default, read;
     config.background = VW_BACKGROUND_RANDOM;
     char *json = vw_config_to_json(&config, false), *key = strstr(json, "\"background\"");
@@ -74,14 +70,4 @@ static void older_configs_have_a_fixed_background(void **state) {
     assert_int_equal(vw_config_from_json(json, &read), VW_OK);
     assert_int_equal(read.background, VW_BACKGROUND_FIXED);
     free(json);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(evidence_lists_and_signs),
-        cmocka_unit_test(effects_follow_others),
-        cmocka_unit_test(wrong_words_are_refused),
-        cmocka_unit_test(older_configs_have_a_fixed_background),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -104,8 +104,7 @@ static struct vw_scene *make_scene(void) {
         &(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 24, .height_px = 18});
 }
 
-static void nothing_without_effects(void **state) {
-    (void)state;
+TEST(nothing_without_effects) {
     struct vw_scene *scene = make_scene();
     struct cost none = measure(scene, "none");
     assert_int_equal(none.other_passes, 0);
@@ -146,8 +145,7 @@ static void check_together(const struct vw_scene *scene, const struct vw_effect_
 }
 
 // One effect on: the others add nothing to it.
-static void nothing_beside_another_effect(void **state) {
-    (void)state;
+TEST(nothing_beside_another_effect) {
     struct vw_scene *scene = make_scene();
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct cost none = measure(scene, "none"), costs[VW_EFFECT_COUNT_MAX];
@@ -163,12 +161,4 @@ static void nothing_beside_another_effect(void **state) {
     check_together(scene, effects, costs, count, none, false);
     check_together(scene, effects, costs, count, none, true);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_without_effects),
-        cmocka_unit_test(nothing_beside_another_effect),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -24,8 +24,7 @@ static struct vw_config config_of_form(uint32_t form) {
     return config;
 }
 
-static void every_field_learns_whatever_its_batches(void **state) {
-    (void)state;
+TEST(every_field_learns_whatever_its_batches) {
     struct vw_scene *scene = test_scene();
     for (uint32_t form = 0; form < FORMS; form++) {
         struct vw_config config = config_of_form(form);
@@ -36,8 +35,7 @@ static void every_field_learns_whatever_its_batches(void **state) {
 }
 
 // Each part in a trainer of its own, from the checkpoint of the one before.
-static void a_run_in_parts_is_the_run(void **state) {
-    (void)state;
+TEST(a_run_in_parts_is_the_run) {
     struct vw_scene *scene = test_scene();
     static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
                                           "sky,appearance_encoder,transient"};
@@ -55,8 +53,7 @@ static void a_run_in_parts_is_the_run(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_saved_field_renders_as_the_trained_one(void **state) {
-    (void)state;
+TEST(a_saved_field_renders_as_the_trained_one) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
     struct vw_scene *scene = test_scene();
@@ -86,8 +83,7 @@ static void a_saved_field_renders_as_the_trained_one(void **state) {
     temporary_folder_remove(folder);
 }
 
-static void what_a_field_cannot_have_is_refused_by_name(void **state) {
-    (void)state;
+TEST(what_a_field_cannot_have_is_refused_by_name) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     struct vw_config config = test_config_of(VW_FIELD_MLP);
     uint32_t count;
@@ -114,8 +110,7 @@ static void what_a_field_cannot_have_is_refused_by_name(void **state) {
     assert_non_null(strstr(vw_error_message(), "16, 32 or 64 with --field hash"));
 }
 
-static void configs_survive_json(void **state) {
-    (void)state;
+TEST(configs_survive_json) {
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         const struct vw_config config = test_config_of(field);
         struct vw_config back;
@@ -132,13 +127,4 @@ static void configs_survive_json(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_field_learns_whatever_its_batches),
-        cmocka_unit_test(a_run_in_parts_is_the_run),
-        cmocka_unit_test(a_saved_field_renders_as_the_trained_one),
-        cmocka_unit_test(what_a_field_cannot_have_is_refused_by_name),
-        cmocka_unit_test(configs_survive_json),
-    };
-    return cmocka_run_group_tests_name("fields", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

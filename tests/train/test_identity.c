@@ -80,8 +80,7 @@ static void change_subset(struct parts *parts) {
     parts->scene->split_count[VW_SPLIT_EXCLUDED]++;
 }
 
-static void every_part_of_a_run_names_it(void **state) {
-    (void)state;
+TEST(every_part_of_a_run_names_it) {
     static void (*const changes[])(struct parts *) = {change_scene,
                                                       change_subset,
                                                       change_seed,
@@ -123,7 +122,4 @@ static void every_part_of_a_run_names_it(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_part_of_a_run_names_it)};
-    return cmocka_run_group_tests_name("identity", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -19,8 +19,7 @@ static struct vw_config config_of(enum vw_field field) {
     return config;
 }
 
-static void every_field_learns_with_them(void **state) {
-    (void)state;
+TEST(every_field_learns_with_them) {
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         struct vw_config config = config_of(field);
@@ -32,8 +31,7 @@ static void every_field_learns_with_them(void **state) {
 }
 
 // Stopped within the planned steps, which decide how the rate decays, and taken up by another trainer.
-static void a_run_in_parts_is_the_run(void **state) {
-    (void)state;
+TEST(a_run_in_parts_is_the_run) {
     struct vw_scene *scene = test_scene();
     const struct vw_config config = config_of(VW_FIELD_HASH);
     struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
@@ -54,8 +52,7 @@ static vw_float4 *measure_again(struct vw_trainer *trainer, uint32_t *count) {
 }
 
 // Decision 1: the same params give the same bits, whatever was rendered between.
-static void validation_is_pure(void **state) {
-    (void)state;
+TEST(validation_is_pure) {
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         const struct vw_config config = config_of(field);
@@ -95,8 +92,7 @@ static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
 }
 
 // Of plain descent, so that a step is as long as its rate.
-static void the_rate_falls_to_its_share_at_the_last_planned_step(void **state) {
-    (void)state;
+TEST(the_rate_falls_to_its_share_at_the_last_planned_step) {
     const struct step_case setup = {.name = "decay",
                                     .seed = 41,
                                     .levels = 2,
@@ -124,8 +120,7 @@ static void the_rate_falls_to_its_share_at_the_last_planned_step(void **state) {
     step_bench_close(bench);
 }
 
-static void the_planned_epochs_count(void **state) {
-    (void)state;
+TEST(the_planned_epochs_count) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_of(VW_FIELD_HASH), longer;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0);
@@ -143,8 +138,7 @@ static void the_planned_epochs_count(void **state) {
     }
 }
 
-static void what_cannot_be_is_refused_by_name(void **state) {
-    (void)state;
+TEST(what_cannot_be_is_refused_by_name) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     struct vw_config config = config_of(VW_FIELD_HASH);
     uint32_t count;
@@ -166,14 +160,4 @@ static void what_cannot_be_is_refused_by_name(void **state) {
     assert_non_null(strstr(vw_error_message(), "--learning-rate-decay takes"));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_field_learns_with_them),
-        cmocka_unit_test(a_run_in_parts_is_the_run),
-        cmocka_unit_test(validation_is_pure),
-        cmocka_unit_test(the_rate_falls_to_its_share_at_the_last_planned_step),
-        cmocka_unit_test(the_planned_epochs_count),
-        cmocka_unit_test(what_cannot_be_is_refused_by_name),
-    };
-    return cmocka_run_group_tests(tests, NULL, step_bench_teardown);
-}
+TEST_GROUP(NULL, step_bench_teardown)

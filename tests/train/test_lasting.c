@@ -106,8 +106,7 @@ static void assert_same_size(const double *predicted, const double *measured, ui
     if (!(fabs(products / squares - 1) < 0.25)) fail_msg("%g is measured for 1 predicted", products / squares);
 }
 
-static void replays_the_run_and_passes_the_gate(void **state) {
-    (void)state;
+TEST(replays_the_run_and_passes_the_gate) {
     const struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
     struct test_run *run = test_run(scene, &config, true, 0);
@@ -226,8 +225,7 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
 
 // Steps by themselves, longer and shorter by a tenth, all else as it was. What the sweep leaves out of the derivative
 // is most far from the end: how a step changes the rates of later ones, kinks, curvature beyond Gauss-Newton's.
-static void a_step_says_what_it_leaves(void **state) {
-    (void)state;
+TEST(a_step_says_what_it_leaves) {
     static const struct {
         const char *effects;
         double beta1;
@@ -273,8 +271,7 @@ static void a_step_says_what_it_leaves(void **state) {
 }
 
 // How the training is cut into segments, and where the sweep was stopped, changes no bit; how many rays it takes does.
-static void bits_do_not_depend_on_the_way(void **state) {
-    (void)state;
+TEST(bits_do_not_depend_on_the_way) {
     const struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
     struct vw_lasting_credit whole[STEPS + 1] = {0}, cut[STEPS + 1] = {0}, thin[STEPS + 1] = {0};
@@ -350,8 +347,7 @@ static bool sweep_views(const struct vw_scene *scene, const struct vw_config *co
 // PSNR is the mean over views, and the sweep is linear in what it begins with. Beside rounding, a difference of colours
 // takes its step by the length of what is carried back, which is another for each view and crosses other kinks: 0.05 %
 // of a step's credits are seen and 0.5 % allowed for.
-static void views_share_the_credit(void **state) {
-    (void)state;
+TEST(views_share_the_credit) {
     const struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
     char *folder = temporary_folder_create();
@@ -388,8 +384,7 @@ static void views_share_the_credit(void **state) {
     vw_scene_close(&scene);
 }
 
-static void half_tables_are_refused(void **state) {
-    (void)state;
+TEST(half_tables_are_refused) {
     struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
     config.table_precision = VW_TABLE_FLOAT16;
@@ -403,13 +398,4 @@ static void half_tables_are_refused(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(replays_the_run_and_passes_the_gate),
-        cmocka_unit_test(a_step_says_what_it_leaves),
-        cmocka_unit_test(bits_do_not_depend_on_the_way),
-        cmocka_unit_test(views_share_the_credit),
-        cmocka_unit_test(half_tables_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

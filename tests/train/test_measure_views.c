@@ -31,8 +31,7 @@ static struct vw_trainer *train(const struct vw_scene *scene, const char *effect
 }
 
 // Validation adds up in two floats and fits in floats: 24 bits of what a few dozen pixels sum to.
-static void the_pixels_of_validation_give_its_errors(void **state) {
-    (void)state;
+TEST(the_pixels_of_validation_give_its_errors) {
     static const char *const effects[] = {"none", "appearance"};
     for (int i = 0; i < 2; i++) {
         struct vw_scene *scene = test_scene();
@@ -49,8 +48,7 @@ static void the_pixels_of_validation_give_its_errors(void **state) {
     }
 }
 
-static void all_pixels_give_the_errors_of_a_render(void **state) {
-    (void)state;
+TEST(all_pixels_give_the_errors_of_a_render) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS], measured;
     struct vw_trainer *trainer = train(scene, "none", last);
@@ -77,8 +75,7 @@ static void all_pixels_give_the_errors_of_a_render(void **state) {
     vw_scene_close(&scene);
 }
 
-static void hidden_pixels_do_not_count(void **state) {
-    (void)state;
+TEST(hidden_pixels_do_not_count) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS], whole, half;
     struct vw_trainer *trainer = train(scene, "none", last);
@@ -113,8 +110,7 @@ static struct vw_view_error errors_of(const struct vw_whole_view *whole, uint32_
 }
 
 // Whatever validation looks at: all pixels, the right half where it fits, and what masks leave.
-static void whole_views_have_the_errors_of_all_pixels(void **state) {
-    (void)state;
+TEST(whole_views_have_the_errors_of_all_pixels) {
     static const char *const effects[] = {"none", "appearance", "masks,appearance"};
     for (int i = 0; i < 3; i++) {
         struct vw_scene *scene = test_scene();
@@ -145,8 +141,7 @@ static void whole_views_have_the_errors_of_all_pixels(void **state) {
 }
 
 // With nothing fitted it is the render, bit for bit, and beside it the photo.
-static void a_whole_view_is_the_render_beside_the_photo(void **state) {
-    (void)state;
+TEST(a_whole_view_is_the_render_beside_the_photo) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS];
     struct vw_whole_view whole;
@@ -168,13 +163,4 @@ static void a_whole_view_is_the_render_beside_the_photo(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_pixels_of_validation_give_its_errors),
-        cmocka_unit_test(all_pixels_give_the_errors_of_a_render),
-        cmocka_unit_test(hidden_pixels_do_not_count),
-        cmocka_unit_test(whole_views_have_the_errors_of_all_pixels),
-        cmocka_unit_test(a_whole_view_is_the_render_beside_the_photo),
-    };
-    return cmocka_run_group_tests_name("measure_views", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

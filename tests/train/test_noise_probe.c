@@ -16,8 +16,7 @@ static struct vw_config probing_config(void) {
     return config;
 }
 
-static void probes_leave_the_run_alone(void **state) {
-    (void)state;
+TEST(probes_leave_the_run_alone) {
     struct vw_scene *scene = test_scene();
     struct vw_config pilot = probing_config(), plain = pilot;
     plain.noise_floor = false;
@@ -35,8 +34,7 @@ static const struct vw_step_record *before(const struct test_run *run, const str
     return &run->records[probe->step - 1];
 }
 
-static void repeated_and_zero_rate_probes_change_nothing(void **state) {
-    (void)state;
+TEST(repeated_and_zero_rate_probes_change_nothing) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
     struct test_run *run = test_run(scene, &config, true, 0);
@@ -54,8 +52,7 @@ static void repeated_and_zero_rate_probes_change_nothing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void resampled_steps_differ_as_steps_do(void **state) {
-    (void)state;
+TEST(resampled_steps_differ_as_steps_do) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
     struct test_run *run = test_run(scene, &config, true, 0);
@@ -78,8 +75,7 @@ static void resampled_steps_differ_as_steps_do(void **state) {
 
 // A resampled step that happens to have the step's own pixels gives the step's own bits: here every pixel of every
 // photo is the same one.
-static void the_same_pixels_give_the_step_itself(void **state) {
-    (void)state;
+TEST(the_same_pixels_give_the_step_itself) {
     struct vw_scene *scene = synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 1, .height_px = 1});
     struct vw_config config = probing_config();
@@ -95,8 +91,7 @@ static void the_same_pixels_give_the_step_itself(void **state) {
     vw_scene_close(&scene);
 }
 
-static void without_validation_there_is_nothing_to_probe(void **state) {
-    (void)state;
+TEST(without_validation_there_is_nothing_to_probe) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
     struct vw_trainer *trainer = NULL;
@@ -105,13 +100,4 @@ static void without_validation_there_is_nothing_to_probe(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(probes_leave_the_run_alone),
-        cmocka_unit_test(repeated_and_zero_rate_probes_change_nothing),
-        cmocka_unit_test(resampled_steps_differ_as_steps_do),
-        cmocka_unit_test(the_same_pixels_give_the_step_itself),
-        cmocka_unit_test(without_validation_there_is_nothing_to_probe),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

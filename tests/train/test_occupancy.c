@@ -71,8 +71,7 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
     temporary_folder_remove(folder);
 }
 
-static void a_run_has_the_same_bits_however_it_is_cut(void **state) {
-    (void)state;
+TEST(a_run_has_the_same_bits_however_it_is_cut) {
     struct vw_scene *scene = dark_scene();
     struct vw_config config = skipping_config();
     struct test_run *whole = test_run(scene, &config, true, 0), *single = test_run(scene, &config, true, 1),
@@ -86,8 +85,7 @@ static void a_run_has_the_same_bits_however_it_is_cut(void **state) {
     vw_scene_close(&scene);
 }
 
-static void probes_leave_the_run_alone(void **state) {
-    (void)state;
+TEST(probes_leave_the_run_alone) {
     struct vw_scene *scene = dark_scene();
     struct vw_config plain = skipping_config(), pilot = plain;
     pilot.noise_floor = true;
@@ -105,8 +103,7 @@ static void probes_leave_the_run_alone(void **state) {
 }
 
 // The same params validate to the same bits with the effect, whatever is believed empty, and without it (decision 1).
-static void validation_skips_nothing(void **state) {
-    (void)state;
+TEST(validation_skips_nothing) {
     struct vw_scene *scene = dark_scene();
     struct vw_config with = skipping_config(), without = with;
     snprintf(without.effects, sizeof without.effects, "none");
@@ -132,8 +129,7 @@ static void validation_skips_nothing(void **state) {
 }
 
 // Off: no buffer and no pass; until the warm-up ends, on changes no bit either.
-static void off_costs_nothing(void **state) {
-    (void)state;
+TEST(off_costs_nothing) {
     struct vw_scene *scene = test_scene();
     struct vw_config with = skipping_config(), without = with;
     with.epochs = without.epochs = 3;
@@ -154,8 +150,7 @@ static void off_costs_nothing(void **state) {
     vw_scene_close(&scene);
 }
 
-static void the_occupied_share_is_that_of_the_params(void **state) {
-    (void)state;
+TEST(the_occupied_share_is_that_of_the_params) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(); // the effect is off
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
@@ -181,13 +176,4 @@ static void the_occupied_share_is_that_of_the_params(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_run_has_the_same_bits_however_it_is_cut),
-        cmocka_unit_test(probes_leave_the_run_alone),
-        cmocka_unit_test(validation_skips_nothing),
-        cmocka_unit_test(off_costs_nothing),
-        cmocka_unit_test(the_occupied_share_is_that_of_the_params),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -65,8 +65,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     vw_scene_close(&scene);
 }
 
-static void every_dispatch_is_accounted_for(void **state) {
-    (void)state;
+TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
     check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "sky,unbounded,appearance,appearance_code", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "occupancy", 16); // 80 steps: 5 refreshes
@@ -97,8 +96,7 @@ static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
 // The multiply-adds of the small field, counted by hand: 4 levels x 2 features into 16 hidden units, 16 outputs, 24
 // inputs of the colour network, 16 hidden units, 4 outputs with the padding: 128 + 256 + 384 + 64 = 832 a sample, and 2
 // for each of 32 gathered pairs.
-static void multiply_adds_are_those_of_the_networks(void **state) {
-    (void)state;
+TEST(multiply_adds_are_those_of_the_networks) {
     double samples = 64.0 * 16.0;
     assert_true(cost_of("forward_field", 64).multiply_adds == samples * (832 + 64));
     assert_true(cost_of("gradient_weights", 64).multiply_adds == samples * 832);
@@ -108,10 +106,4 @@ static void multiply_adds_are_those_of_the_networks(void **state) {
     assert_true(cost_of("scatter_grid", 128).bytes == 2 * cost_of("scatter_grid", 64).bytes);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_dispatch_is_accounted_for),
-        cmocka_unit_test(multiply_adds_are_those_of_the_networks),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -20,8 +20,7 @@ static double coverage_of_first(const double (*informations)[ENTRIES], uint32_t 
     return vw_coverage_of(total, informations[0], ENTRIES, prior);
 }
 
-static void coverage_follows_its_formula(void **state) {
-    (void)state;
+TEST(coverage_follows_its_formula) {
     const double photos[][ENTRIES] = {{2.0, 0.0, 1e-3, 5.0}, {0.0, 7.0, 4.0, 5.0}};
     double expected = log((0.1 + 2.0) / 0.1) + log((0.1 + 4.001) / (0.1 + 4.0)) + log((0.1 + 10.0) / (0.1 + 5.0));
     assert_true(fabs(coverage_of_first(photos, 2, 0.1) - expected) < 1e-12);
@@ -30,8 +29,7 @@ static void coverage_follows_its_formula(void **state) {
     assert_true(vw_coverage_prior(total, 1) > 0.0); // nothing informs of anything
 }
 
-static void copies_share_their_coverage(void **state) {
-    (void)state;
+TEST(copies_share_their_coverage) {
     const double photos[][ENTRIES] = {{2.0, 0.0, 1.0, 5.0}, {2.0, 0.0, 1.0, 5.0}, {2.0, 0.0, 1.0, 5.0}};
     double alone = coverage_of_first(photos, 1, 0.1), two = coverage_of_first(photos, 2, 0.1),
            three = coverage_of_first(photos, 3, 0.1);
@@ -49,8 +47,7 @@ static void measure(const struct vw_scene *scene, double coverage[TRAINS]) {
     vw_trainer_destroy(&trainer);
 }
 
-static void coverage_is_of_cameras(void **state) {
-    (void)state;
+TEST(coverage_is_of_cameras) {
     struct vw_scene *scene = test_scene();
     double before[TRAINS], copied[TRAINS], away[TRAINS];
     measure(scene, before);
@@ -67,8 +64,7 @@ static void coverage_is_of_cameras(void **state) {
 }
 
 // It does not depend on the loss of the training either.
-static void coverage_is_of_the_field_alone(void **state) {
-    (void)state;
+TEST(coverage_is_of_the_field_alone) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     double coverage[3][TRAINS];
@@ -82,8 +78,7 @@ static void coverage_is_of_the_field_alone(void **state) {
     vw_scene_close(&scene);
 }
 
-static void measuring_changes_no_bit(void **state) {
-    (void)state;
+TEST(measuring_changes_no_bit) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *whole = test_run(scene, &config, true, 1), *interrupted = vw_allocate(1, sizeof *interrupted);
@@ -108,11 +103,4 @@ static void measuring_changes_no_bit(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(coverage_follows_its_formula), cmocka_unit_test(copies_share_their_coverage),
-        cmocka_unit_test(coverage_is_of_cameras),       cmocka_unit_test(coverage_is_of_the_field_alone),
-        cmocka_unit_test(measuring_changes_no_bit),
-    };
-    return cmocka_run_group_tests_name("coverage", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -19,21 +19,16 @@ static uint32_t grown(const struct vw_batch_room *room, double step_s, uint32_t 
     return schedule.batch_steps;
 }
 
-static void batches_grow_to_a_quarter_of_a_second(void **state) {
-    (void)state;
+TEST(batches_grow_to_a_quarter_of_a_second) {
     assert_int_equal(grown(&tiny_steps, 0.0001, 0), 1024);
     assert_int_equal(grown(&tiny_steps, 0.001, 0), 256);
     assert_int_equal(grown(&tiny_steps, 0.02, 0), 16);
     assert_int_equal(grown(&tiny_steps, 1.0, 0), 1);
 }
 
-static void a_slow_disk_does_not_keep_them_small(void **state) {
-    (void)state;
-    assert_int_equal(grown(&tiny_steps, 0.001, 2), 256);
-}
+TEST(a_slow_disk_does_not_keep_them_small) { assert_int_equal(grown(&tiny_steps, 0.001, 2), 256); }
 
-static void batches_have_the_room_that_they_need(void **state) {
-    (void)state;
+TEST(batches_have_the_room_that_they_need) {
     struct vw_batch_room room = tiny_steps;
     room.bytes_per_step = 4096;
     assert_int_equal(grown(&room, 1e-6, 0), 256);
@@ -43,8 +38,7 @@ static void batches_have_the_room_that_they_need(void **state) {
     assert_int_equal(grown(&room, 1e-6, 0), 16);
 }
 
-static void a_given_size_stays(void **state) {
-    (void)state;
+TEST(a_given_size_stays) {
     struct vw_photo_order schedule = {0};
     vw_photo_order_set_batches(&schedule, &tiny_steps, 8);
     for (int i = 0; i < 4; i++) vw_photo_order_adapt_batches(&schedule, 8, 1e-3);
@@ -69,8 +63,7 @@ static struct vw_photo_order make_schedule(const uint32_t *left_out, uint32_t co
     return schedule;
 }
 
-static void others_take_the_steps_of_those_left_out(void **state) {
-    (void)state;
+TEST(others_take_the_steps_of_those_left_out) {
     static const uint32_t left_out[] = {2, 9, 12};
     struct vw_photo_order all = make_schedule(NULL, 0, VW_OK), some = make_schedule(left_out, 3, VW_OK);
     uint32_t visits[13] = {0}, given[13] = {0};
@@ -90,8 +83,7 @@ static void others_take_the_steps_of_those_left_out(void **state) {
     vw_photo_order_destroy(&some);
 }
 
-static void one_photo_can_take_all_steps(void **state) {
-    (void)state;
+TEST(one_photo_can_take_all_steps) {
     static const uint32_t left_out[] = {1, 2, 4, 5, 8, 9, 11, 12};
     struct vw_photo_order schedule = make_schedule(left_out, 8, VW_OK);
     for (uint64_t step = 1; step <= VIEWS * EPOCHS; step++)
@@ -99,8 +91,7 @@ static void one_photo_can_take_all_steps(void **state) {
     vw_photo_order_destroy(&schedule);
 }
 
-static void wrong_lists_are_refused(void **state) {
-    (void)state;
+TEST(wrong_lists_are_refused) {
     static const uint32_t unknown[] = {2, 3}, unordered[] = {9, 2}, all[] = {1, 2, 4, 5, 7, 8, 9, 11, 12};
     struct vw_photo_order schedule = make_schedule(unknown, 2, VW_ERROR_USAGE);
     assert_non_null(strstr(vw_error_message(), "left_out_views[1]"));
@@ -109,17 +100,4 @@ static void wrong_lists_are_refused(void **state) {
     vw_photo_order_destroy(&schedule);
     schedule = make_schedule(all, VIEWS, VW_ERROR_USAGE);
     vw_photo_order_destroy(&schedule);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(batches_grow_to_a_quarter_of_a_second),
-        cmocka_unit_test(a_slow_disk_does_not_keep_them_small),
-        cmocka_unit_test(batches_have_the_room_that_they_need),
-        cmocka_unit_test(a_given_size_stays),
-        cmocka_unit_test(others_take_the_steps_of_those_left_out),
-        cmocka_unit_test(one_photo_can_take_all_steps),
-        cmocka_unit_test(wrong_lists_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,8 +16,7 @@ static struct vw_scene *make_scene(uint32_t width_px, uint32_t height_px) {
 }
 
 // The pixel of each cell lies in it, as far as cells hold any pixel.
-static void a_picture_has_a_pixel_in_each_cell(void **state) {
-    (void)state;
+TEST(a_picture_has_a_pixel_in_each_cell) {
     static const uint32_t sizes_px[][2] = {{24, 20}, {7, 7}, {5, 3}, {1, 1}};
     for (size_t i = 0; i < sizeof sizes_px / sizeof *sizes_px; i++) {
         uint32_t width_px = sizes_px[i][0], height_px = sizes_px[i][1];
@@ -41,8 +40,7 @@ static void a_picture_has_a_pixel_in_each_cell(void **state) {
 }
 
 // Those beside the picture are the same as without one; draws, steps and seeds differ.
-static void draws_are_functions_of_their_numbers(void **state) {
-    (void)state;
+TEST(draws_are_functions_of_their_numbers) {
     struct vw_scene *scene = make_scene(240, 200);
     static const struct vw_pixel_draw draws[] = {{7, 3, 0, SIDE}, {7, 3, 1, SIDE}, {7, 4, 0, SIDE}, {8, 3, 0, SIDE}};
     struct vw_pixel first[RAYS], other[RAYS];
@@ -55,12 +53,4 @@ static void draws_are_functions_of_their_numbers(void **state) {
     assert_memory_equal(first + SIDE * SIDE, other + SIDE * SIDE, sizeof first - SIDE * SIDE * sizeof *first);
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
     vw_scene_close(&scene);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_picture_has_a_pixel_in_each_cell),
-        cmocka_unit_test(draws_are_functions_of_their_numbers),
-    };
-    return cmocka_run_group_tests_name("pixel_draws", tests, NULL, NULL);
 }

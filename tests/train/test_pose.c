@@ -20,8 +20,7 @@ static struct vw_config config_with(const char *effects) {
     return config;
 }
 
-static void what_is_off_takes_no_room(void **state) {
-    (void)state;
+TEST(what_is_off_takes_no_room) {
     static const struct vw_pose_effect nothing;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("pose");
@@ -35,8 +34,7 @@ static void what_is_off_takes_no_room(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bits_do_not_depend_on_batches_or_parts(void **state) {
-    (void)state;
+TEST(bits_do_not_depend_on_batches_or_parts) {
     static const char *const effects[] = {"pose", "pose,sky,appearance,appearance_code,visibility",
                                           "pose,occupancy,distortion"};
     struct vw_scene *scene = test_scene();
@@ -59,8 +57,7 @@ static void bits_do_not_depend_on_batches_or_parts(void **state) {
 
 // Decision 1: the same field renders the same, in train photos too, whatever the corrections. Photos that are not
 // trained on keep none.
-static void validation_does_not_know_it(void **state) {
-    (void)state;
+TEST(validation_does_not_know_it) {
     struct vw_scene *scene = test_scene();
     struct vw_config on = config_with("pose"), off = config_with("none");
     struct test_run *run = vw_allocate(1, sizeof *run);
@@ -87,8 +84,7 @@ static void validation_does_not_know_it(void **state) {
     vw_scene_close(&scene);
 }
 
-static void what_it_cannot_be_beside_is_refused_by_name(void **state) {
-    (void)state;
+TEST(what_it_cannot_be_beside_is_refused_by_name) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     struct vw_config config = test_config_of(VW_FIELD_MLP);
@@ -104,8 +100,7 @@ static void what_it_cannot_be_beside_is_refused_by_name(void **state) {
     assert_non_null(strstr(vw_error_message(), "pose cannot be beside unbounded"));
 }
 
-static void the_sweep_refuses_it_by_name(void **state) {
-    (void)state;
+TEST(the_sweep_refuses_it_by_name) {
     struct vw_config config = config_with("pose");
     struct vw_scene *scene = test_scene();
     struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
@@ -178,8 +173,7 @@ static void check_corrections(const struct vw_scene *scene, const struct vw_trai
 }
 
 // Seen: 1.1 dB, and cameras off by half of what they were.
-static void wrong_cameras_are_mended(void **state) {
-    (void)state;
+TEST(wrong_cameras_are_mended) {
     struct vw_scene *scene = NULL;
     double psnr[2], error[2];
     ASSERT_OK(vw_scene_open(&(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .gpu = test_gpu()},
@@ -209,11 +203,4 @@ static void wrong_cameras_are_mended(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_off_takes_no_room),    cmocka_unit_test(bits_do_not_depend_on_batches_or_parts),
-        cmocka_unit_test(validation_does_not_know_it),  cmocka_unit_test(what_it_cannot_be_beside_is_refused_by_name),
-        cmocka_unit_test(the_sweep_refuses_it_by_name), cmocka_unit_test(wrong_cameras_are_mended),
-    };
-    return cmocka_run_group_tests_name("pose", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -29,8 +29,7 @@ static struct test_run *probed_run(const struct vw_config *config, uint32_t step
     return run;
 }
 
-static void probes_leave_the_run_alone(void **state) {
-    (void)state;
+TEST(probes_leave_the_run_alone) {
     static const char *const effects[] = {"none", "appearance,appearance_code", "occupancy"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         struct vw_config pilot = probing_config(), plain;
@@ -50,8 +49,7 @@ static void probes_leave_the_run_alone(void **state) {
 }
 
 // Every photo in turn, from the states behind epochs 3 and 5.
-static void every_photo_is_probed_at_every_state(void **state) {
-    (void)state;
+TEST(every_photo_is_probed_at_every_state) {
     struct vw_config config = probing_config();
     struct vw_scene *scene = test_scene();
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
@@ -72,8 +70,7 @@ static void every_photo_is_probed_at_every_state(void **state) {
     vw_scene_close(&scene);
 }
 
-static void submissions_of_any_size_give_the_same_bits(void **state) {
-    (void)state;
+TEST(submissions_of_any_size_give_the_same_bits) {
     struct vw_config config = probing_config();
     config.noise_floor = true; // the others share the step's probes and the scalars
     config.burn_in_epochs = 0;
@@ -119,8 +116,7 @@ static struct vw_probe step_by_hand(struct vw_trainer *trainer, uint64_t number,
     return measured;
 }
 
-static void a_probe_is_the_step_from_the_checkpointed_state(void **state) {
-    (void)state;
+TEST(a_probe_is_the_step_from_the_checkpointed_state) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_config config = probing_config();
@@ -148,8 +144,7 @@ static void a_probe_is_the_step_from_the_checkpointed_state(void **state) {
 }
 
 // Resumed at a state that was probed, a run goes on and does not probe it again.
-static void a_run_goes_on_from_a_probed_state(void **state) {
-    (void)state;
+TEST(a_run_goes_on_from_a_probed_state) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_config config = probing_config();
@@ -180,8 +175,7 @@ static uint32_t states_due(const struct vw_probe_context *context) {
     return due;
 }
 
-static void there_are_as_many_states_as_asked_for(void **state) {
-    (void)state;
+TEST(there_are_as_many_states_as_asked_for) {
     for (uint32_t counted = 1; counted <= 12; counted += 1 + counted / 4) {
         for (uint32_t states = 1; states <= counted; states++) {
             struct vw_config config = probing_config();
@@ -197,8 +191,7 @@ static void there_are_as_many_states_as_asked_for(void **state) {
     }
 }
 
-static void what_cannot_be_probed_is_refused(void **state) {
-    (void)state;
+TEST(what_cannot_be_probed_is_refused) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = probing_config();
     struct vw_trainer *trainer = NULL;
@@ -213,8 +206,7 @@ static void what_cannot_be_probed_is_refused(void **state) {
 }
 
 // The states that are probed depend on how many epochs there are, so that such a run cannot be extended; others can.
-static void the_epochs_belong_to_such_a_run(void **state) {
-    (void)state;
+TEST(the_epochs_belong_to_such_a_run) {
     struct vw_config config = probing_config(), longer = config, read;
     longer.epochs++;
     for (uint32_t states = 0; states <= 2; states += 2) {
@@ -232,8 +224,7 @@ static void the_epochs_belong_to_such_a_run(void **state) {
 }
 
 // Earlier versions had another probe. A config that asks for it is refused, because its run cannot be scored.
-static void probes_of_earlier_versions_are_refused(void **state) {
-    (void)state;
+TEST(probes_of_earlier_versions_are_refused) {
     const struct vw_config config = probing_config();
     struct vw_config read;
     char *ours = vw_config_to_json(&config, false), *theirs = vw_format_text("{\"first_order\":true,%s", ours + 1);
@@ -244,17 +235,4 @@ static void probes_of_earlier_versions_are_refused(void **state) {
     free(theirs);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(probes_leave_the_run_alone),
-        cmocka_unit_test(probes_of_earlier_versions_are_refused),
-        cmocka_unit_test(every_photo_is_probed_at_every_state),
-        cmocka_unit_test(submissions_of_any_size_give_the_same_bits),
-        cmocka_unit_test(a_probe_is_the_step_from_the_checkpointed_state),
-        cmocka_unit_test(a_run_goes_on_from_a_probed_state),
-        cmocka_unit_test(there_are_as_many_states_as_asked_for),
-        cmocka_unit_test(what_cannot_be_probed_is_refused),
-        cmocka_unit_test(the_epochs_belong_to_such_a_run),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

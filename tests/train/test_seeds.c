@@ -53,8 +53,7 @@ static bool same_start(const struct drawn_step *a, const struct drawn_step *b) {
            test_same_bits(a->run->records[0].val_psnr, b->run->records[0].val_psnr);
 }
 
-static void a_seed_varies_what_it_is_told_to(void **state) {
-    (void)state;
+TEST(a_seed_varies_what_it_is_told_to) {
     static const struct {
         enum vw_vary vary;
         bool order, pixels, start; // which of them stay
@@ -84,8 +83,7 @@ static void a_seed_varies_what_it_is_told_to(void **state) {
 }
 
 // Where validation looks. Nothing of the training depends on it.
-static void validation_pixels_vary_when_named(void **state) {
-    (void)state;
+TEST(validation_pixels_vary_when_named) {
     static const struct {
         enum vw_vary vary;
         bool training, start; // which of them stay
@@ -116,8 +114,7 @@ static void validation_pixels_vary_when_named(void **state) {
 }
 
 // At the base seed all forms take the same run: that of the seed alone, as it was before there was a choice.
-static void at_the_base_seed_all_forms_agree(void **state) {
-    (void)state;
+TEST(at_the_base_seed_all_forms_agree) {
     struct vw_scene *scene = test_scene();
     struct vw_config plain = test_config();
     plain.seed = BASE_SEED;
@@ -134,8 +131,7 @@ static void at_the_base_seed_all_forms_agree(void **state) {
     vw_scene_close(&scene);
 }
 
-static void all_is_said_by_saying_nothing(void **state) {
-    (void)state;
+TEST(all_is_said_by_saying_nothing) {
     struct vw_config config = varying(VW_VARY_ALL, BASE_SEED), read;
     char *json = vw_config_to_json(&config, true);
     assert_null(strstr(json, "vary")); // the text that names runs is as it was
@@ -150,8 +146,7 @@ static void all_is_said_by_saying_nothing(void **state) {
     free(json);
 }
 
-static void a_form_is_kept_in_json(void **state) {
-    (void)state;
+TEST(a_form_is_kept_in_json) {
     for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_VALIDATION; vary++) {
         struct vw_config config = varying(vary, OTHER_SEED), read;
         config.base_seed = INT64_MAX;
@@ -181,11 +176,4 @@ static void a_form_is_kept_in_json(void **state) {
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_seed_varies_what_it_is_told_to), cmocka_unit_test(validation_pixels_vary_when_named),
-        cmocka_unit_test(at_the_base_seed_all_forms_agree), cmocka_unit_test(all_is_said_by_saying_nothing),
-        cmocka_unit_test(a_form_is_kept_in_json),
-    };
-    return cmocka_run_group_tests_name("seeds", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

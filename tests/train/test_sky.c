@@ -24,8 +24,7 @@ static struct vw_config config_with(const char *effects, enum vw_background_form
     return config;
 }
 
-static void runs_repeat_bit_for_bit(void **state) {
-    (void)state;
+TEST(runs_repeat_bit_for_bit) {
     struct vw_scene *scene = transparent_scene();
     const struct vw_config configs[] = {config_with("sky", VW_BACKGROUND_FIXED),
                                         config_with("background", VW_BACKGROUND_RANDOM),
@@ -41,8 +40,7 @@ static void runs_repeat_bit_for_bit(void **state) {
 }
 
 // A sky takes the background's place, and the targets stay on the scene's colour.
-static void a_sky_leaves_nothing_to_the_form_of_the_background(void **state) {
-    (void)state;
+TEST(a_sky_leaves_nothing_to_the_form_of_the_background) {
     struct vw_scene *scene = transparent_scene();
     struct vw_config config = config_with("background,sky", VW_BACKGROUND_FIXED);
     struct test_run *fixed = test_run(scene, &config, true, 0);
@@ -66,8 +64,7 @@ static float *render_field(const struct vw_scene *scene, const struct vw_config 
 }
 
 // Decision 1: the form is training's alone.
-static void validation_knows_no_form_of_the_background(void **state) {
-    (void)state;
+TEST(validation_knows_no_form_of_the_background) {
     struct vw_scene *scene = transparent_scene();
     struct vw_config forms[] = {config_with("background", VW_BACKGROUND_FIXED),
                                 config_with("background", VW_BACKGROUND_RANDOM)};
@@ -86,8 +83,7 @@ static void validation_knows_no_form_of_the_background(void **state) {
 }
 
 // 9 rgb coefficients, and what the step needs to learn them; without the effect none of it.
-static void a_sky_costs_27_params(void **state) {
-    (void)state;
+TEST(a_sky_costs_27_params) {
     struct vw_scene *scene = test_scene();
     struct vw_config without = config_with("none", VW_BACKGROUND_FIXED), with = config_with("sky", VW_BACKGROUND_FIXED);
     struct vw_trainer *trainers[2] = {test_trainer_create(scene, &without, true, 0),
@@ -109,8 +105,7 @@ static void a_sky_costs_27_params(void **state) {
 }
 
 // The field's file holds the sky, and is refused where there is none.
-static void a_field_keeps_its_sky(void **state) {
-    (void)state;
+TEST(a_field_keeps_its_sky) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
     struct vw_scene *scene = test_scene();
@@ -138,8 +133,7 @@ static void a_field_keeps_its_sky(void **state) {
 }
 
 // scenes/sky.json at a quarter of its pixels: 3.9 dB were gained after 15 epochs, over three seeds.
-static void a_sky_is_worth_its_params(void **state) {
-    (void)state;
+TEST(a_sky_is_worth_its_params) {
     struct vw_scene *scene = NULL;
     double psnr[2];
     ASSERT_OK(vw_scene_open(
@@ -157,14 +151,4 @@ static void a_sky_is_worth_its_params(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(runs_repeat_bit_for_bit),
-        cmocka_unit_test(a_sky_leaves_nothing_to_the_form_of_the_background),
-        cmocka_unit_test(validation_knows_no_form_of_the_background),
-        cmocka_unit_test(a_sky_costs_27_params),
-        cmocka_unit_test(a_field_keeps_its_sky),
-        cmocka_unit_test(a_sky_is_worth_its_params),
-    };
-    return cmocka_run_group_tests_name("sky", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

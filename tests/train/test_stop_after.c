@@ -19,8 +19,7 @@ static void run_to_hold(struct vw_trainer *trainer, struct test_run *run) {
     assert_false(vw_trainer_in_flight(trainer));
 }
 
-static void epochs_end_where_they_are_held(void **state) {
-    (void)state;
+TEST(epochs_end_where_they_are_held) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *whole = test_run(scene, &config, true, 4);
@@ -47,7 +46,4 @@ static void epochs_end_where_they_are_held(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(epochs_end_where_they_are_held)};
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

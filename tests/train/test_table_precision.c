@@ -30,8 +30,7 @@ static void assert_nearest(float value) {
 }
 
 // All halves, the middles between neighbours, and the floats beside both.
-static void every_float_becomes_the_nearest_half(void **state) {
-    (void)state;
+TEST(every_float_becomes_the_nearest_half) {
     for (uint32_t bits = 0; bits < 0x7C00; bits++) {
         double value = reference_half_value((uint16_t)bits),
                next = bits < 0x7BFF ? reference_half_value((uint16_t)(bits + 1)) : 65536.0;
@@ -52,8 +51,7 @@ static void every_float_becomes_the_nearest_half(void **state) {
 
 // ---- Params ---------------------------------------------------------------------------------------------------------
 
-static void a_run_on_halves_begins_where_one_on_floats_does(void **state) {
-    (void)state;
+TEST(a_run_on_halves_begins_where_one_on_floats_does) {
     struct vw_scene *scene = test_scene();
     const struct vw_config configs[] = {config_of(VW_TABLE_FLOAT32), config_of(VW_TABLE_FLOAT16)};
     struct vw_trainer *floats = test_trainer_create(scene, &configs[0], false, 0),
@@ -116,8 +114,7 @@ static struct taken take(enum vw_table_precision precision) {
 
 // 4 bytes of every pair: in the params block, on the device, and each time that a pass reads or writes one. 4 levels of
 // 2^10 entries.
-static void halves_take_half_the_bytes(void **state) {
-    (void)state;
+TEST(halves_take_half_the_bytes) {
     struct taken floats = take(VW_TABLE_FLOAT32), halves = take(VW_TABLE_FLOAT16);
     const uint64_t saved_bytes = 4 * (4 << 10);
     assert_int_equal(floats.param_bytes - halves.param_bytes, saved_bytes);
@@ -130,8 +127,7 @@ static void halves_take_half_the_bytes(void **state) {
 // ---- Runs -----------------------------------------------------------------------------------------------------------
 
 // With the probes that put the state back, and without: whatever the batches, the same steps.
-static void a_run_on_halves_gives_the_same_bits_again(void **state) {
-    (void)state;
+TEST(a_run_on_halves_gives_the_same_bits_again) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_of(VW_TABLE_FLOAT16), wide = config_of(VW_TABLE_FLOAT32);
     config.epochs = wide.epochs = 12;
@@ -163,8 +159,7 @@ static void assert_refused(enum vw_status status, const char *words) {
 }
 
 // The files of each precision go to a trainer of the other, whose params stay as they are.
-static void files_of_the_other_precision_are_refused(void **state) {
-    (void)state;
+TEST(files_of_the_other_precision_are_refused) {
     char *folder = temporary_folder_create();
     const char *field = temporary_path(folder, "field"), *checkpoint = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
@@ -195,8 +190,7 @@ static void files_of_the_other_precision_are_refused(void **state) {
 
 // ---- The configuration ----------------------------------------------------------------------------------------------
 
-static void the_json_names_halves_alone(void **state) {
-    (void)state;
+TEST(the_json_names_halves_alone) {
     struct vw_config config = vw_config_default, read;
     char *json = vw_config_to_json(&config, true);
     assert_null(strstr(json, "precision")); // as in ledgers from before there was a choice
@@ -213,14 +207,4 @@ static void the_json_names_halves_alone(void **state) {
     free(json);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_float_becomes_the_nearest_half),
-        cmocka_unit_test(a_run_on_halves_begins_where_one_on_floats_does),
-        cmocka_unit_test(halves_take_half_the_bytes),
-        cmocka_unit_test(a_run_on_halves_gives_the_same_bits_again),
-        cmocka_unit_test(files_of_the_other_precision_are_refused),
-        cmocka_unit_test(the_json_names_halves_alone),
-    };
-    return cmocka_run_group_tests_name("table precision", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -99,8 +99,7 @@ static void assert_as_alone(struct group *group, uint32_t index) {
     test_run_free(expected);
 }
 
-static void bits_are_those_of_a_training_alone(void **state) {
-    (void)state;
+TEST(bits_are_those_of_a_training_alone) {
     static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient",
                                           "appearance_encoder,sky"};
     static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0, 0};
@@ -116,8 +115,7 @@ static void bits_are_those_of_a_training_alone(void **state) {
 
 // For a checkpoint one of them collects what it has in flight, while the others are ahead of it; one is given up with
 // steps in flight; one does not advance for a while.
-static void each_goes_its_own_way(void **state) {
-    (void)state;
+TEST(each_goes_its_own_way) {
     struct group group;
     open_group("none", 2, &group);
     take_round(&group);
@@ -135,8 +133,7 @@ static void each_goes_its_own_way(void **state) {
 }
 
 // Held, a training takes no step because others advance.
-static void a_held_training_stays(void **state) {
-    (void)state;
+TEST(a_held_training_stays) {
     struct group group;
     open_group("none", STEPS_PER_BATCH, &group);
     vw_trainer_stop_after(group.trainers[1], 5);
@@ -169,8 +166,7 @@ static void count_epochs(uint32_t together, double *commands, double *barriers) 
     vw_scene_close(&group.scene);
 }
 
-static void barriers_are_those_of_one(void **state) {
-    (void)state;
+TEST(barriers_are_those_of_one) {
     double commands_alone, barriers_alone;
     count_epochs(1, &commands_alone, &barriers_alone);
     for (uint32_t together = 1; together <= COUNTED_MOST; together *= 2) {
@@ -182,8 +178,7 @@ static void barriers_are_those_of_one(void **state) {
     }
 }
 
-static void pipelines_are_those_of_one(void **state) {
-    (void)state;
+TEST(pipelines_are_those_of_one) {
     struct group group;
     const uint32_t all = 100; // nothing is left out
     open_group("appearance_code", STEPS_PER_BATCH, &group);
@@ -199,8 +194,7 @@ static void pipelines_are_those_of_one(void **state) {
     close_group(&group);
 }
 
-static void as_many_as_fit_are_taken_together(void **state) {
-    (void)state;
+TEST(as_many_as_fit_are_taken_together) {
     struct vw_gpu_info device = {.kind = VW_GPU_DISCRETE, .memory_bytes = 1000};
     assert_int_equal(vw_trainers_together(&device, 100), 5);
     assert_int_equal(vw_trainers_together(&device, 900), 1);
@@ -209,14 +203,4 @@ static void as_many_as_fit_are_taken_together(void **state) {
     assert_int_equal(vw_trainers_together(&device, 1), 1);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bits_are_those_of_a_training_alone),
-        cmocka_unit_test(each_goes_its_own_way),
-        cmocka_unit_test(a_held_training_stays),
-        cmocka_unit_test(barriers_are_those_of_one),
-        cmocka_unit_test(pipelines_are_those_of_one),
-        cmocka_unit_test(as_many_as_fit_are_taken_together),
-    };
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

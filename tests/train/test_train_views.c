@@ -34,8 +34,7 @@ static struct test_run *run_on(const struct vw_scene *scene, const struct vw_con
 }
 
 // Also where a photo has numbers of its own, and where its camera would move the box.
-static void some_views_are_as_a_scene_of_these(void **state) {
-    (void)state;
+TEST(some_views_are_as_a_scene_of_these) {
     static const char *const effects[] = {"none", "appearance,appearance_code", "unbounded"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         struct vw_scene *whole = test_scene(), *smaller = test_scene();
@@ -66,8 +65,7 @@ static void some_views_are_as_a_scene_of_these(void **state) {
     }
 }
 
-static void what_cannot_be_trained_on_is_refused(void **state) {
-    (void)state;
+TEST(what_cannot_be_trained_on_is_refused) {
     struct vw_scene *scene = test_scene();
     const struct vw_config config = test_config();
     struct vw_trainer *trainer = NULL;
@@ -89,10 +87,4 @@ static void what_cannot_be_trained_on_is_refused(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(some_views_are_as_a_scene_of_these),
-        cmocka_unit_test(what_cannot_be_trained_on_is_refused),
-    };
-    return cmocka_run_group_tests_name("train_views", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

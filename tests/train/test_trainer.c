@@ -19,8 +19,7 @@
 #include "train/trainer_private.h"
 
 // Decision 2: the same bits again, and for any grouping of the steps into submissions.
-static void a_run_repeats_bit_for_bit(void **state) {
-    (void)state;
+TEST(a_run_repeats_bit_for_bit) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *first = test_run(scene, &config, true, 1);
@@ -36,8 +35,7 @@ static void a_run_repeats_bit_for_bit(void **state) {
 }
 
 // On a CPU, where many steps in a batch gain nothing, cheap ones take no more memory than 64 default ones.
-static void batches_of_cheap_steps_stay_small(void **state) {
-    (void)state;
+TEST(batches_of_cheap_steps_stay_small) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
@@ -49,8 +47,7 @@ static void batches_of_cheap_steps_stay_small(void **state) {
     vw_scene_close(&scene);
 }
 
-static void the_seed_changes_the_run(void **state) {
-    (void)state;
+TEST(the_seed_changes_the_run) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *zero = test_run(scene, &config, true, 4);
@@ -67,8 +64,7 @@ static void the_seed_changes_the_run(void **state) {
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
 // The first error is the same field's.
-static void the_length_of_the_loss_changes_the_run(void **state) {
-    (void)state;
+TEST(the_length_of_the_loss_changes_the_run) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.loss = VW_LOSS_HUBER;
@@ -81,8 +77,7 @@ static void the_length_of_the_loss_changes_the_run(void **state) {
     vw_scene_close(&scene);
 }
 
-static void each_view_comes_once_per_epoch(void **state) {
-    (void)state;
+TEST(each_view_comes_once_per_epoch) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *run = test_run(scene, &config, true, 0);
@@ -104,8 +99,7 @@ static void each_view_comes_once_per_epoch(void **state) {
 
 // Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
 // params alone: taken again after rendering a view it gives the same bits.
-static void validation_is_pure(void **state) {
-    (void)state;
+TEST(validation_is_pure) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
@@ -145,8 +139,7 @@ static void validation_is_pure(void **state) {
 
 // Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same
 // sums.
-static void psnr_means_what_it_says(void **state) {
-    (void)state;
+TEST(psnr_means_what_it_says) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.epochs = 40;
@@ -168,8 +161,7 @@ static void psnr_means_what_it_says(void **state) {
 }
 
 // A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
-static void validation_agrees_with_render(void **state) {
-    (void)state;
+TEST(validation_agrees_with_render) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.val_rays = TEST_VALS * 24 * 18;
@@ -196,8 +188,7 @@ static void validation_agrees_with_render(void **state) {
 }
 
 // Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
-static void memory_is_flat_in_pixels(void **state) {
-    (void)state;
+TEST(memory_is_flat_in_pixels) {
     struct vw_config config = test_config();
     uint64_t bytes[2];
     for (int large = 0; large < 2; large++) {
@@ -214,8 +205,7 @@ static void memory_is_flat_in_pixels(void **state) {
 }
 
 // World coordinates of 1e6 metres train as well as those of 1.
-static void world_offset_and_scale_change_little(void **state) {
-    (void)state;
+TEST(world_offset_and_scale_change_little) {
     struct vw_config config = test_config();
     config.epochs = 12;
     double psnr[3];
@@ -242,8 +232,7 @@ static void world_offset_and_scale_change_little(void **state) {
 }
 
 // Decision 8: a step that is not finite is skipped and flagged, has no values, and the run goes on.
-static void a_nonfinite_step_is_flagged(void **state) {
-    (void)state;
+TEST(a_nonfinite_step_is_flagged) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *run = vw_allocate(1, sizeof *run);
@@ -281,8 +270,7 @@ static struct test_run *run_clamped(const struct vw_scene *scene, const struct v
 
 // A device that cannot be told to keep NaN may round otherwise, since its driver may then rearrange sums: still the
 // same training.
-static void a_device_that_keeps_no_nan_trains_the_same(void **state) {
-    (void)state;
+TEST(a_device_that_keeps_no_nan_trains_the_same) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
@@ -301,8 +289,7 @@ static void a_device_that_keeps_no_nan_trains_the_same(void **state) {
 // A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers
 // for texels, two 32-bit atomics for a 64-bit one), for narrow and wide gradients. (What keeping NaN changes is
 // a_device_that_keeps_no_nan_trains_the_same's business.)
-static void a_device_at_the_floor_trains_the_same(void **state) {
-    (void)state;
+TEST(a_device_at_the_floor_trains_the_same) {
     struct vw_gpu_limits floor = vw_gpu_floor_limits;
     floor.keeps_nan = true;
     struct vw_scene *scene = test_scene();
@@ -319,8 +306,7 @@ static void a_device_at_the_floor_trains_the_same(void **state) {
 }
 
 // With slices of one length; those of GPUs round otherwise.
-static void the_choices_for_gpus_train_the_same(void **state) {
-    (void)state;
+TEST(the_choices_for_gpus_train_the_same) {
     struct vw_device_choices choices;
     vw_device_choose(&(struct vw_gpu_info){.kind = VW_GPU_DISCRETE}, &choices);
     assert_true(choices.skip_zeros && choices.scatter == SCATTER_ATOMICS);
@@ -341,8 +327,7 @@ static void the_choices_for_gpus_train_the_same(void **state) {
 
 // A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders
 // black, as the photos are.
-static void a_perfect_match_is_floored(void **state) {
-    (void)state;
+TEST(a_perfect_match_is_floored) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.epochs = 1;
@@ -361,8 +346,7 @@ static void a_perfect_match_is_floored(void **state) {
 }
 
 // A learning rate that makes everything diverge never makes a param that is not finite.
-static void params_stay_finite(void **state) {
-    (void)state;
+TEST(params_stay_finite) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.learning_rate = 1e6;
@@ -376,8 +360,7 @@ static void params_stay_finite(void **state) {
     vw_scene_close(&scene);
 }
 
-static void a_field_file_round_trips(void **state) {
-    (void)state;
+TEST(a_field_file_round_trips) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     char *folder = temporary_folder_create();
@@ -407,8 +390,7 @@ static void a_field_file_round_trips(void **state) {
 }
 
 // What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
-static void the_run_id_names_what_changes_bits(void **state) {
-    (void)state;
+TEST(the_run_id_names_what_changes_bits) {
     struct vw_scene *scene = test_scene();
     struct vw_config configs[7];
     uint8_t ids[7][VW_HASH_BYTES];
@@ -431,8 +413,7 @@ static void the_run_id_names_what_changes_bits(void **state) {
 }
 
 // Effects follow the evidence and --effects; what a scene does not call for changes no bit.
-static void effects_follow_evidence_and_option(void **state) {
-    (void)state;
+TEST(effects_follow_evidence_and_option) {
     const struct {
         double k1;
         bool alpha;
@@ -476,8 +457,7 @@ static void effects_follow_evidence_and_option(void **state) {
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
-static void validation_pixels_are_stratified_and_fixed(void **state) {
-    (void)state;
+TEST(validation_pixels_are_stratified_and_fixed) {
     struct vw_scene *scene = test_scene();
     const uint32_t asked[] = {1, 96, 200, 100000}, taken[] = {3 * 32, 96, 200, 3 * 24 * 18};
     for (size_t i = 0; i < VW_ARRAY_COUNT(asked); i++) {
@@ -499,8 +479,7 @@ static void validation_pixels_are_stratified_and_fixed(void **state) {
     vw_scene_close(&scene);
 }
 
-static void configs_round_trip_and_ranges_are_checked(void **state) {
-    (void)state;
+TEST(configs_round_trip_and_ranges_are_checked) {
     struct vw_config config = test_config(), parsed;
     config.seed = INT64_MAX;
     config.learning_rate = 0.1 + 0.2;
@@ -544,8 +523,7 @@ static void configs_round_trip_and_ranges_are_checked(void **state) {
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
-static void a_length_that_is_not_chosen_leaves_no_trace(void **state) {
-    (void)state;
+TEST(a_length_that_is_not_chosen_leaves_no_trace) {
     struct vw_config config = test_config(), parsed;
     for (enum vw_loss loss = VW_LOSS_L1; loss <= VW_LOSS_HUBER; loss++) { // runs keep the names they had without it
         config.loss = loss;
@@ -566,30 +544,4 @@ static void a_length_that_is_not_chosen_leaves_no_trace(void **state) {
     assert_non_null(strstr(vw_error_message(), "needs --loss huber, not l2"));
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_run_repeats_bit_for_bit),
-        cmocka_unit_test(batches_of_cheap_steps_stay_small),
-        cmocka_unit_test(the_seed_changes_the_run),
-        cmocka_unit_test(the_length_of_the_loss_changes_the_run),
-        cmocka_unit_test(each_view_comes_once_per_epoch),
-        cmocka_unit_test(validation_is_pure),
-        cmocka_unit_test(psnr_means_what_it_says),
-        cmocka_unit_test(validation_agrees_with_render),
-        cmocka_unit_test(memory_is_flat_in_pixels),
-        cmocka_unit_test(world_offset_and_scale_change_little),
-        cmocka_unit_test(a_nonfinite_step_is_flagged),
-        cmocka_unit_test(a_device_at_the_floor_trains_the_same),
-        cmocka_unit_test(a_device_that_keeps_no_nan_trains_the_same),
-        cmocka_unit_test(the_choices_for_gpus_train_the_same),
-        cmocka_unit_test(a_perfect_match_is_floored),
-        cmocka_unit_test(params_stay_finite),
-        cmocka_unit_test(a_field_file_round_trips),
-        cmocka_unit_test(the_run_id_names_what_changes_bits),
-        cmocka_unit_test(effects_follow_evidence_and_option),
-        cmocka_unit_test(validation_pixels_are_stratified_and_fixed),
-        cmocka_unit_test(configs_round_trip_and_ranges_are_checked),
-        cmocka_unit_test(a_length_that_is_not_chosen_leaves_no_trace),
-    };
-    return cmocka_run_group_tests_name("trainer", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -19,8 +19,7 @@ static struct vw_config config_with(enum vw_field field, const char *effects) {
 }
 
 // Off there is nothing of it; on, a head and a code per photo, and the field begins with the same numbers.
-static void what_is_off_takes_no_room(void **state) {
-    (void)state;
+TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
     const uint64_t head[VW_FIELD_COUNT] = {16 * (16 + 16 + 1) + 16 * 17 + 5 * 17,
                                            8 * (16 + 16 + 1) + 3 * 8 * 9 + 5 * 9};
@@ -67,8 +66,7 @@ static void check_that_nothing_of_it_is_rendered(const struct vw_scene *scene, c
 
 // What validation and rendering see: the untrained field is the same with and without; a step of learning rate 0 and a
 // repeated measurement have the same bits; and no number of head or codes changes a picture.
-static void validation_sees_the_field_alone(void **state) {
-    (void)state;
+TEST(validation_sees_the_field_alone) {
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         struct vw_config off = config_with(field, "none"), config = config_with(field, "transient");
@@ -91,8 +89,7 @@ static void validation_sees_the_field_alone(void **state) {
     vw_scene_close(&scene);
 }
 
-static void what_it_cannot_be_beside_is_refused_by_name(void **state) {
-    (void)state;
+TEST(what_it_cannot_be_beside_is_refused_by_name) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     static const char *const choices[] = {"auto", "+transient", "transient,occupancy"};
@@ -112,8 +109,7 @@ static void what_it_cannot_be_beside_is_refused_by_name(void **state) {
     assert_non_null(strstr(vw_error_message(), "needs --loss l2, not huber"));
 }
 
-static void the_sweep_refuses_it_by_name(void **state) {
-    (void)state;
+TEST(the_sweep_refuses_it_by_name) {
     struct vw_config config = config_with(VW_FIELD_HASH, "transient");
     struct vw_scene *scene = test_scene();
     struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
@@ -138,8 +134,7 @@ static double psnr_with(const struct vw_scene *scene, const char *effects) {
     return psnr;
 }
 
-static void what_hides_photos_harms_less(void **state) {
-    (void)state;
+TEST(what_hides_photos_harms_less) {
     struct vw_scene *scene = test_scene();
     for (uint32_t view = 0; view < 5; view++) { // another quarter of each, in a colour of its own
         struct vw_image *image = &scene->views[view].image;
@@ -156,13 +151,4 @@ static void what_hides_photos_harms_less(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_off_takes_no_room),
-        cmocka_unit_test(validation_sees_the_field_alone),
-        cmocka_unit_test(what_it_cannot_be_beside_is_refused_by_name),
-        cmocka_unit_test(the_sweep_refuses_it_by_name),
-        cmocka_unit_test(what_hides_photos_harms_less),
-    };
-    return cmocka_run_group_tests_name("transient", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

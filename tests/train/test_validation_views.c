@@ -130,8 +130,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     vw_trainer_destroy(&trainer);
 }
 
-static void corrupted_views_are_found(void **state) {
-    (void)state;
+TEST(corrupted_views_are_found) {
     static const struct {
         const char *what;
         void (*corrupt)(struct vw_view *view);
@@ -160,7 +159,4 @@ static void corrupted_views_are_found(void **state) {
     }
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(corrupted_views_are_found)};
-    return cmocka_run_group_tests(tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

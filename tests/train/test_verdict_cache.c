@@ -52,6 +52,16 @@ static char *find_file(const char *folder) {
     return found;
 }
 
+static int make_cache(void **state) {
+    *state = temporary_folder_create();
+    return setenv("XDG_CACHE_HOME", *state, 1);
+}
+
+static int remove_cache(void **state) {
+    temporary_folder_remove(*state);
+    return 0;
+}
+
 // Times are never the same twice: equal ones were kept.
 static bool was_kept(const struct vw_effect_verdict *a, const struct vw_effect_verdict *b) {
     assert_true(test_same_bits(a->evidence, b->evidence));
@@ -60,7 +70,7 @@ static bool was_kept(const struct vw_effect_verdict *a, const struct vw_effect_v
     return test_same_bits(a->ms_per_step, b->ms_per_step);
 }
 
-static void verdicts_are_kept(void **state) {
+TEST_WITHIN(verdicts_are_kept, make_cache, remove_cache) {
     struct decided first, second, longer;
     const struct vw_effect_verdict *measured = decide(&first, 8), *kept = decide(&second, 8);
     assert_true(isfinite(measured->evidence) && isfinite(measured->ms_per_step));
@@ -74,7 +84,7 @@ static void verdicts_are_kept(void **state) {
 }
 
 // Every byte of the file counts; so do its end and what a hash cannot tell: who wrote it.
-static void damaged_files_are_none(void **state) {
+TEST_WITHIN(damaged_files_are_none, make_cache, remove_cache) {
     struct decided first, second;
     const struct vw_effect_verdict *measured = decide(&first, 8);
     char *path = find_file(*state), *file = NULL;
@@ -95,22 +105,11 @@ static void damaged_files_are_none(void **state) {
     free(file);
 }
 
-static void a_cache_that_cannot_be_written_is_no_error(void **state) {
-    (void)state;
+TEST_WITHIN(a_cache_that_cannot_be_written_is_no_error, make_cache, remove_cache) {
     struct decided first, second;
     setenv("XDG_CACHE_HOME", "/dev/null", 1);
     const struct vw_effect_verdict *measured = decide(&first, 8);
     assert_false(was_kept(measured, decide(&second, 8)));
-}
-
-static int make_cache(void **state) {
-    *state = temporary_folder_create();
-    return setenv("XDG_CACHE_HOME", *state, 1);
-}
-
-static int remove_cache(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
 }
 
 static int open_scene(void **state) {
@@ -124,11 +123,4 @@ static int close_all(void **state) {
     return test_gpu_close(state);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(verdicts_are_kept, make_cache, remove_cache),
-        cmocka_unit_test_setup_teardown(damaged_files_are_none, make_cache, remove_cache),
-        cmocka_unit_test_setup_teardown(a_cache_that_cannot_be_written_is_no_error, make_cache, remove_cache),
-    };
-    return cmocka_run_group_tests(tests, open_scene, close_all);
-}
+TEST_GROUP(open_scene, close_all)

@@ -19,8 +19,7 @@ static struct vw_config config_with(const char *effects) {
     return config;
 }
 
-static void what_is_off_takes_no_room(void **state) {
-    (void)state;
+TEST(what_is_off_takes_no_room) {
     static const struct vw_visibility_effect nothing;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("visibility");
@@ -35,8 +34,7 @@ static void what_is_off_takes_no_room(void **state) {
     vw_scene_close(&scene);
 }
 
-static void bits_do_not_depend_on_batches(void **state) {
-    (void)state;
+TEST(bits_do_not_depend_on_batches) {
     struct vw_scene *scene = test_scene();
     for (int momentum = 0; momentum < 2; momentum++) {
         struct vw_config config = config_with(momentum ? "visibility,appearance,sky" : "visibility");
@@ -52,8 +50,7 @@ static void bits_do_not_depend_on_batches(void **state) {
 }
 
 // Decision 1: the same params render the same, whatever the network and the codes say.
-static void validation_does_not_know_it(void **state) {
-    (void)state;
+TEST(validation_does_not_know_it) {
     struct vw_scene *scene = test_scene();
     struct vw_config on = config_with("visibility"), off = config_with("none");
     struct test_run *run = vw_allocate(1, sizeof *run);
@@ -119,8 +116,7 @@ static void mean_visibility(const struct vw_scene *scene, const struct vw_traine
 }
 
 // Seen: 0.9 to 1.4 dB over three seeds, and 0.3 beside 0.8.
-static void boxes_before_the_scene_are_left_out(void **state) {
-    (void)state;
+TEST(boxes_before_the_scene_are_left_out) {
     struct vw_scene *scene = NULL;
     double psnr[2], visible[2];
     ASSERT_OK(vw_scene_open(
@@ -147,12 +143,4 @@ static void boxes_before_the_scene_are_left_out(void **state) {
     vw_scene_close(&scene);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_is_off_takes_no_room),
-        cmocka_unit_test(bits_do_not_depend_on_batches),
-        cmocka_unit_test(validation_does_not_know_it),
-        cmocka_unit_test(boxes_before_the_scene_are_left_out),
-    };
-    return cmocka_run_group_tests_name("visibility", tests, NULL, test_gpu_close);
-}
+TEST_GROUP(NULL, test_gpu_close)

@@ -13,8 +13,7 @@ static struct vw_agreement compare(const double *a, const double *b, const bool 
     return agreement;
 }
 
-static void numbers_worked_out_by_hand(void **state) {
-    (void)state;
+TEST(numbers_worked_out_by_hand) {
     // Deviations -2 -1 0 1 2 and -1 -2 1 0 2: products 2 2 0 0 4, squares 10 and 10.
     const double a[] = {-2, -1, 0, 1, 2}, b[] = {-1.5, -2.5, 0.5, -0.5, 1.5};
     struct vw_agreement agreement = compare(a, b, NULL, 5);
@@ -30,16 +29,14 @@ static void numbers_worked_out_by_hand(void **state) {
     assert_real(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 1.0 / 6, "kappa");
 }
 
-static void ties_share_their_rank(void **state) {
-    (void)state;
+TEST(ties_share_their_rank) {
     // Ranks 1.5 1.5 3 4 and 1 2.5 2.5 4: deviations -1 -1 0.5 1.5 and -1.5 0 0 1.5, products 1.5 0 0 2.25, squares 4.5
     // and 4.5.
     const double a[] = {1, 1, 2, 9}, b[] = {-7, 0, 0, 100};
     assert_real(compare(a, b, NULL, 4).values[VW_AGREEMENT_SPEARMAN], 3.75 / 4.5, "rho of ties");
 }
 
-static void the_clean_are_compared_alone(void **state) {
-    (void)state;
+TEST(the_clean_are_compared_alone) {
     const double a[] = {1, 2, 3, -50, -60}, b[] = {3, 1, 2, -60, -50};
     const bool clean[] = {true, true, true, false, false};
     struct vw_agreement agreement = compare(a, b, clean, 5);
@@ -49,8 +46,7 @@ static void the_clean_are_compared_alone(void **state) {
     assert_real(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, "rho within the clean");
 }
 
-static void two_extremes_do_not_decide(void **state) {
-    (void)state;
+TEST(two_extremes_do_not_decide) {
     // Without 50 and -40 (the second run's; 0 in the first): -2 -1 0 1 2 and -1 -2 1 0 2, as above.
     const double a[] = {-2, 50, -1, 0, 1, 0, 2}, b[] = {-1, 60, -2, 1, 0, -40, 2};
     struct vw_agreement agreement = compare(a, b, NULL, 7);
@@ -60,8 +56,7 @@ static void two_extremes_do_not_decide(void **state) {
     assert_true(isnan(compare(equal, other, NULL, 5).values[VW_AGREEMENT_TRIMMED_PEARSON]));
 }
 
-static void coverage_counts_intervals_that_hold_the_mean(void **state) {
-    (void)state;
+TEST(coverage_counts_intervals_that_hold_the_mean) {
     // Of two runs, the mean is seen from a score at 1 / sqrt(2) of the way to the other one: 0.707 of 1.
     double values[] = {0, 5, 1, NAN}, low[] = {-1, 0, 0.2, 0}, high[] = {0.71, 9, 2, 1};
     struct vw_score_table table = {.values = values, .ci_low = low, .ci_high = high};
@@ -75,8 +70,7 @@ static void coverage_counts_intervals_that_hold_the_mean(void **state) {
     assert_true(isnan(vw_agreement_coverage(&tables, &table).share));
 }
 
-static void missing_scores_are_left_out(void **state) {
-    (void)state;
+TEST(missing_scores_are_left_out) {
     const double a[] = {NAN, -2, -1, 0, 5, 1, 2, INFINITY}, b[] = {3, -1.5, -2.5, 0.5, NAN, -0.5, 1.5, 1};
     struct vw_agreement agreement = compare(a, b, NULL, 8);
     assert_int_equal(agreement.photos, 5);
@@ -84,8 +78,7 @@ static void missing_scores_are_left_out(void **state) {
     assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
 }
 
-static void where_nothing_can_be_said(void **state) {
-    (void)state;
+TEST(where_nothing_can_be_said) {
     const double equal[] = {-1, -1, -1}, other[] = {-3, -2, -1}, positive[] = {1, 2, 3}, lost[] = {NAN, NAN, NAN};
     struct vw_agreement agreement = compare(equal, other, NULL, 3);
     assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
@@ -104,8 +97,7 @@ static void where_nothing_can_be_said(void **state) {
     for (int i = 0; i < VW_AGREEMENT_COUNT; i++) assert_true(isnan(agreement.values[i]));
 }
 
-static void pairs_are_summarised(void **state) {
-    (void)state;
+TEST(pairs_are_summarised) {
     double values[] = {1,      2, 3, /**/ 3,   2,   1,
                        /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
     struct vw_score_table table = {.method = "some", .unit = "dB", .values = values};
@@ -143,8 +135,7 @@ static struct test_recording *train(uint32_t epochs, uint64_t seed) {
 }
 
 // The first epochs of a longer run are the run of so many epochs.
-static void first_epochs_are_scored_as_a_run_of_their_own(void **state) {
-    (void)state;
+TEST(first_epochs_are_scored_as_a_run_of_their_own) {
     struct test_recording *longer = train(9, 1), *shorter = train(4, 1), *other = train(4, 2);
     struct vw_value_input runs[] = {input_of(longer, test_images), input_of(other, test_images)};
     struct vw_value_input wanted[] = {input_of(shorter, test_images), input_of(other, test_images)};
@@ -175,8 +166,7 @@ static void first_epochs_are_scored_as_a_run_of_their_own(void **state) {
     free(other);
 }
 
-static void probes_of_later_epochs_are_left_out(void **state) {
-    (void)state;
+TEST(probes_of_later_epochs_are_left_out) {
     struct test_recording *training = train(4, 1);
     const struct vw_probe probes[] = {{.step = 1}, {.step = 10}, {.step = 10}, {.step = 11}, {.step = 20}};
     struct vw_value_input input = input_of(training, test_images);
@@ -192,8 +182,7 @@ static void probes_of_later_epochs_are_left_out(void **state) {
 }
 
 // A run that has no step after burn-in has no score of any method: its places are NaN, and the others' pairs stay.
-static void a_run_without_scores_takes_no_part(void **state) {
-    (void)state;
+TEST(a_run_without_scores_takes_no_part) {
     struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);
     struct vw_value_input runs[] = {input_of(burned, test_images), input_of(full, test_images),
                                     input_of(other, test_images)};
@@ -216,8 +205,7 @@ static void a_run_without_scores_takes_no_part(void **state) {
     free(burned);
 }
 
-static void truth_is_not_made_up(void **state) {
-    (void)state;
+TEST(truth_is_not_made_up) {
     struct test_recording *training = train(4, 1);
     struct vw_ledger_image images[TEST_IMAGE_COUNT];
     for (int i = 0; i < TEST_IMAGE_COUNT; i++) {
@@ -232,8 +220,7 @@ static void truth_is_not_made_up(void **state) {
     free(training);
 }
 
-static void runs_on_other_photos_are_refused(void **state) {
-    (void)state;
+TEST(runs_on_other_photos_are_refused) {
     struct test_recording *training = train(4, 1);
     struct vw_ledger_image images[TEST_IMAGE_COUNT];
     memcpy(images, test_images, sizeof images);
@@ -244,23 +231,4 @@ static void runs_on_other_photos_are_refused(void **state) {
     assert_non_null(strstr(vw_error_message(), "run 2"));
     vw_score_tables_free(&tables);
     free(training);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers_worked_out_by_hand),
-        cmocka_unit_test(ties_share_their_rank),
-        cmocka_unit_test(the_clean_are_compared_alone),
-        cmocka_unit_test(two_extremes_do_not_decide),
-        cmocka_unit_test(coverage_counts_intervals_that_hold_the_mean),
-        cmocka_unit_test(missing_scores_are_left_out),
-        cmocka_unit_test(where_nothing_can_be_said),
-        cmocka_unit_test(pairs_are_summarised),
-        cmocka_unit_test(first_epochs_are_scored_as_a_run_of_their_own),
-        cmocka_unit_test(probes_of_later_epochs_are_left_out),
-        cmocka_unit_test(a_run_without_scores_takes_no_part),
-        cmocka_unit_test(truth_is_not_made_up),
-        cmocka_unit_test(runs_on_other_photos_are_refused),
-    };
-    return cmocka_run_group_tests_name("agreement", tests, NULL, NULL);
 }

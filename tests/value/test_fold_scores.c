@@ -24,8 +24,7 @@ static struct vw_ledger_score made_score(uint32_t image_id, const char *method, 
 }
 
 // Photo 0 trains in folds 1 and 2, photo 1 in 0 and 2, photo 2 in 0 and 1.
-static void test_pools_by_the_formula(void **state) {
-    (void)state;
+TEST(test_pools_by_the_formula) {
     const struct vw_ledger_score first[] = {made_score(1, "dv_psnr", 2, 0.1), made_score(2, "dv_psnr", -1, 0.1)};
     const struct vw_ledger_score second[] = {made_score(0, "dv_psnr", 5, 0.1), made_score(2, "dv_psnr", -3, 4)};
     const struct vw_ledger_score third[] = {made_score(0, "dv_psnr", 5.5, 0.1), made_score(1, "dv_psnr", 3, 0.1)};
@@ -53,8 +52,7 @@ static void test_pools_by_the_formula(void **state) {
     free(pooled);
 }
 
-static void test_keeps_the_only_fold(void **state) {
-    (void)state;
+TEST(test_keeps_the_only_fold) {
     const struct vw_ledger_score first[] = {made_score(1, "dv_psnr", 2, 0.1), made_score(1, "dv_loss", 7, 0.2)};
     struct vw_ledger_score second[] = {made_score(0, "dv_psnr", 5, 0.3), made_score(1, "dv_psnr", 9, 0.3)};
     second[1].visits = 0; // no value
@@ -84,8 +82,7 @@ static void make_scene(struct vw_view *views, struct vw_scene *scene, bool rever
     }
 }
 
-static void test_folds_partition_by_name(void **state) {
-    (void)state;
+TEST(test_folds_partition_by_name) {
     struct vw_view views[VIEWS], turned_views[VIEWS];
     struct vw_scene scene, turned;
     uint32_t *fold_of = NULL, *turned_fold_of = NULL, *other_fold_of = NULL, sizes[3] = {0};
@@ -108,13 +105,4 @@ static void test_folds_partition_by_name(void **state) {
     free(turned_fold_of);
     free(other_fold_of);
     assert_int_equal(vw_kfold_divide(&scene, 1, 7, &fold_of), VW_ERROR_USAGE);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_pools_by_the_formula),
-        cmocka_unit_test(test_keeps_the_only_fold),
-        cmocka_unit_test(test_folds_partition_by_name),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

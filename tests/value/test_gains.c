@@ -14,8 +14,7 @@
 // which a third counts. Means of trainings: 10 and 12 of all, 13 and 13 of the list: residuals of the two-way table are
 // +-0.5, their squares add up to 1 with 1 degree of freedom; 2 / 2 times 1 counts. Degrees of freedom:
 // (4/3)^2 / ((1/3)^2 / 2 + 1 / 1) = 1.68, rounded down to 1, where t is 6.31375.
-static void both_noises_count(void **state) {
-    (void)state;
+TEST(both_noises_count) {
     static const double psnr_db[] = {
         9,  10, 11, 11, 12, 13, // all photos
         11, 13, 15, 11, 13, 15,
@@ -30,8 +29,7 @@ static void both_noises_count(void **state) {
 }
 
 // A second list with the same results adds no degree of freedom; one with those of all photos has no noise.
-static void equal_lists_are_counted_once(void **state) {
-    (void)state;
+TEST(equal_lists_are_counted_once) {
     static const double psnr_db[] = {
         9,  10, 11, 11, 12, 13, // all photos
         11, 13, 15, 11, 13, 15, 11, 13, 15, 11, 13, 15, 9, 10, 11, 11, 12, 13,
@@ -43,8 +41,7 @@ static void equal_lists_are_counted_once(void **state) {
     assert_true(gains[3].gain_db == 0 && gains[3].ci_low == 0 && gains[3].ci_high == 0);
 }
 
-static void too_little_data_proves_nothing(void **state) {
-    (void)state;
+TEST(too_little_data_proves_nothing) {
     static const double psnr_db[] = {10, 10, 12, 12.5}, unknown[] = {9, 10, 11, 11, 12, 13, 11, NAN, 15, 11, 13, 15};
     struct vw_gain gains[2];
     assert_int_equal(vw_gains_estimate(psnr_db, 2, 1, 2, gains), VW_OK); // one seed
@@ -58,8 +55,7 @@ static void too_little_data_proves_nothing(void **state) {
     assert_int_equal(vw_gains_choose(gains, 2), 0);
 }
 
-static void the_best_of_those_that_are_sure_is_chosen(void **state) {
-    (void)state;
+TEST(the_best_of_those_that_are_sure_is_chosen) {
     const struct vw_gain gains[] = {
         {0, 0, 0, 0}, {3, 2, -0.1, 6}, {1, 0.1, 0.8, 1.2}, {1.5, 0.5, 0.5, 2.5}, {2, 1, 0, 4}};
     assert_int_equal(vw_gains_choose(gains, 5), 3);
@@ -100,38 +96,22 @@ static double share_of(const double gains_db[LISTS], double gain_db) {
     return (double)chosen / GAMES;
 }
 
-static void no_worse_list_is_chosen(void **state) {
-    (void)state;
+TEST(no_worse_list_is_chosen) {
     static const double worse[LISTS] = {0, -0.3, -0.3, -0.4, -0.5, -0.3, -0.6, -0.8, -1};
     double share = share_of(worse, 0);
     if (share < 0.99) fail_msg("all photos are kept in %g of the games", share);
 }
 
 // Eight lists have eight chances.
-static void no_gain_is_seldom_found(void **state) {
-    (void)state;
+TEST(no_gain_is_seldom_found) {
     static const double none[LISTS] = {0, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9};
     double share = share_of(none, 0);
     if (share < 0.75) fail_msg("all photos are kept in %g of the games", share);
 }
 
 // Without a harmful photo the second list gains 1 dB; other lists drop good photos, too.
-static void a_large_gain_is_found(void **state) {
-    (void)state;
+TEST(a_large_gain_is_found) {
     static const double large[LISTS] = {0, 1, -0.2, 0.2, 0.1, 0, -0.3, -0.5, -0.5};
     double share = share_of(large, 1);
     if (share < 0.99) fail_msg("the list without the harmful photo is chosen in %g of the games", share);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(both_noises_count),
-        cmocka_unit_test(equal_lists_are_counted_once),
-        cmocka_unit_test(too_little_data_proves_nothing),
-        cmocka_unit_test(the_best_of_those_that_are_sure_is_chosen),
-        cmocka_unit_test(no_worse_list_is_chosen),
-        cmocka_unit_test(no_gain_is_seldom_found),
-        cmocka_unit_test(a_large_gain_is_found),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -93,7 +93,7 @@ static void check_half(const char *folder, const uint8_t *halves, uint8_t half) 
     free(expected);
 }
 
-static void scores_of_a_half_are_of_its_photos_alone(void **state) {
+FOLDER_TEST(scores_of_a_half_are_of_its_photos_alone) {
     uint8_t halves[IMAGES];
     uint32_t sizes[VW_HALVES];
     make_images();
@@ -105,8 +105,7 @@ static void scores_of_a_half_are_of_its_photos_alone(void **state) {
 }
 
 // The split depends on names and seed, not on the order of the images.
-static void halves_are_drawn_by_name_and_seed(void **state) {
-    (void)state;
+TEST(halves_are_drawn_by_name_and_seed) {
     uint8_t halves[IMAGES], turned_halves[IMAGES], other[IMAGES];
     uint32_t sizes[VW_HALVES], differ = 0, counts[VW_HALVES + 1] = {0};
     struct vw_ledger_image turned[IMAGES];
@@ -129,7 +128,7 @@ static void halves_are_drawn_by_name_and_seed(void **state) {
 }
 
 // The mean over the half's photos of what each gains, by photo; no lasting_loss, which no single photo has.
-static void a_sweep_by_validation_photo_has_halves(void **state) {
+FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     static struct vw_lasting_step steps[STEPS - 1];
     static double view_psnr[STEPS - 1][VIEWS];
     const uint32_t views[VIEWS] = {1, 3, 5, 7, 9};
@@ -172,7 +171,7 @@ static void a_sweep_by_validation_photo_has_halves(void **state) {
 }
 
 // A ledger that lacks rows of view has no values for that half.
-static void a_step_without_all_photos_has_no_value(void **state) {
+FOLDER_TEST(a_step_without_all_photos_has_no_value) {
     uint8_t halves[IMAGES];
     uint32_t sizes[VW_HALVES], score_count = 77;
     struct vw_value_input input;
@@ -187,14 +186,4 @@ static void a_step_without_all_photos_has_no_value(void **state) {
         assert_true(strncmp(scores[i].method, "dv_", 3) != 0);
     free(scores);
     vw_ledger_close(&ledger);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(scores_of_a_half_are_of_its_photos_alone, test_set_up, test_tear_down),
-        cmocka_unit_test(halves_are_drawn_by_name_and_seed),
-        cmocka_unit_test_setup_teardown(a_sweep_by_validation_photo_has_halves, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_step_without_all_photos_has_no_value, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -101,7 +101,7 @@ static struct run *hand_made(void) {
 }
 
 // The tolerance is the rounding of powers of ten and their logarithms.
-static void deltas_are_summed_by_view(void **state) {
+FOLDER_TEST(deltas_are_summed_by_view) {
     struct run *run = hand_made();
     struct vw_ledger *ledger = record(*state, run);
     struct vw_value_input input = input_of(run, 1);
@@ -146,7 +146,7 @@ static void deltas_are_summed_by_view(void **state) {
     free(run);
 }
 
-static void a_run_without_views_has_no_columns(void **state) {
+FOLDER_TEST(a_run_without_views_has_no_columns) {
     struct run *run = hand_made();
     run->view_count = 0;
     for (uint32_t i = 0; i < run->count; i++) {
@@ -177,7 +177,7 @@ static double noise(uint64_t seed, uint32_t a, uint32_t b) {
 }
 
 // The mean of a row is the photo's dv_psnr; with equal views, that of L1 its dv_loss.
-static void row_means_are_the_scores(void **state) {
+FOLDER_TEST(row_means_are_the_scores) {
     const uint64_t seed = 11;
     enum { PHOTOS = 20, EPOCHS = 6 };
     struct run *run = vw_allocate(1, sizeof *run);
@@ -226,8 +226,7 @@ static void row_means_are_the_scores(void **state) {
 
 // ---- The jackknife --------------------------------------------------------------------------------------------------
 
-static void one_view_at_a_time_is_left_out(void **state) {
-    (void)state;
+TEST(one_view_at_a_time_is_left_out) {
     uint32_t photos[] = {1, 2, 3}, ids[] = {7, 8, 9};
     double psnr[] = {1, 2, 3, 4, 5, 0, 0, 0, 3}, l1[9] = {0}, end_psnr[] = {20, 21, 10}; // means 2, 3, 1
     const struct vw_matrix matrix = {photos, ids, 3, 3, psnr, l1, NULL, end_psnr, 9};
@@ -274,8 +273,7 @@ static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct v
 
 // What the thresholds promise, over 500 draws each: sound views are left in peace, also where they hardly agree;
 // corrupted ones are found.
-static void odd_views_are_found(void **state) {
-    (void)state;
+TEST(odd_views_are_found) {
     enum { ROUNDS = 500 };
     static const struct {
         double noise_share;
@@ -304,8 +302,7 @@ static void odd_views_are_found(void **state) {
 }
 
 // A view that no step changes has no agreement; that says nothing against or for the others.
-static void a_constant_view_hides_no_odd_one(void **state) {
-    (void)state;
+TEST(a_constant_view_hides_no_odd_one) {
     uint32_t photos[ODD_PHOTOS] = {0}, ids[ODD_VIEWS] = {0, 1, 2, 3, 4, 5};
     double psnr[ODD_PHOTOS * ODD_VIEWS] = {0}, l1[ODD_PHOTOS * ODD_VIEWS] = {0}, standard_errors[ODD_PHOTOS];
     double end_psnr[ODD_VIEWS] = {20, 21, 18, 22, 23, 20};
@@ -331,7 +328,7 @@ static void a_constant_view_hides_no_odd_one(void **state) {
 }
 
 // A small ledger that names many photos and views, but has rows of few: its matrix would take more time than there is.
-static void a_large_matrix_needs_as_many_rows(void **state) {
+FOLDER_TEST(a_large_matrix_needs_as_many_rows) {
     enum { MORE = 600, NAME_BYTES = 16 };
     struct run *run = hand_made();
     uint32_t count = run->image_count + MORE;
@@ -361,17 +358,4 @@ static void a_large_matrix_needs_as_many_rows(void **state) {
     free(names);
     free(images);
     free(run);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(deltas_are_summed_by_view, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(a_run_without_views_has_no_columns, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(row_means_are_the_scores, test_set_up, test_tear_down),
-        cmocka_unit_test(one_view_at_a_time_is_left_out),
-        cmocka_unit_test(odd_views_are_found),
-        cmocka_unit_test(a_constant_view_hides_no_odd_one),
-        cmocka_unit_test_setup_teardown(a_large_matrix_needs_as_many_rows, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,8 +58,7 @@ static double additive(const uint32_t *order, uint32_t first, uint32_t step, uin
 
 // Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree:
 // visits * worth.
-static void additive_worths_come_back(void **state) {
-    (void)state;
+TEST(additive_worths_come_back) {
     struct test_game *game = test_play(additive, EPOCHS, seed);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, 0, &count);
@@ -90,8 +89,7 @@ static double duplicates(const uint32_t *order, uint32_t first, uint32_t step, u
     return 0.5;
 }
 
-static void duplicates_share_their_worth(void **state) {
-    (void)state;
+TEST(duplicates_share_their_worth) {
     double pair[2] = {0};
     enum { SEEDS = 40 };
     for (uint64_t with_seed = 0; with_seed < SEEDS; with_seed++) {
@@ -126,8 +124,7 @@ static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uin
 
 // What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo
 // and for those that happen to follow.
-static void repaired_damage_is_overstated_by_sums(void **state) {
-    (void)state;
+TEST(repaired_damage_is_overstated_by_sums) {
     struct test_game *game = test_play(repaired, EPOCHS, seed);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, 0, &count);
@@ -216,8 +213,7 @@ static void check_score(const struct test_game *game, const struct vw_ledger_sco
     free(method);
 }
 
-static void methods_follow_their_formulas(void **state) {
-    (void)state;
+TEST(methods_follow_their_formulas) {
     for (uint64_t with_seed = 0; with_seed < 6; with_seed++) {
         struct test_game *game = test_play(noisy, EPOCHS, with_seed);
         for (uint32_t step = 17; step < 23 + with_seed; step++) test_flag(game, step); // one epoch keeps a photo or two
@@ -234,8 +230,7 @@ static void methods_follow_their_formulas(void **state) {
 
 // ---- The table and the edges ----------------------------------------------------------------------------------------
 
-static void the_list_is_in_the_order_of_scores(void **state) {
-    (void)state;
+TEST(the_list_is_in_the_order_of_scores) {
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0, listed;
     const struct vw_value_method *methods = vw_value_methods(&listed);
@@ -263,8 +258,7 @@ static void the_list_is_in_the_order_of_scores(void **state) {
     free(game);
 }
 
-static void a_single_epoch_has_scores_without_errors(void **state) {
-    (void)state;
+TEST(a_single_epoch_has_scores_without_errors) {
     struct test_game *game = test_play(noisy, 1, seed);
     struct vw_value_input input = test_input_of(game, 0, 0);
     struct vw_ledger_score *scores = NULL;
@@ -293,8 +287,7 @@ static void a_single_epoch_has_scores_without_errors(void **state) {
     free(game);
 }
 
-static void intervals_contain_their_scores(void **state) {
-    (void)state;
+TEST(intervals_contain_their_scores) {
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, 0, &count);
@@ -310,8 +303,7 @@ static void intervals_contain_their_scores(void **state) {
 
 // Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their
 // weights have it.
-static void resampling_stderr_heed_weights(void **state) {
-    (void)state;
+TEST(resampling_stderr_heed_weights) {
     struct test_game *game = test_play(noisy, EPOCHS, seed);
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
     const struct vw_probe probe = {
@@ -341,18 +333,4 @@ static void resampling_stderr_heed_weights(void **state) {
         if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed
     free(scores);
     free(game);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(additive_worths_come_back),
-        cmocka_unit_test(duplicates_share_their_worth),
-        cmocka_unit_test(repaired_damage_is_overstated_by_sums),
-        cmocka_unit_test(methods_follow_their_formulas),
-        cmocka_unit_test(the_list_is_in_the_order_of_scores),
-        cmocka_unit_test(a_single_epoch_has_scores_without_errors),
-        cmocka_unit_test(intervals_contain_their_scores),
-        cmocka_unit_test(resampling_stderr_heed_weights),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,8 +6,7 @@
 
 enum { SEED = 7, SETS = 500, COUNT_MAX = 12, LEVELS = 5 };
 
-static void a_front_by_hand(void **state) {
-    (void)state;
+TEST(a_front_by_hand) {
     const double costs[] = {1, 2, 3, 3, 2, 4, NAN, 0.5}, worths[] = {1, 3, 4, 2, 3, 4, 9, NAN};
     const bool wanted[] = {true, true, true, false, true, false, false, false}; // equals stay; NaN is never on it
     bool on_front[8];
@@ -23,8 +22,7 @@ static bool is_beaten(const double *costs, const double *worths, uint32_t count,
     return false;
 }
 
-static void drawn_fronts(void **state) {
-    (void)state;
+TEST(drawn_fronts) {
     double costs[COUNT_MAX], worths[COUNT_MAX];
     bool on_front[COUNT_MAX];
     for (uint32_t set = 0; set < SETS; set++) {
@@ -43,18 +41,8 @@ static void drawn_fronts(void **state) {
     }
 }
 
-static void nothing_has_no_front(void **state) {
-    (void)state;
+TEST(nothing_has_no_front) {
     bool untouched = true;
     vw_pareto_front_mark(NULL, NULL, 0, &untouched);
     assert_true(untouched);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_front_by_hand),
-        cmocka_unit_test(drawn_fronts),
-        cmocka_unit_test(nothing_has_no_front),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

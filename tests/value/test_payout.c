@@ -37,8 +37,7 @@ static void check_group(const struct vw_provider_score *group, const char *provi
     assert_int_equal(group->photo_count, photo_count);
 }
 
-static void sums_are_of_the_photos(void **state) {
-    (void)state;
+TEST(sums_are_of_the_photos) {
     struct vw_provider_score *groups = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_providers_score(scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT, &groups, &count));
@@ -92,8 +91,7 @@ static uint64_t divide(const double *values, uint32_t count, uint64_t amount_cen
     return sum;
 }
 
-static void amounts_are_divided_to_the_cent(void **state) {
-    (void)state;
+TEST(amounts_are_divided_to_the_cent) {
     static const struct {
         double values[PROVIDERS_MOST];
         uint32_t count;
@@ -136,8 +134,7 @@ static void amounts_are_divided_to_the_cent(void **state) {
 }
 
 // Whatever the scores, the cents add up, nobody gets more than a cent off its share, and who harms gets nothing.
-static void any_amount_adds_up(void **state) {
-    (void)state;
+TEST(any_amount_adds_up) {
     const uint64_t seed = 7;
     for (uint32_t round = 0; round < 2000; round++) {
         double values[PROVIDERS_MOST], positive = 0;
@@ -173,8 +170,7 @@ static struct vw_ledger_score worth(uint32_t image_id, double ci_high) {
 }
 
 // Alice's photos are 1 and 6, bob's 2 and 5; the lowest is nobody's, 3.
-static void a_payout_is_split_by_lasting_credit(void **state) {
-    (void)state;
+TEST(a_payout_is_split_by_lasting_credit) {
     enum { PHOTOS = 4, SCORES = 7 };
     static const struct {
         const char *what;
@@ -216,8 +212,7 @@ static void a_payout_is_split_by_lasting_credit(void **state) {
     free(photos);
 }
 
-static void amounts_are_read_exactly(void **state) {
-    (void)state;
+TEST(amounts_are_read_exactly) {
     static const struct {
         const char *text;
         uint64_t cents; // 0: refused
@@ -237,13 +232,4 @@ static void amounts_are_read_exactly(void **state) {
             (cases[i].cents > 0 && cents != cases[i].cents))
             fail_msg("\"%s\" is read as %llu cents", cases[i].text, (unsigned long long)cents);
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sums_are_of_the_photos),   cmocka_unit_test(amounts_are_divided_to_the_cent),
-        cmocka_unit_test(any_amount_adds_up),       cmocka_unit_test(a_payout_is_split_by_lasting_credit),
-        cmocka_unit_test(amounts_are_read_exactly),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

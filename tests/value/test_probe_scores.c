@@ -68,8 +68,7 @@ static void check_near(double value, double expected, const char *what) {
         fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static void scores_are_those_counted_by_hand(void **state) {
-    (void)state;
+TEST(scores_are_those_counted_by_hand) {
     const struct {
         uint32_t image_id, visits;
         double value, standard_error, resampling_stderr;
@@ -95,8 +94,7 @@ static void scores_are_those_counted_by_hand(void **state) {
 }
 
 // They stand behind what is there already, in the order of the images.
-static void a_run_without_probes_has_no_scores(void **state) {
-    (void)state;
+TEST(a_run_without_probes_has_no_scores) {
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
     struct vw_ledger_score scores[2 * TEST_IMAGE_COUNT] = {{.method = "other"}};
@@ -119,8 +117,7 @@ static void a_run_without_probes_has_no_scores(void **state) {
 }
 
 // vw_value_score has them behind its own, which are what they are without.
-static void they_stand_behind_the_other_scores(void **state) {
-    (void)state;
+TEST(they_stand_behind_the_other_scores) {
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
     struct vw_ledger_score *with = NULL, *without = NULL;
@@ -141,8 +138,7 @@ static void they_stand_behind_the_other_scores(void **state) {
     free(without);
 }
 
-static void an_unknown_photo_is_an_error(void **state) {
-    (void)state;
+TEST(an_unknown_photo_is_an_error) {
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
     struct vw_ledger_score scores[TEST_IMAGE_COUNT];
@@ -150,14 +146,4 @@ static void an_unknown_photo_is_an_error(void **state) {
     run.probes[3].view = 1000;
     assert_int_equal(vw_probe_scores_append(&input, scores, &count), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "step 4: probe 3 is of image 1000"));
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(scores_are_those_counted_by_hand),
-        cmocka_unit_test(a_run_without_probes_has_no_scores),
-        cmocka_unit_test(they_stand_behind_the_other_scores),
-        cmocka_unit_test(an_unknown_photo_is_an_error),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -38,8 +38,7 @@ static const struct vw_ledger_score *quality_of(const struct vw_ledger_score *sc
 }
 
 // Photo 1 has the largest training loss, photo 3 the least dv_loss: neither is the best by the mean of both.
-static void it_is_the_mean_of_two_ranks(void **state) {
-    (void)state;
+TEST(it_is_the_mean_of_two_ranks) {
     const double expected[TEST_TRAIN_COUNT] = {(4 + 2.5) / 8, (1 + 0) / 8.0, (2 + 2.5) / 8, (0 + 4) / 8.0,
                                                (3 + 1) / 8.0};
     struct test_game *game = play(additive, EPOCHS);
@@ -60,8 +59,7 @@ static void it_is_the_mean_of_two_ranks(void **state) {
     free(game);
 }
 
-static void its_interval_is_drawn_from_the_epochs(void **state) {
-    (void)state;
+TEST(its_interval_is_drawn_from_the_epochs) {
     struct test_game *steady = play(additive, EPOCHS), *moving = play(noisy, EPOCHS);
     uint32_t count = 0;
     struct vw_ledger_score *same = score(steady, &count), *scores = score(moving, &count),
@@ -90,8 +88,7 @@ static bool has_quality(const struct vw_ledger_score *scores, uint32_t count) {
     return false;
 }
 
-static void without_losses_there_is_none(void **state) {
-    (void)state;
+TEST(without_losses_there_is_none) {
     struct test_game *game = play(noisy, 4);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, &count);
@@ -109,13 +106,4 @@ static void without_losses_there_is_none(void **state) {
     assert_true(count > 0 && !has_quality(scores, count));
     free(scores);
     free(game);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_is_the_mean_of_two_ranks),
-        cmocka_unit_test(its_interval_is_drawn_from_the_epochs),
-        cmocka_unit_test(without_losses_there_is_none),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -50,8 +50,7 @@ static void assert_db(double value, double expected) {
     if (!(fabs(value - expected) < 1e-9)) fail_msg("%.12g, not %.12g", value, expected);
 }
 
-static void test_curves_are_the_responses(void **state) {
-    (void)state;
+TEST(test_curves_are_the_responses) {
     static const uint32_t horizons[] = {1, 2, 3, 5, 8, 12, 20, 30};
     struct game game;
     struct vw_repair_curves curves;
@@ -75,8 +74,7 @@ static void test_curves_are_the_responses(void **state) {
     vw_repair_curves_free(&curves);
 }
 
-static void test_kinds_are_means_of_photos(void **state) {
-    (void)state;
+TEST(test_kinds_are_means_of_photos) {
     struct game game;
     struct vw_repair_curves curves;
     make_game(&game);
@@ -95,8 +93,7 @@ static void test_kinds_are_means_of_photos(void **state) {
     vw_repair_curves_free(&curves);
 }
 
-static void test_unknown_values_are_left_out(void **state) {
-    (void)state;
+TEST(test_unknown_values_are_left_out) {
     struct game game;
     struct vw_repair_curves curves;
     make_game(&game);
@@ -119,13 +116,4 @@ static void test_unknown_values_are_left_out(void **state) {
     game.input = (struct vw_value_input){0};
     assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
     vw_repair_curves_free(&curves);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_curves_are_the_responses),
-        cmocka_unit_test(test_kinds_are_means_of_photos),
-        cmocka_unit_test(test_unknown_values_are_left_out),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,8 +35,7 @@ static void check_chosen(struct vw_selection_params params, const char *expected
     assert_null(selection.image_ids);
 }
 
-static void rules_choose_by_value_and_interval(void **state) {
-    (void)state;
+TEST(rules_choose_by_value_and_interval) {
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_POSITIVE}, "2 1 5",
                  5); // a tie: by image; zero does not help
     check_chosen((struct vw_selection_params){.rule = VW_SELECT_SIGNIFICANT}, "2 5", 5);
@@ -48,8 +47,7 @@ static void rules_choose_by_value_and_interval(void **state) {
     check_chosen((struct vw_selection_params){.method = "dv_psnr", .rule = VW_SELECT_DROP, .amount = 4}, "2", 5);
 }
 
-static void percentages_round_to_the_nearest_photo(void **state) {
-    (void)state;
+TEST(percentages_round_to_the_nearest_photo) {
     static const struct {
         double percent;
         const char *top, *drop; // of five; NULL: refused
@@ -66,8 +64,7 @@ static void percentages_round_to_the_nearest_photo(void **state) {
     }
 }
 
-static void what_is_unknown_is_never_chosen(void **state) {
-    (void)state;
+TEST(what_is_unknown_is_never_chosen) {
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_POSITIVE}, "5 1", 3);
     check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_NOT_HARMFUL}, "5 1 6",
                  3); // none has an interval
@@ -106,8 +103,7 @@ static void check_without_outliers(const struct vw_ledger_score *rows, uint32_t 
     assert_null(selection.outliers);
 }
 
-static void outliers_of_any_score_are_left_out(void **state) {
-    (void)state;
+TEST(outliers_of_any_score_are_left_out) {
     static const struct vw_ledger_score rows[] = {
         ROWS("dv_psnr", 9, 11, 9, 11, 10, 10, 5.5, 40),                  // 5.5: z = -3.04; high scores are no outliers
         ROWS("dv_loss", 9, 5.6, 10, 11, 11, 10, 2, 10),                  // 5.6: z = -2.97
@@ -123,8 +119,7 @@ static void outliers_of_any_score_are_left_out(void **state) {
     check_without_outliers(rows + 8, 8, NULL, "3 4 2 5 7 0 1", "6 dv_loss -5.40"); // dv_loss alone
 }
 
-static void few_or_equal_scores_have_no_outlier(void **state) {
-    (void)state;
+TEST(few_or_equal_scores_have_no_outlier) {
     static const struct vw_ledger_score equal[] = {ROWS("dv_psnr", 1, 1, 1, 1, 1, 1, 1, -9)};
     static const struct vw_ledger_score few[] = {ROW("dv_psnr", 0, 1), ROW("dv_psnr", 1, 2), ROW("dv_psnr", 2, 3),
                                                  ROW("dv_psnr", 3, -99)};
@@ -141,8 +136,7 @@ static void check_refused(const struct vw_ledger_score *rows, uint32_t count, st
     assert_int_equal(selection.count, 77); // untouched
 }
 
-static void refusals_say_what_is_missing(void **state) {
-    (void)state;
+TEST(refusals_say_what_is_missing) {
     const uint32_t count = VW_ARRAY_COUNT(scores);
     const struct vw_selection_params positive = {.rule = VW_SELECT_POSITIVE};
     check_refused(scores, 0, positive, VW_ERROR_INPUT, "no scores; value the photos first");
@@ -167,8 +161,7 @@ static void refusals_say_what_is_missing(void **state) {
     check_refused(&stray, 1, positive, VW_ERROR_INPUT, "image 99");
 }
 
-static void amounts_out_of_range_are_refused(void **state) {
-    (void)state;
+TEST(amounts_out_of_range_are_refused) {
     static const double photos[] = {0, -1, 0.5, 2.5, 5e9, INFINITY, NAN}, percentages[] = {0, -5, 100.1, INFINITY, NAN};
     for (int rule = VW_SELECT_TOP; rule <= VW_SELECT_DROP; rule++) {
         struct vw_selection_params params = {.rule = (enum vw_selection_rule)rule};
@@ -184,8 +177,7 @@ static void amounts_out_of_range_are_refused(void **state) {
     }
 }
 
-static void amounts_are_read_whole(void **state) {
-    (void)state;
+TEST(amounts_are_read_whole) {
     static const struct {
         const char *text;
         double amount;
@@ -202,8 +194,7 @@ static void amounts_are_read_whole(void **state) {
 }
 
 // The zero of a rank means nothing.
-static void ranks_are_not_compared_with_zero(void **state) {
-    (void)state;
+TEST(ranks_are_not_compared_with_zero) {
     const struct vw_ledger_score ranks[] = {
         {.image_id = 1, .method = "quality", .value = 0.25, .visits = 4, .ci_low = 0.1, .ci_high = 0.4},
         {.image_id = 2, .method = "quality", .value = 0.75, .visits = 4, .ci_low = 0.6, .ci_high = 0.9},
@@ -220,15 +211,4 @@ static void ranks_are_not_compared_with_zero(void **state) {
                          VW_ERROR_USAGE);
         assert_non_null(strstr(vw_error_message(), "\"quality\" has a zero that means nothing"));
     }
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(outliers_of_any_score_are_left_out), cmocka_unit_test(few_or_equal_scores_have_no_outlier),
-        cmocka_unit_test(rules_choose_by_value_and_interval), cmocka_unit_test(percentages_round_to_the_nearest_photo),
-        cmocka_unit_test(what_is_unknown_is_never_chosen),    cmocka_unit_test(refusals_say_what_is_missing),
-        cmocka_unit_test(amounts_out_of_range_are_refused),   cmocka_unit_test(amounts_are_read_whole),
-        cmocka_unit_test(ranks_are_not_compared_with_zero),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

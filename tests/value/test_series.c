@@ -33,8 +33,7 @@ static double sum_of(const struct vw_series *series, uint32_t image) { // TEST_I
 // A sum of a hundred numbers near 20 is right to some 1e-13.
 static const double rounding = 1e-12;
 
-static void steps_add_up_to_last_minus_first(void **state) {
-    (void)state;
+TEST(steps_add_up_to_last_minus_first) {
     struct test_game *game = test_play(noisy, 20, seed);
     const double before[] = {12, game->records[TEST_TRAIN_COUNT].val_psnr,
                              game->records[7 * TEST_TRAIN_COUNT].val_psnr};
@@ -52,8 +51,7 @@ static void steps_add_up_to_last_minus_first(void **state) {
 
 // Each photo's revisit deltas add up to the measure after its last visit minus the one after its last visit within
 // burn-in.
-static void revisits_telescope(void **state) {
-    (void)state;
+TEST(revisits_telescope) {
     struct test_game *game = test_play(noisy, 20, seed);
     struct vw_series series = make(game, 2, 0, VW_FORM_REVISIT);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
@@ -76,8 +74,7 @@ static void revisits_telescope(void **state) {
     free(game);
 }
 
-static void flagged_steps_are_bridged(void **state) {
-    (void)state;
+TEST(flagged_steps_are_bridged) {
     struct test_game *game = test_play(noisy, 6, seed);
     const uint32_t flagged = 12, photo = game->order[flagged];
     uint32_t later = flagged + 1, earlier = flagged - 1;
@@ -98,8 +95,7 @@ static void flagged_steps_are_bridged(void **state) {
     free(game);
 }
 
-static void less_loss_is_more_worth(void **state) {
-    (void)state;
+TEST(less_loss_is_more_worth) {
     struct test_game *game = test_play(noisy, 2, seed);
     struct vw_value_input input = test_input_of(game, 1, 0);
     struct vw_series series;
@@ -113,8 +109,7 @@ static void less_loss_is_more_worth(void **state) {
 }
 
 // Whatever the numbers of the epochs are, and photos may be visited any number of times in each.
-static void epochs_are_counted_where_they_change(void **state) {
-    (void)state;
+TEST(epochs_are_counted_where_they_change) {
     struct test_game *game = test_play(noisy, 4, seed);
     const uint32_t epochs[] = {3, 3, 5, 4000000000u}, expected[] = {0, 1, 2};
     for (uint32_t step = 1; step < game->count; step++) game->records[step].epoch = epochs[game->records[step].epoch];
@@ -131,8 +126,7 @@ static void epochs_are_counted_where_they_change(void **state) {
     free(game);
 }
 
-static void visits_are_sorted_by_photo(void **state) {
-    (void)state;
+TEST(visits_are_sorted_by_photo) {
     struct test_game *game = test_play(noisy, 5, seed);
     struct vw_series series = make(game, 1, 0, VW_FORM_STEP), sorted = make(game, 1, 0, VW_FORM_STEP);
     uint64_t starts[TEST_IMAGE_COUNT + 1], at = 0;
@@ -152,8 +146,7 @@ static void visits_are_sorted_by_photo(void **state) {
     free(game);
 }
 
-static void an_unknown_image_is_refused(void **state) {
-    (void)state;
+TEST(an_unknown_image_is_refused) {
     struct test_game *game = test_play(noisy, 2, seed);
     game->records[7].view = 99;
     struct vw_value_input input = test_input_of(game, 1, 0);
@@ -189,8 +182,7 @@ static double mixed_with_draws(const uint32_t *order, uint32_t first, uint32_t s
 // Undoing the filter amplifies rounding, 1e-14 of some 20 dB, by (1 + b) / (1 - b) = 19.
 static const double amplified_rounding = 1e-12;
 
-static void worths_come_back_from_momentum(void **state) {
-    (void)state;
+TEST(worths_come_back_from_momentum) {
     struct test_game *game = test_play(mixed, 20, seed);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++)
@@ -201,8 +193,7 @@ static void worths_come_back_from_momentum(void **state) {
 }
 
 // What the luck of a step's draw earned comes back with it: credits are no noisier than deltas are without momentum.
-static void draws_stay_with_their_steps(void **state) {
-    (void)state;
+TEST(draws_stay_with_their_steps) {
     struct test_game *game = test_play(mixed_with_draws, 20, seed);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
@@ -214,8 +205,7 @@ static void draws_stay_with_their_steps(void **state) {
     free(game);
 }
 
-static void without_momentum_credits_are_deltas(void **state) {
-    (void)state;
+TEST(without_momentum_credits_are_deltas) {
     struct test_game *game = test_play(noisy, 20, seed);
     test_flag(game, 33);
     struct vw_series series = make(game, 1, 0, VW_FORM_STEP), credits = make(game, 1, 0, VW_FORM_DECONVOLVED);
@@ -237,8 +227,7 @@ static double mixed_but_for_one(const uint32_t *order, uint32_t first, uint32_t 
     return step == 31 ? 0 : moment;
 }
 
-static void steps_not_taken_have_no_part_in_momentum(void **state) {
-    (void)state;
+TEST(steps_not_taken_have_no_part_in_momentum) {
     struct test_game *game = test_play(mixed_but_for_one, 20, seed);
     test_flag(game, 31);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
@@ -251,8 +240,7 @@ static void steps_not_taken_have_no_part_in_momentum(void **state) {
     free(game);
 }
 
-static void what_has_no_value_has_no_credit(void **state) {
-    (void)state;
+TEST(what_has_no_value_has_no_credit) {
     struct test_game *game = test_play(mixed, 3, seed);
     for (uint32_t step = 0; step < 9; step++) test_flag(game, step);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
@@ -264,8 +252,7 @@ static void what_has_no_value_has_no_credit(void **state) {
 }
 
 // As imported runs may have: what the step earned went into the moment, unseen.
-static void steps_taken_unvalidated_leave_credits_unknown(void **state) {
-    (void)state;
+TEST(steps_taken_unvalidated_leave_credits_unknown) {
     struct test_game *game = test_play(mixed, 20, seed);
     const uint32_t unvalidated = 31;
     test_set_psnr(&game->records[unvalidated], NAN);
@@ -278,23 +265,4 @@ static void steps_taken_unvalidated_leave_credits_unknown(void **state) {
     }
     vw_series_free(&series);
     free(game);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(steps_add_up_to_last_minus_first),
-        cmocka_unit_test(revisits_telescope),
-        cmocka_unit_test(flagged_steps_are_bridged),
-        cmocka_unit_test(less_loss_is_more_worth),
-        cmocka_unit_test(epochs_are_counted_where_they_change),
-        cmocka_unit_test(visits_are_sorted_by_photo),
-        cmocka_unit_test(an_unknown_image_is_refused),
-        cmocka_unit_test(worths_come_back_from_momentum),
-        cmocka_unit_test(draws_stay_with_their_steps),
-        cmocka_unit_test(without_momentum_credits_are_deltas),
-        cmocka_unit_test(steps_not_taken_have_no_part_in_momentum),
-        cmocka_unit_test(what_has_no_value_has_no_credit),
-        cmocka_unit_test(steps_taken_unvalidated_leave_credits_unknown),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

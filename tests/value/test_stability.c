@@ -35,8 +35,7 @@ static struct vw_stability measure_epochs(const struct test_recording *training,
     return measure(training, 1 + epochs * TEST_TRAIN_COUNT, burn_in_epochs);
 }
 
-static void photos_that_differ_are_stable_once_enough_epochs_count(void **state) {
-    (void)state;
+TEST(photos_that_differ_are_stable_once_enough_epochs_count) {
     struct test_recording *training = train(0, 20);
     for (uint32_t burn_in = 0; burn_in < 3; burn_in++)
         for (uint32_t epochs = 0; epochs <= 20; epochs++) {
@@ -54,8 +53,7 @@ static void photos_that_differ_are_stable_once_enough_epochs_count(void **state)
 // 0.33, 0.44. After 5 or 6 it is the best. After 10 it has 2, the second lowest: ranks 5 1 2 3 4 and 2 1 3 4 5
 // correlate by 0.4. From 11 on, when it has 1, it is the worst: by 0. After 22, when half the epochs agree again, the
 // last ends give 0.9, 0.9 and 1.
-static void ranks_that_turn_are_not(void **state) {
-    (void)state;
+TEST(ranks_that_turn_are_not) {
     struct test_recording *training = train(0, 25);
     double psnr = training->records[0].val_psnr = 10;
     for (uint32_t i = 1; i < training->count; i++) {
@@ -82,8 +80,7 @@ static void ranks_that_turn_are_not(void **state) {
     free(training);
 }
 
-static void an_incomplete_epoch_is_left_out(void **state) {
-    (void)state;
+TEST(an_incomplete_epoch_is_left_out) {
     struct test_recording *training = train(0.4, 12);
     const struct vw_stability whole = measure_epochs(training, 11, 1);
     assert_true(whole.correlation < 1); // the noise is large enough to tell epochs apart
@@ -97,8 +94,7 @@ static void an_incomplete_epoch_is_left_out(void **state) {
     free(training);
 }
 
-static void nothing_is_never_stable(void **state) {
-    (void)state;
+TEST(nothing_is_never_stable) {
     struct test_recording *training = train(0, 12);
     struct vw_stability none = measure(training, 0, 1);
     assert_true(none.epochs == 0 && isnan(none.correlation));
@@ -114,8 +110,7 @@ static void nothing_is_never_stable(void **state) {
 }
 
 // After every epoch the sums are the default method's scores of a run that ended there, to the bit.
-static void sums_are_the_scores_of_the_epochs_so_far(void **state) {
-    (void)state;
+TEST(sums_are_the_scores_of_the_epochs_so_far) {
     struct test_recording *training = train(0.4, 12);
     training->records[7].val_psnr = NAN; // a step without a value, and a photo without a visit in its epoch
     training->records[7].nonfinite = true;
@@ -143,24 +138,11 @@ static void sums_are_the_scores_of_the_epochs_so_far(void **state) {
     free(training);
 }
 
-static void a_step_on_another_photo_is_refused(void **state) {
-    (void)state;
+TEST(a_step_on_another_photo_is_refused) {
     struct vw_stability_watch watch = {0};
     ASSERT_OK(vw_stability_watch_begin(test_train_views, TEST_TRAIN_COUNT, 0, &watch));
     const struct vw_step_record record = {.step = 1, .view = 1000, .val_psnr = 10};
     assert_int_equal(vw_stability_watch_add(&watch, &record), VW_ERROR_INPUT);
     assert_non_null(strstr(vw_error_message(), "image 1000"));
     vw_stability_watch_end(&watch);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(photos_that_differ_are_stable_once_enough_epochs_count),
-        cmocka_unit_test(ranks_that_turn_are_not),
-        cmocka_unit_test(an_incomplete_epoch_is_left_out),
-        cmocka_unit_test(nothing_is_never_stable),
-        cmocka_unit_test(sums_are_the_scores_of_the_epochs_so_far),
-        cmocka_unit_test(a_step_on_another_photo_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

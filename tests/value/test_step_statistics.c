@@ -26,8 +26,7 @@ static bool every_tenth(uint64_t step) { return step % 10 == 0; }
 static bool every_ninth(uint64_t step) { return step % 9 == 0; }
 static bool the_first_twenty(uint64_t step) { return step <= 20; }
 
-static void a_run_is_given_up_past_a_tenth(void **state) {
-    (void)state;
+TEST(a_run_is_given_up_past_a_tenth) {
     assert_int_equal(give_up_step(always, 1000), 21); // twenty may be chance
     assert_int_equal(give_up_step(never, 1000), 0);
     assert_int_equal(give_up_step(from_37, 1000), 57);      // 21 of 57
@@ -37,8 +36,7 @@ static void a_run_is_given_up_past_a_tenth(void **state) {
     assert_int_equal(give_up_step(the_first_twenty, 5000), 0);
 }
 
-static void statistics_count_the_steps_of_a_run(void **state) {
-    (void)state;
+TEST(statistics_count_the_steps_of_a_run) {
     struct vw_step_statistics statistics = vw_step_statistics_begin();
     assert_true(isnan(statistics.first_val_psnr_db) && isnan(statistics.last_val_psnr_db));
     const struct vw_step_record records[] = {
@@ -52,12 +50,4 @@ static void statistics_count_the_steps_of_a_run(void **state) {
     assert_int_equal(statistics.floored, 1);
     assert_int_equal(statistics.clamped, 7);
     assert_true(statistics.first_val_psnr_db == 7.5 && statistics.last_val_psnr_db == 8.5);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_run_is_given_up_past_a_tenth),
-        cmocka_unit_test(statistics_count_the_steps_of_a_run),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

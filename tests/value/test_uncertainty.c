@@ -94,8 +94,7 @@ static void check(const struct game *games, size_t count) {
 }
 
 // Where runs share what the interval allows for, and the epochs are enough, coverage is what is claimed.
-static void intervals_hold_the_mean(void **state) {
-    (void)state;
+TEST(intervals_hold_the_mean) {
     for (uint32_t epochs = 29; epochs <= 58; epochs *= 2) { // 29 count of the 30 that are usual
         const struct game games[] = {
             {"independent epochs", 36, epochs, 0, 0, 1, 0.5, 0.4, 0, 0.93, 0.97},
@@ -117,8 +116,7 @@ static void intervals_hold_the_mean(void **state) {
 // What is not claimed: without what runs share the intervals are a little wide, with twice as much narrow; of few
 // epochs wide, or narrow where these are too few to tell that neighbours are alike or that noise fell while it was
 // still large.
-static void where_less_is_claimed(void **state) {
-    (void)state;
+TEST(where_less_is_claimed) {
     const struct game games[] = {
         {"runs share nothing", 36, 32, 0, 0, 1, 0, 0.4, 0, 0.96, 0.99},
         {"runs share as much again", 36, 32, 0, 0, 1, 1, 0.4, 0, 0.88, 0.94},
@@ -141,8 +139,7 @@ static void check_near(double value, double expected, const char *what) {
 }
 
 // Scale and offset of a photo, and epochs that no photo was visited in, change what they must and nothing else.
-static void intervals_follow_the_sum(void **state) {
-    (void)state;
+TEST(intervals_follow_the_sum) {
     enum { PHOTOS = 5, EPOCHS = 20, BEFORE = 3, AFTER = 4, WIDE = BEFORE + EPOCHS + AFTER };
     double plain[PHOTOS * EPOCHS], scaled[PHOTOS * EPOCHS], padded[PHOTOS * WIDE];
     struct vw_interval a[PHOTOS], b[PHOTOS], c[PHOTOS];
@@ -167,8 +164,7 @@ static void intervals_follow_the_sum(void **state) {
     }
 }
 
-static void what_is_unknown_is_said(void **state) {
-    (void)state;
+TEST(what_is_unknown_is_said) {
     enum { PHOTOS = 4, EPOCHS = 12 };
     double by_epoch[PHOTOS * EPOCHS];
     struct vw_interval intervals[PHOTOS];
@@ -205,8 +201,7 @@ static void assert_ranks(const struct vw_ledger_score *score, uint32_t low, uint
                  score->rank_ci_high, low, high);
 }
 
-static void ranks_count_who_is_surely_better(void **state) {
-    (void)state;
+TEST(ranks_count_who_is_surely_better) {
     // 10 and 8 differ by 1.41 standard errors of the difference, 8 and 3 by 3.5, and 3 from itself by none.
     struct vw_ledger_score scores[] = {score(3, 1),     score(10, 1),    score(8, 1), score(3, 1),
                                        score(NAN, NAN), score(-50, NAN), score(-5, 0)};
@@ -227,8 +222,7 @@ static void ranks_count_who_is_surely_better(void **state) {
 }
 
 // The share of rank intervals that hold the true rank, where values spread `spread` standard errors.
-static void ranks_are_held(void **state) {
-    (void)state;
+TEST(ranks_are_held) {
     enum { PHOTOS = 40 };
     const double spreads[] = {0.5, 1, 3, 10};
     for (size_t s = 0; s < VW_ARRAY_COUNT(spreads); s++) {
@@ -255,14 +249,4 @@ static void ranks_are_held(void **state) {
         assert_true(coverage >= 0.93 && coverage <= 0.99);
         assert_true(s < 3 || width < 8 * RUNS * PHOTOS); // and say something
     }
-}
-
-int main(void) {
-    printf("seed %llu\n", (unsigned long long)seed());
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(intervals_hold_the_mean),          cmocka_unit_test(where_less_is_claimed),
-        cmocka_unit_test(intervals_follow_the_sum),         cmocka_unit_test(what_is_unknown_is_said),
-        cmocka_unit_test(ranks_count_who_is_surely_better), cmocka_unit_test(ranks_are_held),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -41,8 +41,7 @@ static void check_near(double value, double expected, const char *what) {
     if (!(fabs(value - expected) <= 1e-12)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static void known_worths_come_back(void **state) {
-    (void)state;
+TEST(known_worths_come_back) {
     struct test_recording *training = train(0, 6, 3);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(training, 1, &count);
@@ -62,8 +61,7 @@ static void known_worths_come_back(void **state) {
     free(training);
 }
 
-static void burn_in_leaves_epochs_out(void **state) {
-    (void)state;
+TEST(burn_in_leaves_epochs_out) {
     struct test_recording *training = train(0, 4, 3);
     const double expected[] = {13, 3, 2, 1}; // visits' worth of photo 1: the first epoch counts tenfold
     uint32_t count = 0;
@@ -81,8 +79,7 @@ static void burn_in_leaves_epochs_out(void **state) {
 }
 
 // Three visits with deltas 1, 2 and 6. How large the standard error is, is the matter of value/uncertainty.h.
-static void what_was_visited_has_a_standard_error(void **state) {
-    (void)state;
+TEST(what_was_visited_has_a_standard_error) {
     struct test_recording training = {.count = 4};
     const double psnr[] = {10, 11, 13, 19};
     for (uint32_t i = 0; i < training.count; i++)
@@ -105,8 +102,7 @@ static void what_was_visited_has_a_standard_error(void **state) {
 }
 
 // A flagged step has no delta of its own; the step after it is measured from the last value before it.
-static void flagged_steps_are_bridged(void **state) {
-    (void)state;
+TEST(flagged_steps_are_bridged) {
     struct test_recording *training = train(0, 3, 3);
     const uint32_t flagged = 8; // in the second epoch
     uint32_t photo = training->records[flagged].view, next = training->records[flagged + 1].view, count = 0;
@@ -126,8 +122,7 @@ static void flagged_steps_are_bridged(void **state) {
 }
 
 // The delta of the first step after burn-in is taken from the last value within it, and step 0 may lack a value.
-static void a_flagged_start_is_no_delta(void **state) {
-    (void)state;
+TEST(a_flagged_start_is_no_delta) {
     struct test_recording *training = train(0, 1, 3);
     flag(training, 0);
     uint32_t count = 0, visits = 0;
@@ -143,8 +138,7 @@ static void a_flagged_start_is_no_delta(void **state) {
     free(training);
 }
 
-static void an_unknown_image_is_refused(void **state) {
-    (void)state;
+TEST(an_unknown_image_is_refused) {
     struct test_recording *training = train(0, 3, 3);
     training->records[9].view = 99;
     struct vw_ledger_score *scores = NULL;
@@ -157,8 +151,7 @@ static void an_unknown_image_is_refused(void **state) {
 }
 
 // A table of photos and epochs would take 3 GB for a ledger of 7 MB.
-static void epochs_that_no_training_has_are_refused(void **state) {
-    (void)state;
+TEST(epochs_that_no_training_has_are_refused) {
     enum { STEPS = 20000 };
     enum { IMAGES = 2000 };
     struct test_recording *training = train(0, 3, 3);
@@ -255,8 +248,7 @@ static struct vw_value_input make_noisy(uint32_t burn_in_epochs, struct noisy_ru
 
 // Photo 3 has 2 visits with a value after burn-in, and variances of 3 and 2 at its probed steps; in burn-in one of each
 // more.
-static void resampling_stderr_is_the_redraws_spread(void **state) {
-    (void)state;
+TEST(resampling_stderr_is_the_redraws_spread) {
     const struct {
         const char *method;
         uint32_t burn_in_epochs;
@@ -283,8 +275,7 @@ static void resampling_stderr_is_the_redraws_spread(void **state) {
     }
 }
 
-static void noise_floor_is_of_all_probes(void **state) {
-    (void)state;
+TEST(noise_floor_is_of_all_probes) {
     struct noisy_run run;
     struct vw_value_input input = make_noisy(3, &run); // burn-in does not matter
     struct vw_noise_floor floor;
@@ -366,7 +357,7 @@ static void compare_with_query(const char *path, const char *sql, const struct v
     sqlite3_close(raw);
 }
 
-static void the_query_reproduces_dv_psnr(void **state) {
+FOLDER_TEST(the_query_reproduces_dv_psnr) {
     void *sql = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_read(VW_SOURCE_FOLDER "/scripts/dv_psnr.sql", 100000, &sql, &size_bytes));
@@ -419,7 +410,7 @@ static double correlation(const struct vw_ledger_score *a, const struct vw_ledge
     return ab / sqrt(aa * bb);
 }
 
-static void score_quality_tells_auc_and_r(void **state) {
+FOLDER_TEST(score_quality_tells_auc_and_r) {
     if (system("command -v sqlite3 >/dev/null")) {
         print_message("SKIPPED: the program sqlite3 is missing; apt-get install sqlite3\n");
         skip();
@@ -457,21 +448,4 @@ static void score_quality_tells_auc_and_r(void **state) {
     free(script);
     free(a);
     free(b);
-}
-
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(known_worths_come_back),
-        cmocka_unit_test(burn_in_leaves_epochs_out),
-        cmocka_unit_test(what_was_visited_has_a_standard_error),
-        cmocka_unit_test(flagged_steps_are_bridged),
-        cmocka_unit_test(a_flagged_start_is_no_delta),
-        cmocka_unit_test(an_unknown_image_is_refused),
-        cmocka_unit_test(epochs_that_no_training_has_are_refused),
-        cmocka_unit_test(resampling_stderr_is_the_redraws_spread),
-        cmocka_unit_test(noise_floor_is_of_all_probes),
-        cmocka_unit_test_setup_teardown(the_query_reproduces_dv_psnr, test_set_up, test_tear_down),
-        cmocka_unit_test_setup_teardown(score_quality_tells_auc_and_r, test_set_up, test_tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

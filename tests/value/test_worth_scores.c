@@ -141,8 +141,7 @@ static double error_of(struct played *played) {
 
 // ---- Photos --------------------------------------------------------------------------------------------------------
 
-static void retrainings_are_dealt_out_by_kind(void **state) {
-    (void)state;
+TEST(retrainings_are_dealt_out_by_kind) {
     uint32_t next[3] = {0}, place;
     for (uint32_t i = 0; i < 100; i++) {
         enum vw_worth_kind kind = vw_worth_kind_of(i, 3, &place);
@@ -155,8 +154,7 @@ static void retrainings_are_dealt_out_by_kind(void **state) {
     assert_int_equal(next[VW_WORTH_PROVIDERS], 3 * VW_WORTH_PER_PROVIDER);
 }
 
-static void known_worths_are_found(void **state) {
-    (void)state;
+TEST(known_worths_are_found) {
     struct played *played = play_game(100, 0, 1, 0, false);
     uint32_t count;
     const struct vw_ledger_score *worths = find_worths(played, &count);
@@ -173,8 +171,7 @@ static void known_worths_are_found(void **state) {
 }
 
 // Of 40 games with as many retrainings as photos or twice as many, with a prior and without.
-static void intervals_hold_the_worths(void **state) {
-    (void)state;
+TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0, all = 0;
     for (uint32_t game = 0; game < 40; game++) {
         struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0, false);
@@ -192,8 +189,7 @@ static void intervals_hold_the_worths(void **state) {
 }
 
 // Fewer retrainings than photos show some directions of the worths, and the intervals hold what they do not show.
-static void few_retrainings_leave_wide_intervals(void **state) {
-    (void)state;
+TEST(few_retrainings_leave_wide_intervals) {
     uint32_t held = 0, all = 0;
     double width = 0;
     for (uint32_t game = 0; game < 40; game++) {
@@ -212,8 +208,7 @@ static void few_retrainings_leave_wide_intervals(void **state) {
 }
 
 // With few retrainings a good score helps, and one of chance does little harm.
-static void a_prior_helps_where_it_is_right(void **state) {
-    (void)state;
+TEST(a_prior_helps_where_it_is_right) {
     double none = 0, good = 0, chance = 0;
     for (uint32_t game = 0; game < 20; game++) {
         struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0, false);
@@ -242,8 +237,7 @@ static double difference_error_of(struct played *played) {
 
 // Lasting credit is in dB of what leaving a photo out does: with few and noisy retrainings it is taken at its word,
 // where a score of any unit is hardly believed. Where it is wrong, more retrainings overrule it.
-static void lasting_credit_is_taken_at_its_word(void **state) {
-    (void)state;
+TEST(lasting_credit_is_taken_at_its_word) {
     double of_any_unit = 0, lasting = 0, wrong = 0, none = 0;
     for (uint32_t game = 0; game < 20; game++) {
         struct played *played = play_game(VW_WORTH_FOLDS + 2, 1, 300 + game, 0, false);
@@ -265,8 +259,7 @@ static void lasting_credit_is_taken_at_its_word(void **state) {
     if (!(wrong < 1.15 * none)) fail_msg("wrong lasting credit makes %g of %g dB of error", wrong, none);
 }
 
-static void too_few_retrainings_have_no_worths(void **state) {
-    (void)state;
+TEST(too_few_retrainings_have_no_worths) {
     struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
     struct vw_worth_summary summary;
     uint32_t count;
@@ -289,8 +282,7 @@ static void too_few_retrainings_have_no_worths(void **state) {
 
 // Outcomes that the number of photos alone decides, beside noise: nothing tells photos apart, and whatever scores there
 // are, no accuracy is claimed. A fit that saw what it predicts would claim some.
-static void what_cannot_be_known_is_not_claimed(void **state) {
-    (void)state;
+TEST(what_cannot_be_known_is_not_claimed) {
     uint32_t sure = 0;
     double mean = 0;
     for (uint32_t game = 0; game < 20; game++) {
@@ -312,8 +304,7 @@ static void what_cannot_be_known_is_not_claimed(void **state) {
     if (sure > 3) fail_msg("%u of 20 games are sure of noise", sure);
 }
 
-static void the_claim_grows_with_what_is_known(void **state) {
-    (void)state;
+TEST(the_claim_grows_with_what_is_known) {
     struct vw_worth_summary exact, noisy;
     struct played *played = play_game(100, 0.01, 5, 0, false);
     add_score(played, "dv_psnr", 1, 0, 1);
@@ -335,8 +326,7 @@ static void the_claim_grows_with_what_is_known(void **state) {
 
 // Ada's four photos are copies: each alone is worth little, since the others stand in for it; together they are worth
 // what one gives. The sum over photos does not say that, trainings with and without her do.
-static void a_provider_is_worth_what_all_its_photos_are(void **state) {
-    (void)state;
+TEST(a_provider_is_worth_what_all_its_photos_are) {
     struct played *played = play_game(120, 0.02, 7, 3, true);
     struct vw_provider_score groups[5] = {{.method = "dv_psnr", .provider = "ada", .value = 5},
                                           {.method = vw_worth_method, .provider = "cyd", .value = 1},
@@ -367,18 +357,4 @@ static void a_provider_is_worth_what_all_its_photos_are(void **state) {
     free(played);
 }
 
-int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(retrainings_are_dealt_out_by_kind),
-        cmocka_unit_test(known_worths_are_found),
-        cmocka_unit_test(intervals_hold_the_worths),
-        cmocka_unit_test(few_retrainings_leave_wide_intervals),
-        cmocka_unit_test(a_prior_helps_where_it_is_right),
-        cmocka_unit_test(lasting_credit_is_taken_at_its_word),
-        cmocka_unit_test(too_few_retrainings_have_no_worths),
-        cmocka_unit_test(what_cannot_be_known_is_not_claimed),
-        cmocka_unit_test(the_claim_grows_with_what_is_known),
-        cmocka_unit_test(a_provider_is_worth_what_all_its_photos_are),
-    };
-    return cmocka_run_group_tests(tests, set_up, NULL);
-}
+TEST_GROUP(set_up, NULL)
