@@ -215,7 +215,7 @@ VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
 VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
 VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
                                   // those of all such passes, VW_OVERFLOW_STRIDE apart, so that none waits for another
-// The rest only in the backward sweep (src/train/adjoint/adjoint_passes.h). A block has a float for every param, laid out as the params are.
+// The rest only in the adjoint (src/train/adjoint/). A block has a float for every param, laid out as the params are.
 VW_ENUM(VW_SLOT_GATHERED, 45)        // a range of a block: what gather_* writes or adds to
 VW_ENUM(VW_SLOT_PARAMS, 46)          // the params as one block
 VW_ENUM(VW_SLOT_PARAMS_BEFORE, 47)   // block: the params before a step

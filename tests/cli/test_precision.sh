@@ -21,9 +21,11 @@ same_code() {
 other_code() { compile "$root/shaders" "$1" "$folder/half.spv" -DVW_HALF_GRID && ! cmp -s "$folder"/{usual,half}.spv; }
 
 mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
-check "four passes touch the grid" test "${stems[*]}" = "effects/refresh_occupancy field_hash/forward_field effects/gradient_positions field_hash/update_grid"
+check "four passes touch the grid" test "${stems[*]}" = \
+    "effects/refresh_occupancy field_hash/forward_field effects/gradient_positions field_hash/update_grid"
 check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain/field_hash/hash_grid.glsl'"
-check "and no other pass includes what knows more" test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl | wc -l)" -eq 4
+check "and no other pass includes what knows more" \
+    test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl | wc -l)" -eq 4
 for stem in "${stems[@]}"; do
     check "$stem on floats is as if there were no other form" same_code "$stem"
     check "$stem on halves is not" other_code "$stem"

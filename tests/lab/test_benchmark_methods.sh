@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# scripts/lab/benchmark_scenes and scripts/lab/benchmark_methods: which benchmarks they ask for, what they pool, and a scene that fails. Takes the
-# program's path, which only reads the scenes and writes the report: a script in its place answers for the benchmarks.
+# scripts/lab/benchmark_scenes and scripts/lab/benchmark_methods: the benchmarks that they ask for, what they pool, and a scene that
+# fails. Takes the program's path, which only reads the scenes and writes the report: a script in its place answers for the benchmarks.
 # label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
@@ -42,7 +42,9 @@ cp "$folder/figure/pooled/benchmark.csv" "$folder/first"
 check "the same command" methods
 check "gives the same table" cmp "$folder/first" "$folder/figure/pooled/benchmark.csv"
 
-other() { ! "$root/scripts/lab/benchmark_methods" 12 3 "$folder/figure" 2>"$folder/stderr" && grep -q 'holds other scenes' "$folder/stderr"; }
+other() {
+    ! "$root/scripts/lab/benchmark_methods" 12 3 "$folder/figure" 2>"$folder/stderr" && grep -q 'holds other scenes' "$folder/stderr"
+}
 check "scenes of another seed are refused" other
 broken=$(cd "$folder/figure" && ls scenes/*.json | sed -n 2p)
 echo "$broken" >"$folder/broken"

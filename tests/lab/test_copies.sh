@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# What a photo's copies earn (scripts/lab/copies), on a tiny scene: copies are the same pixels and are warned of, payouts are those of value.
+# The table of scripts/lab/copies, on a tiny scene: copies are the same pixels and are warned of, payouts are those of value.
 # Takes the program's path.
 # label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 
-copies() { VIEWWORTH=$program "$root/scripts/lab/copies" "$root/scenes/clean.json" "$folder/out" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+copies() {
+    VIEWWORTH=$program "$root/scripts/lab/copies" "$root/scenes/clean.json" "$folder/out" "$@" >"$folder/stdout" 2>"$folder/stderr"
+}
 table() { sqlite3 :memory: ".mode csv" ".import '$folder/out/$1' t" ".mode list" "$2"; } # table FILE SQL
 
 check "a photo is copied, clean and harmful" copies 1 1 --epochs 3 "${small[@]}" --val-rays 64 --device llvmpipe
