@@ -88,6 +88,9 @@ enum vw_status vw_run_finish(struct vw_run *run);
 // The array and its strings are owned by the run. A method without scores gives count 0.
 enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
                              uint32_t *count);
+// The photos of the run in the order of their image_id, which scores name. Once steps are recorded. The array and its
+// strings are owned by the run.
+enum vw_status vw_run_images(const struct vw_run *run, const struct vw_ledger_image **images, uint32_t *count);
 // A run that was not finished keeps its steps, and `resume` continues it.
 void vw_run_close(struct vw_run **run);
 

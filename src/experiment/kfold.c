@@ -441,7 +441,7 @@ enum vw_status vw_kfold_make(const struct vw_kfold_params *params, struct vw_kfo
     free_work(work);
     free(work);
     const struct vw_report_params report = {.device = params->common.devices.first, .options = params->common.report};
-    if (!status) kfold->report_path = vw_report_folder_finish(params->common.out, &report, NULL);
+    if (!status) kfold->report_path = vw_report_folder_finish(params->common.out, &report);
     vw_out_lock_release(&lock);
     return status;
 }

@@ -135,7 +135,7 @@ static enum vw_status write_outputs(struct work *work) {
         status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out,
                                      work->payout_cents, &work->result->attribution);
     if (status) return status;
-    work->result->report_path = vw_report_folder_finish(params->out, &report, NULL);
+    work->result->report_path = vw_report_folder_finish(params->out, &report);
     return params->sign_key_path ? vw_run_sign(params->out, params->sign_key_path, NULL) : VW_OK;
 }
 

@@ -206,7 +206,7 @@ enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, s
     if (!status) status = make_runs(params, &reproduction->methods);
     if (!status) status = compare_runs(reproduction);
     const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
-    if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report, NULL);
+    if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report);
     vw_out_lock_release(&lock);
     return status;
 }

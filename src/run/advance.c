@@ -12,12 +12,12 @@
 // ---- Recording -----------------------------------------------------------------------------------------------------
 
 static enum vw_status check_nonfinite(const struct vw_run *run) {
-    if (!vw_step_statistics_should_abort(&run->statistics)) return VW_OK;
+    if (!vw_step_statistics_should_abort(&run->results.statistics)) return VW_OK;
     return vw_fail(VW_ERROR_DEVICE,
                    "stopped at step %" PRIu64 ": %" PRIu64
                    " steps were not finite, more than %.0f %%; %s keeps them; try a lower --lr",
-                   run->statistics.steps, run->statistics.nonfinite, 100 * vw_step_statistics_nonfinite_max,
-                   run->ledger_path);
+                   run->results.statistics.steps, run->results.statistics.nonfinite,
+                   100 * vw_step_statistics_nonfinite_max, run->results.ledger_path);
 }
 
 static enum vw_status start_writer(struct vw_run *run) {
@@ -25,7 +25,7 @@ static enum vw_status start_writer(struct vw_run *run) {
     const uint32_t *validation_views = vw_trainer_validation_views(run->trainer, &validation_count);
     enum vw_status status = run->ledger ? VW_OK : vw_run_create_ledger(run);
     if (status || run->writer) return status;
-    return vw_ledger_writer_create(run->ledger, validation_views, &run->statistics, &run->writer);
+    return vw_ledger_writer_create(run->ledger, validation_views, &run->results.statistics, &run->writer);
 }
 
 // Waits until all steps that were handed to the writer are on disk. Behind a failure the run has those that are. A
@@ -34,14 +34,14 @@ static enum vw_status drain(struct vw_run *run, enum vw_status status) {
     if (!run->writer) return status;
     struct vw_saved_error why = vw_error_save();
     enum vw_status written = vw_ledger_writer_drain(run->writer);
-    if (status || written) run->statistics = vw_ledger_writer_recorded(run->writer);
+    if (status || written) run->results.statistics = vw_ledger_writer_recorded(run->writer);
     if (status) vw_error_restore(&why);
     return status ? status : written;
 }
 
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record) {
-    vw_step_statistics_add(&run->statistics, record);
-    return run->until_stable > 0 ? vw_stability_watch_add(&run->watch, record) : VW_OK;
+    vw_step_statistics_add(&run->results.statistics, record);
+    return run->results.until_stable > 0 ? vw_stability_watch_add(&run->watch, record) : VW_OK;
 }
 
 // Compares the steps that the ledger has and hands the others to the writer, up to the one with which too many are not
@@ -54,14 +54,14 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     uint64_t next_step = vw_ledger_writer_next_step(run->writer);
     while (known < count && records[known].step < next_step) known++;
     if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
-    while (!status && known + added < count && !vw_step_statistics_should_abort(&run->statistics))
+    while (!status && known + added < count && !vw_step_statistics_should_abort(&run->results.statistics))
         status = vw_run_count_step(run, &records[known + added++]);
     if (!status && added && !run->cleared) { // what is there would be of fewer steps than the ledger has
         status = vw_run_remove_outdated(run->out);
         run->cleared = !status;
     }
-    if (!status && added) status = vw_ledger_writer_add(run->writer, records + known, added, &run->statistics);
-    if (!status && vw_step_statistics_should_abort(&run->statistics)) status = drain(run, VW_OK);
+    if (!status && added) status = vw_ledger_writer_add(run->writer, records + known, added, &run->results.statistics);
+    if (!status && vw_step_statistics_should_abort(&run->results.statistics)) status = drain(run, VW_OK);
     return status ? status : check_nonfinite(run);
 }
 
@@ -69,7 +69,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
 
 // Of the steps that are on disk: progress shows no others.
 static struct vw_step_statistics recorded(const struct vw_run *run) {
-    return run->writer ? vw_ledger_writer_recorded(run->writer) : run->statistics;
+    return run->writer ? vw_ledger_writer_recorded(run->writer) : run->results.statistics;
 }
 
 static void report_progress(struct vw_run *run, uint64_t step) {
@@ -77,7 +77,7 @@ static void report_progress(struct vw_run *run, uint64_t step) {
     if (step > on_disk.steps) step = on_disk.steps;
     run->shown_step = step;
     if (!run->progress) return;
-    uint64_t total = run->over ? run->statistics.steps : vw_stop_rules_expected_steps(run);
+    uint64_t total = run->over ? run->results.statistics.steps : vw_stop_rules_expected_steps(run);
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1); // steps of an epoch
     const struct vw_run_state state = {
         .step = step,
@@ -93,7 +93,7 @@ static void report_progress(struct vw_run *run, uint64_t step) {
 static enum vw_status take_records(struct vw_run *run, const struct vw_step_record *records, uint32_t count) {
     enum vw_status status = record(run, records, count);
     if (status) return status;
-    if (!run->stepped) vw_log_info("start    first steps after %.2f s", vw_now_s() - run->plan.started_s);
+    if (!run->stepped) vw_log_info("start    first steps after %.2f s", vw_now_s() - run->results.plan.started_s);
     run->stepped = run->moved = true;
     run->trainer_step = records[count - 1].step;
     report_progress(run, run->trainer_step);
@@ -123,7 +123,7 @@ static enum vw_status stop(struct vw_run *run) {
     run->stopping = false;
     return vw_fail(VW_ERROR_INTERRUPTED,
                    "interrupted; %s keeps the %" PRIu64 " steps recorded so far; continue by --resume",
-                   run->ledger_path, run->statistics.steps);
+                   run->results.ledger_path, run->results.statistics.steps);
 }
 
 // Lets the trainer go to where the stop rules look next, or to `last_step`.
@@ -135,15 +135,15 @@ static void release(struct vw_run *run, uint64_t last_step) {
 static void end_steps(struct vw_run *run) {
     run->over = true;
     vw_run_save_checkpoint(run);
-    report_progress(run, run->statistics.steps);
-    if (run->wants_profile && vw_profile_make(run->trainer, run->gpu, &run->profile))
+    report_progress(run, run->results.statistics.steps);
+    if (run->wants_profile && vw_profile_make(run->trainer, run->gpu, &run->results.profile))
         vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
 }
 
 // Nothing is in flight, and the trainer is where it was released to.
 static enum vw_status check_rules(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
     bool continues = false;
-    *piece_ends = run->statistics.steps < run->stop_step;
+    *piece_ends = run->results.statistics.steps < run->stop_step;
     enum vw_status status = *piece_ends ? VW_OK : vw_stop_rules_pass(run, &continues);
     if (status || *piece_ends) return status;
     if (continues) release(run, last_step);
@@ -193,8 +193,8 @@ static enum vw_status begin(struct vw_run *run) {
 }
 
 enum vw_status vw_run_catch_up(struct vw_run *run) {
-    if (run->complete || run->trainer_step >= run->statistics.steps) return VW_OK;
-    uint64_t last_step = run->statistics.steps;
+    if (run->complete || run->trainer_step >= run->results.statistics.steps) return VW_OK;
+    uint64_t last_step = run->results.statistics.steps;
     bool ended = run->over;
     enum vw_status status = begin(run);
     if (!status) release(run, last_step);
@@ -216,7 +216,7 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
     enum vw_status status = begin(run);
     run->failed = status;
     if (status) return status;
-    uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->statistics.steps;
+    uint64_t total = vw_trainer_total_steps(run->trainer), taken = run->results.statistics.steps;
     *last_step = taken < total && steps < total - taken ? taken + steps : total;
     *ended = false;
     release(run, *last_step);

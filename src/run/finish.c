@@ -1,5 +1,6 @@
 #include <errno.h>
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -73,8 +74,8 @@ static enum vw_status log_corrections(const struct vw_run *run) {
 static enum vw_status save_field(struct vw_run *run) {
     uint8_t hash[VW_HASH_BYTES];
     char hex[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_trainer_save_field(run->trainer, run->field_path);
-    if (!status) status = vw_sha256_file(run->field_path, hash);
+    enum vw_status status = vw_trainer_save_field(run->trainer, run->results.field_path);
+    if (!status) status = vw_sha256_file(run->results.field_path, hash);
     if (status) return status;
     vw_hash_to_hex(hash, hex);
     return vw_ledger_set_field(run->ledger, hex);
@@ -83,18 +84,19 @@ static enum vw_status save_field(struct vw_run *run) {
 // The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
     if (run->complete || run->ended) return VW_OK;
-    const struct vw_scoring *scoring = &run->scoring;
+    const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = vw_run_remove_outdated(run->out);
     if (!status) status = save_field(run);
     if (!status && run->validate)
-        status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
-                                     scoring->input.image_count);
-    vw_utc_now(run->finished_utc);
+        status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,
+                                     scoring->input.images, scoring->input.image_count);
+    char finished_utc[VW_UTC_BYTES];
+    vw_utc_now(finished_utc);
     if (!status)
-        status = vw_ledger_finish(run->ledger, "finished", run->finished_utc, scoring->scores, scoring->score_count);
+        status = vw_ledger_finish(run->ledger, "finished", finished_utc, scoring->scores, scoring->score_count);
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // of a run that ends before its last step
-    if (!status) log_statistics(&run->statistics);
+    if (!status) log_statistics(&run->results.statistics);
     if (!status) status = log_corrections(run);
     run->ended = !status;
     return status;
@@ -104,7 +106,7 @@ static enum vw_status end(struct vw_run *run) {
 
 // The scores of a method are neighbours.
 enum vw_status vw_run_rank(struct vw_run *run) {
-    const struct vw_scoring *scoring = &run->scoring;
+    const struct vw_scoring *scoring = &run->results.scoring;
     free(run->ranked);
     run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
     if (!run->ranked) return VW_ERROR_MEMORY;
@@ -120,7 +122,7 @@ enum vw_status vw_run_rank(struct vw_run *run) {
 
 static enum vw_status score(struct vw_run *run) {
     if (run->scored || !run->validate) return VW_OK;
-    enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->scoring);
+    enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->results.scoring);
     if (!status) status = vw_run_rank(run);
     run->scored = !status;
     return status;
@@ -132,13 +134,23 @@ static enum vw_status check_order(struct vw_run *run) {
     return VW_OK;
 }
 
+static enum vw_status name_end(struct vw_run *run) {
+    struct vw_ledger_run row;
+    enum vw_status status = vw_ledger_get_run(run->ledger, &row);
+    if (status) return status;
+    snprintf(run->results.run_id, sizeof run->results.run_id, "%s", row.run_id);
+    vw_ledger_chain_head(run->ledger, run->results.head);
+    return VW_OK;
+}
+
 static enum vw_status score_and_end(struct vw_run *run) {
     enum vw_status status = check_order(run);
     if (!status) status = vw_run_catch_up(run);
     if (!status) status = score(run);
     if (!status) status = end(run);
     if (!status && run->lasting.wanted) status = vw_run_sweep(run);
-    if (!status && run->validate) status = vw_lasting_summary_make(run->ledger, &run->summary);
+    if (!status && run->validate) status = vw_lasting_summary_make(run->ledger, &run->results.lasting);
+    if (!status) status = name_end(run);
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;
 }
@@ -152,36 +164,6 @@ enum vw_status vw_run_score(struct vw_run *run) {
 
 // ---- Tables and report ---------------------------------------------------------------------------------------------
 
-// The report shows what is computed here already.
-static char *write_report(struct vw_run *run) {
-    const struct vw_validation_views *validation = &run->validation;
-    struct vw_ledger_run row;
-    char head[VW_HASH_HEX_BYTES];
-    if (vw_ledger_get_run(run->ledger, &row)) return NULL;
-    vw_ledger_chain_head(run->ledger, head);
-    if (!run->complete) row.finished_utc = run->finished_utc;
-    const struct vw_report_run page = {
-        .label = run->out,
-        .row = &row,
-        .head = head,
-        .images = run->scoring.input.images,
-        .image_count = run->scoring.input.image_count,
-        .scores = run->scoring.scores,
-        .score_count = run->scoring.score_count,
-        .records = run->scoring.input.records,
-        .record_count = run->scoring.input.record_count,
-        .burn_in_epochs = run->scoring.input.burn_in_epochs,
-        .lasting = run->scoring.input.lasting,
-        .retrainings = run->scoring.retrainings,
-        .retraining_count = run->scoring.retraining_count,
-        .matrix = &validation->matrix,
-        .views = validation->views,
-        .standard_errors = validation->standard_errors,
-    };
-    const struct vw_report_params params = {.scene = run->scene, .options = run->report};
-    return vw_report_folder_finish(run->out, &params, &page);
-}
-
 // Of a run that was complete, whose trainer was not brought to its last step, only where a stop left none.
 static enum vw_status write_residuals(struct vw_run *run, const struct vw_residuals_params *params) {
     if (run->report.no_thumbnails) return VW_OK;
@@ -190,7 +172,7 @@ static enum vw_status write_residuals(struct vw_run *run, const struct vw_residu
     bool held = path && vw_file_exists(path);
     free(path);
     if (held) return VW_OK;
-    enum vw_status status = vw_trainer_load_field(run->trainer, run->field_path);
+    enum vw_status status = vw_trainer_load_field(run->trainer, run->results.field_path);
     return status ? status : vw_residuals_write(params);
 }
 
@@ -199,7 +181,7 @@ static void write_pictures(struct vw_run *run) {
     const struct vw_residuals_params params = {
         .scene = run->scene,
         .trainer = run->trainer,
-        .scoring = &run->scoring,
+        .scoring = &run->results.scoring,
         .config = &run->config,
         .on_background = vw_effects_is_on(run->effects, run->effect_count, "background"),
         .fitted = vw_effects_fit_views(run->effects, run->effect_count),
@@ -211,12 +193,16 @@ static void write_pictures(struct vw_run *run) {
 }
 
 static enum vw_status write_tables(struct vw_run *run) {
-    run->probe_costs = vw_probe_costs_count(&run->scoring.input, run->trainer, vw_now_s() - run->plan.started_s);
+    run->results.probe_costs =
+        vw_probe_costs_count(&run->results.scoring.input, run->trainer, vw_now_s() - run->results.plan.started_s);
     enum vw_status status =
-        vw_attribution_make(run->scene, &run->scoring, run->out, run->payout_cents, &run->attribution);
-    if (!status) status = vw_validation_views_make(run->scene, run->ledger, &run->scoring, run->out, &run->validation);
+        vw_attribution_make(run->scene, &run->results.scoring, run->out, run->payout_cents, &run->results.attribution);
+    if (!status)
+        status = vw_validation_views_make(run->scene, run->ledger, &run->results.scoring, run->out,
+                                          &run->results.validation);
     if (!status) write_pictures(run);
-    if (!status) run->report_path = write_report(run);
+    const struct vw_report_params report = {.scene = run->scene, .options = run->report};
+    if (!status) run->results.report_path = vw_report_folder_finish(run->out, &report);
     return status;
 }
 

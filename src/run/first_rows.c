@@ -33,8 +33,9 @@ static enum vw_status write_first_rows(struct vw_run *run, const struct vw_ledge
     vw_utc_now(started_utc);
     first.row.started_utc = started_utc;
     first.row.scene_options_json = run->scene_options_json;
-    first.row.plan_json = run->plan.json;
-    if (!status) status = vw_ledger_create(run->ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
+    first.row.plan_json = run->results.plan.json;
+    if (!status)
+        status = vw_ledger_create(run->results.ledger_path, &first.row, images, run->scene->view_count, &run->ledger);
     vw_run_row_free(&first);
     return status;
 }

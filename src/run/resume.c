@@ -32,7 +32,7 @@ static enum vw_status load_checkpoint(struct vw_run *run) {
 }
 
 static void log_complete(const struct vw_run *run, uint64_t last_step) {
-    const char *const outputs[] = {run->field_path, run->scores_path};
+    const char *const outputs[] = {run->results.field_path, run->results.scores_path};
     vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->out, last_step);
     for (size_t i = 0; i < (run->validate ? 2 : 1); i++)
         if (!vw_file_exists(outputs[i]))
@@ -45,19 +45,19 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
     bool finished = strcmp(recorded->status, "finished") == 0, stable = false;
     enum vw_status status = finished ? vw_stop_rules_measure_stability(run, &stable) : VW_OK;
     if (status) return status;
-    run->complete = finished && (end >= wanted || stable || vw_plan_keeps_time(&run->plan));
+    run->complete = finished && (end >= wanted || stable || vw_plan_keeps_time(&run->results.plan));
     if (run->complete) log_complete(run, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE,
                        "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",
-                       run->out, end - 1, vw_plan_epochs_most(&run->plan, &run->config));
+                       run->out, end - 1, vw_plan_epochs_most(&run->results.plan, &run->config));
     return VW_OK;
 }
 
 enum vw_status vw_run_resume(struct vw_run *run) {
     struct vw_ledger_run recorded;
     struct vw_run_row ours = {0};
-    enum vw_status status = vw_ledger_open_to_append(run->ledger_path, &run->ledger);
+    enum vw_status status = vw_ledger_open_to_append(run->results.ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &recorded);
     if (!status) status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->config, &ours);
     if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);

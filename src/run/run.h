@@ -8,6 +8,7 @@
 #include "run/plan/plan.h"
 #include "run/probe_costs.h"
 #include "run/profile.h"
+#include "run/scoring.h"
 #include "run/session.h"
 #include "value/stability.h"
 #include "value/step_statistics.h"
@@ -29,30 +30,29 @@ enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum 
 // that was finished when it was opened and has no steps left.
 enum vw_status vw_run_score(struct vw_run *run);
 
-// What a run was and gave. All is borrowed from the run.
+// What a run was and found. All is owned by the run, which fills it on its way.
 struct vw_run_results {
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
-    const char *out, *ledger_path, *scores_path, *field_path;
-    const char *report_path; // NULL: none was written
+    char *ledger_path, *scores_path, *field_path, *report_path; // report_path NULL: none was written
     const struct vw_gpu_info *device;
     const struct vw_scene *scene;
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    const struct vw_step_statistics *statistics;
-    const struct vw_plan *plan; // NULL: neither a preset nor a budget chose
-    double until_stable;        // 0: stability was not measured
-    const struct vw_stability *stability;
-    const struct vw_profile *profile; // NULL: not asked for
+    struct vw_step_statistics statistics; // of the steps in the ledger, and of those handed to the writer
+    struct vw_plan plan;                  // without a record: neither an accuracy level nor a budget chose
+    double until_stable;                  // 0: stability is not measured
+    struct vw_stability stability;        // at the last look; all 0 without until_stable
+    struct vw_profile profile;            // without rows: not asked for
     // Of a validated run:
-    const struct vw_noise_floor *noise_floor;
-    const struct vw_probe_costs *probe_costs;
-    const struct vw_attribution *attribution;
-    const struct vw_validation_views *validation;
-    const struct vw_lasting_summary *lasting; // NULL: the run has no sweep
+    struct vw_scoring scoring;
+    struct vw_probe_costs probe_costs;
+    struct vw_attribution attribution;
+    struct vw_validation_views validation;
+    struct vw_lasting_summary lasting; // empty: the run has no lasting credit
 };
 
-// After vw_run_finish().
-void vw_run_get_results(const struct vw_run *run, struct vw_run_results *results);
+// Complete after vw_run_finish().
+const struct vw_run_results *vw_run_get_results(const struct vw_run *run);
 
 #endif

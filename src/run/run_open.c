@@ -61,10 +61,10 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->report = params->report;
     run->wants_profile = params->profile;
     run->lasting = params->lasting;
-    run->until_stable = params->until_stable;
+    run->results.until_stable = params->until_stable;
     run->progress = params->progress;
     run->context = params->context;
-    run->statistics = vw_step_statistics_begin();
+    run->results.statistics = vw_step_statistics_begin();
     run->sign_key_path = params->sign_key_path ? vw_copy_text(params->sign_key_path) : NULL;
     run->providers_path = params->scene.providers ? vw_copy_text(params->scene.providers) : NULL;
     if (!run->out || !run->scene_options_json || (params->sign_key_path && !run->sign_key_path) ||
@@ -76,13 +76,13 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
 }
 
 static enum vw_status name_outputs(struct vw_run *run) {
-    run->ledger_path = vw_path_join(run->out, "ledger.db");
-    run->scores_path = vw_path_join(run->out, "scores.csv");
-    run->field_path = vw_path_join(run->out, "field.vwf");
-    if (!run->ledger_path || !run->scores_path || !run->field_path) return VW_ERROR_MEMORY;
+    run->results.ledger_path = vw_path_join(run->out, "ledger.db");
+    run->results.scores_path = vw_path_join(run->out, "scores.csv");
+    run->results.field_path = vw_path_join(run->out, "field.vwf");
+    if (!run->results.ledger_path || !run->results.scores_path || !run->results.field_path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(run->out);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
-    if (!status && vw_file_exists(run->ledger_path) && !run->resume)
+    if (!status && vw_file_exists(run->results.ledger_path) && !run->resume)
         status = vw_fail(VW_ERROR_USAGE,
                          "--out %s: holds a run already; continue it by --resume, or name another folder", run->out);
     return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
@@ -104,7 +104,7 @@ static void log_effects(const struct vw_run *run) {
 static enum vw_status take_recorded_effects(struct vw_run *run) {
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run recorded;
-    enum vw_status status = vw_ledger_open_to_append(run->ledger_path, &ledger);
+    enum vw_status status = vw_ledger_open_to_append(run->results.ledger_path, &ledger);
     if (!status) status = vw_ledger_get_run(ledger, &recorded);
     if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
     if (!status) status = vw_effects_choose(run->config.effects, run->effects, run->effect_count);
@@ -113,7 +113,7 @@ static enum vw_status take_recorded_effects(struct vw_run *run) {
 }
 
 static enum vw_status decide_effects(struct vw_run *run) {
-    if (vw_file_exists(run->ledger_path)) return take_recorded_effects(run);
+    if (vw_file_exists(run->results.ledger_path)) return take_recorded_effects(run);
     enum vw_status status = vw_session_decide_effects(&run->config, run->session);
     if (status) return status;
     run->effect_count = run->session->effect_count;
@@ -127,13 +127,13 @@ static void log_field(const struct vw_run *run) {
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(run->trainer, &stats);
     vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %s%" PRIu64 " steps", stats.param_count,
-                (double)stats.device_bytes / 0x1p20, vw_plan_keeps_time(&run->plan) ? "about " : "",
+                (double)stats.device_bytes / 0x1p20, vw_plan_keeps_time(&run->results.plan) ? "about " : "",
                 vw_stop_rules_expected_steps(run));
 }
 
 static enum vw_status create_trainer(struct vw_run *run) {
     struct vw_config config = run->config;
-    config.epochs = vw_plan_epochs_most(&run->plan, &run->config);
+    config.epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
                                              .config = &config,
@@ -146,7 +146,7 @@ static enum vw_status create_trainer(struct vw_run *run) {
 
 static enum vw_status start_watch(struct vw_run *run) {
     uint32_t *photos = NULL, count = 0;
-    if (!(run->until_stable > 0)) return VW_OK;
+    if (!(run->results.until_stable > 0)) return VW_OK;
     enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &photos, &count);
     if (!status) status = vw_stability_watch_begin(photos, count, run->config.burn_in_epochs, &run->watch);
     free(photos);
@@ -158,18 +158,22 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     if (status) return status;
     run->gpu = run->session->devices[run->device].gpu;
     run->scene = run->session->scene;
+    run->results.device = vw_gpu_get_info(run->gpu);
+    run->results.scene = run->scene;
     status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
     if (status) return status;
     if (run->payout_cents) status = vw_attribution_check_scene(run->scene);
     if (!status) status = decide_effects(run);
     if (status) return status;
     log_effects(run);
+    run->results.effects = run->effects;
+    run->results.effect_count = run->effect_count;
     status = create_trainer(run);
     if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
     if (!status) status = start_watch(run);
     if (status) return status;
     log_field(run);
-    return vw_file_exists(run->ledger_path) ? vw_run_resume(run) : VW_OK;
+    return vw_file_exists(run->results.ledger_path) ? vw_run_resume(run) : VW_OK;
 }
 
 // OUT is locked first, then the plan chooses the config that the trainer has.
@@ -179,9 +183,9 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
     enum vw_status status = copy_params(params, run);
     if (!status) status = name_outputs(run);
     if (!status && run->session == &run->own && run->validate)
-        status = vw_plan_make(params, run->ledger_path, run->session, &run->config, &run->plan);
+        status = vw_plan_make(params, run->results.ledger_path, run->session, &run->config, &run->results.plan);
     if (status) return status;
-    uint32_t epochs = vw_plan_epochs_most(&run->plan, &run->config);
+    uint32_t epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
     if (run->validate && epochs <= run->config.burn_in_epochs)
         vw_log_warning(
             "--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", epochs,
@@ -194,7 +198,8 @@ static enum vw_status make_run(const struct vw_run_params *params, struct vw_ses
     enum vw_status status = run ? check_params(params) : vw_fail(VW_ERROR_USAGE, "vw_run_open: run is NULL");
     struct vw_run *made = status ? NULL : vw_allocate(1, sizeof *made);
     if (!made) return status ? status : VW_ERROR_MEMORY;
-    made->plan.started_s = vw_now_s();
+    made->results.plan.started_s = vw_now_s();
+    made->results.config = &made->config;
     made->session = session ? session : &made->own;
     made->device = device;
     status = open_run(params, made);
@@ -215,12 +220,12 @@ enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct
 }
 
 static void free_results(struct vw_run *run) {
-    vw_validation_views_free(&run->validation);
-    vw_attribution_free(&run->attribution);
-    vw_scoring_free(&run->scoring);
-    vw_lasting_summary_free(&run->summary);
+    vw_validation_views_free(&run->results.validation);
+    vw_attribution_free(&run->results.attribution);
+    vw_scoring_free(&run->results.scoring);
+    vw_lasting_summary_free(&run->results.lasting);
     free(run->ranked);
-    free(run->report_path);
+    free(run->results.report_path);
 }
 
 void vw_run_close(struct vw_run **run) {
@@ -235,11 +240,11 @@ void vw_run_close(struct vw_run **run) {
     vw_trainer_destroy(&closed->trainer);
     vw_session_close(&closed->own);
     vw_stability_watch_end(&closed->watch);
-    vw_plan_free(&closed->plan);
+    vw_plan_free(&closed->results.plan);
     vw_out_lock_release(&closed->lock);
-    free(closed->ledger_path);
-    free(closed->scores_path);
-    free(closed->field_path);
+    free(closed->results.ledger_path);
+    free(closed->results.scores_path);
+    free(closed->results.field_path);
     free(closed->scene_options_json);
     free(closed->sign_key_path);
     free(closed->providers_path);

@@ -5,22 +5,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "base/utc.h"
 #include "run/checkpoints.h"
-#include "run/lasting/lasting_summary.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
-#include "run/outputs/attribution.h"
-#include "run/outputs/validation_views.h"
-#include "run/plan/plan.h"
-#include "run/probe_costs.h"
-#include "run/profile.h"
 #include "run/run.h"
-#include "run/scoring.h"
 #include "run/session.h"
 #include "train/trainer.h"
 #include "value/stability.h"
-#include "value/step_statistics.h"
 
 struct vw_run {
     // What is asked for.
@@ -32,11 +23,9 @@ struct vw_run {
     bool resume, validate, wants_profile;
     struct vw_report_options report;
     struct vw_lasting_options lasting;
-    double until_stable;   // 0: never
     uint64_t payout_cents; // 0: none
     vw_run_progress *progress;
     void *context;
-    struct vw_plan plan; // without a record unless a preset or a budget chose
 
     // What it runs on.
     struct vw_session own, *session; // the session is `own` unless it is shared
@@ -46,45 +35,35 @@ struct vw_run {
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
-    struct vw_out_lock *lock;                     // of OUT; the first thing taken and the last released
-    char *ledger_path, *scores_path, *field_path; // owned; in OUT
+    struct vw_out_lock *lock; // of OUT; the first thing taken and the last released
     struct vw_checkpoints checkpoints;
     struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
     struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 
     // Where it stands.
-    bool complete;                        // resumed, and no step is left
-    bool begun, over;                     // the first advance; all steps are taken
-    bool stopping;                        // progress returned false
-    bool stepped;                         // since it was opened
-    bool moved;                           // since the last checkpoint
-    bool cleared;                         // OUT has no tables of what the run was before
-    bool failed;                          // the ledger says how; nothing more is written
-    uint64_t started_after;               // the step of the checkpoint that was loaded; 0: from the start
-    uint64_t trainer_step;                // the last step handed out by the trainer, or started_after
-    uint64_t shown_step;                  // the last one that progress has shown
-    uint64_t stop_step;                   // where the stop rules look next
-    struct vw_step_statistics statistics; // of the steps in the ledger, and of those handed to the writer
+    bool complete;          // resumed, and no step is left
+    bool begun, over;       // the first advance; all steps are taken
+    bool stopping;          // progress returned false
+    bool stepped;           // since it was opened
+    bool moved;             // since the last checkpoint
+    bool cleared;           // OUT has no tables of what the run was before
+    bool failed;            // the ledger says how; nothing more is written
+    uint64_t started_after; // the step of the checkpoint that was loaded; 0: from the start
+    uint64_t trainer_step;  // the last step handed out by the trainer, or started_after
+    uint64_t shown_step;    // the last one that progress has shown
+    uint64_t stop_step;     // where the stop rules look next
     struct {
         uint64_t first_step;         // taken before the segment
         double started_s;            // vw_now_s() before it
     } segment;                       // steps between two looks of the stop rules
     struct vw_stability_watch watch; // of the same steps; only with until_stable
-    struct vw_stability stability;   // at the last look; all 0 without until_stable
 
     // What it results in.
-    struct vw_profile profile; // without rows unless asked for
-    bool scored;               // scoring holds the scores of all steps
-    bool ended;                // the ledger says "finished", with these scores
-    bool finished;             // and vw_run_score() or vw_run_finish() succeeded
-    struct vw_scoring scoring;
-    struct vw_probe_costs probe_costs;
-    struct vw_attribution attribution;
-    struct vw_validation_views validation;
-    struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of `scoring`
-    char finished_utc[VW_UTC_BYTES];
-    struct vw_lasting_summary summary; // of the sweep; empty without one
-    char *report_path;                 // owned; NULL: none was written
+    struct vw_run_results results;
+    bool scored;                    // scoring holds the scores of all steps
+    bool ended;                     // the ledger says "finished", with these scores
+    bool finished;                  // and vw_run_score() or vw_run_finish() succeeded
+    struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of results.scoring
 };
 
 // Creates the ledger, with the run row and the image rows.

@@ -5,7 +5,6 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include <viewworth/viewworth.h>
 
@@ -21,22 +20,14 @@ static void show_message(void *context, enum vw_log_level level, const char *lin
     fprintf(stderr, "%s%s\n", level == VW_LOG_WARNING ? "warning: " : "", line);
 }
 
-// The ledger holds the names: a score knows its photo by image_id.
-static enum vw_status print_scores(const struct vw_run *run, const char *out) {
-    char path[4096];
-    struct vw_ledger *ledger = NULL;
+static enum vw_status print_scores(const struct vw_run *run) {
     const struct vw_ledger_image *images = NULL;
     const struct vw_ledger_score *scores = NULL;
     uint32_t image_count = 0, score_count = 0;
-    snprintf(path, sizeof path, "%s/ledger.db", out);
-    enum vw_status status = vw_ledger_open(path, &ledger);
-    if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
+    enum vw_status status = vw_run_images(run, &images, &image_count);
     if (!status) status = vw_run_scores(run, NULL, &scores, &score_count);
-    for (uint32_t i = 0; !status && i < score_count; i++)
-        for (uint32_t k = 0; k < image_count; k++)
-            if (images[k].image_id == scores[i].image_id)
-                printf("%+.4f %s  %s\n", scores[i].value, scores[i].unit, images[k].name);
-    vw_ledger_close(&ledger);
+    for (uint32_t i = 0; i < score_count; i++)
+        printf("%+.4f %s  %s\n", scores[i].value, scores[i].unit, images[scores[i].image_id].name);
     return status;
 }
 
@@ -54,7 +45,7 @@ int main(int argument_count, char **arguments) {
     enum vw_status status = vw_run_open(&params, &run);
     if (!status) status = vw_run_advance(run, UINT64_MAX);
     if (!status) status = vw_run_finish(run);
-    if (!status) status = print_scores(run, arguments[2]);
+    if (!status) status = print_scores(run);
     if (status) fprintf(stderr, "%s: %s\n", arguments[0], vw_error_message());
     vw_run_close(&run);
     return vw_exit_code(status);

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/file.h"
 #include "run/checkpoints.h"
 #include "run/ledger_writer.h"
 #include "support/small_run.h"
@@ -118,6 +119,31 @@ static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
     assert_null(run);
 }
 
+static void assert_images(const struct vw_run *run) {
+    const struct vw_ledger_image *images = NULL;
+    uint32_t count = 0, train_count = 0;
+    ASSERT_OK(vw_run_images(run, &images, &count));
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(images[i].image_id, i);
+        assert_true(images[i].name && *images[i].name);
+        train_count += strcmp(images[i].split, "train") == 0;
+    }
+    assert_int_equal(train_count, PHOTOS);
+}
+
+// The report that a run leaves has the bytes of one that is made later from its folder.
+static void assert_report_is_made_again(const char *out) {
+    void *first = NULL, *later = NULL;
+    size_t first_bytes = 0, later_bytes = 0;
+    ASSERT_OK(vw_report_write(&out, 1, temporary_path(out, "later.html"), NULL));
+    ASSERT_OK(vw_file_read(temporary_path(out, "report.html"), 64 << 20, &first, &first_bytes));
+    ASSERT_OK(vw_file_read(temporary_path(out, "later.html"), 64 << 20, &later, &later_bytes));
+    assert_int_equal(first_bytes, later_bytes);
+    assert_memory_equal(first, later, first_bytes);
+    free(first);
+    free(later);
+}
+
 TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {
     const char *whole = temporary_path(*state, "whole"), *pieces = temporary_path(*state, "pieces");
     double expected[PHOTOS];
@@ -161,12 +187,14 @@ TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {
     }
     ASSERT_OK(vw_run_scores(run, "no_such_method", &scores, &count));
     assert_int_equal(count, 0);
+    assert_images(run);
     vw_run_close(&run);
 
     assert_chain_head(pieces, NULL, "finished");
     const char *const outputs[] = {"scores.csv", "matrix.csv", "field.vwf", "report.html"};
     for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++)
         assert_int_equal(access(temporary_path(pieces, outputs[i]), R_OK), 0);
+    assert_report_is_made_again(temporary_path(*state, "pieces"));
 }
 
 TEST_WITHIN(a_stopped_run_may_go_on_at_once, set_up, tear_down) {
@@ -374,6 +402,7 @@ TEST_WITHIN(wrong_params_are_refused_by_name, set_up, tear_down) {
 TEST_WITHIN(calls_out_of_order_are_refused, set_up, tear_down) {
     const struct vw_config config = small_config(7, EPOCHS);
     const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
+    const struct vw_ledger_image *images = NULL;
     const struct vw_ledger_score *scores = NULL;
     struct vw_run *run = NULL;
     uint32_t count = 0;
@@ -386,6 +415,7 @@ TEST_WITHIN(calls_out_of_order_are_refused, set_up, tear_down) {
     assert_int_equal(vw_run_advance(NULL, 1), VW_ERROR_USAGE);
     assert_int_equal(vw_run_finish(NULL), VW_ERROR_USAGE);
     assert_int_equal(vw_run_scores(NULL, NULL, &scores, &count), VW_ERROR_USAGE);
+    assert_int_equal(vw_run_images(NULL, &images, &count), VW_ERROR_USAGE);
     assert_int_equal(vw_run_open(&params, NULL), VW_ERROR_USAGE);
     assert_int_equal(vw_report_write(NULL, 0, NULL, NULL), VW_ERROR_USAGE);
 }

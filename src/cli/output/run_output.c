@@ -80,18 +80,18 @@ static void print_noise_floor(const struct vw_noise_floor *floor) {
 }
 
 static void print_valued(const struct vw_run_results *results, const struct ranking *ranking) {
-    const struct vw_noise_floor *floor = results->noise_floor;
+    const struct vw_noise_floor *floor = &results->scoring.noise_floor;
     print_ranking(results->scene, ranking);
-    if (results->lasting) vw_lasting_print(results->lasting);
-    vw_attribution_print(results->attribution);
-    if (results->until_stable > 0) vw_stability_print(results->stability, results->until_stable, results->config);
-    if (results->plan) vw_plan_print(results->plan, results->config);
+    if (results->lasting.sweep.step_count) vw_lasting_print(&results->lasting);
+    vw_attribution_print(&results->attribution);
+    if (results->until_stable > 0) vw_stability_print(&results->stability, results->until_stable, results->config);
+    if (results->plan.record) vw_plan_print(&results->plan, results->config);
     if (results->config->noise_floor && floor->repeated_count > 0) print_noise_floor(floor);
     else if (results->config->noise_floor) vw_print("noise floor  no step was probed; take more --epochs\n");
-    vw_probe_costs_print(results->probe_costs);
+    vw_probe_costs_print(&results->probe_costs);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
-             results->statistics->first_val_psnr_db, results->statistics->last_val_psnr_db, results->statistics->steps);
-    vw_validation_views_print(results->validation);
+             results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);
+    vw_validation_views_print(&results->validation);
     vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
              results->field_path);
     if (results->report_path) vw_print("report   %s\n", results->report_path);
@@ -99,7 +99,7 @@ static void print_valued(const struct vw_run_results *results, const struct rank
 }
 
 static void print_trained(const struct vw_run_results *results) {
-    vw_print("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics->steps, results->ledger_path,
+    vw_print("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics.steps, results->ledger_path,
              results->field_path);
 }
 
@@ -135,22 +135,22 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
 }
 
 static json_t *run_to_json(const struct vw_run_results *results) {
-    json_t *profile = results->profile ? vw_profile_to_json(results->profile) : NULL;
+    json_t *profile = results->profile.row_count ? vw_profile_to_json(&results->profile) : NULL;
     return json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s, s:s, s:o*}", "run_id", results->run_id, "scene",
                      results->scene->path, "device", results->device->name, "driver", results->device->driver, "steps",
-                     (json_int_t)results->statistics->steps, "effects",
+                     (json_int_t)results->statistics.steps, "effects",
                      vw_effects_to_json(results->effects, results->effect_count), "ledger", results->ledger_path,
                      "field", results->field_path, "head", results->head, "profile", profile);
 }
 
 static json_t *values_to_json(const struct vw_run_results *results, const struct ranking *ranking) {
-    const struct vw_probe_costs *costs = results->probe_costs;
-    json_t *noise_floor = results->config->noise_floor ? noise_floor_to_json(results->noise_floor) : NULL;
+    const struct vw_probe_costs *costs = &results->probe_costs;
+    json_t *noise_floor = results->config->noise_floor ? noise_floor_to_json(&results->scoring.noise_floor) : NULL;
     json_t *stability =
-        results->until_stable > 0 ? vw_stability_to_json(results->stability, results->until_stable) : NULL;
+        results->until_stable > 0 ? vw_stability_to_json(&results->stability, results->until_stable) : NULL;
     return json_pack("{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o, s:o}", "scores", results->scores_path, "report",
-                     results->report_path, "val_psnr_start_db", vw_json_real(results->statistics->first_val_psnr_db),
-                     "val_psnr_end_db", vw_json_real(results->statistics->last_val_psnr_db), "noise_floor", noise_floor,
+                     results->report_path, "val_psnr_start_db", vw_json_real(results->statistics.first_val_psnr_db),
+                     "val_psnr_end_db", vw_json_real(results->statistics.last_val_psnr_db), "noise_floor", noise_floor,
                      "stability", stability, "same_state", vw_probe_costs_same_state_to_json(costs), "most_valuable",
                      photos_to_json(results->scene, ranking, true), "least_valuable",
                      photos_to_json(results->scene, ranking, false));
@@ -158,10 +158,11 @@ static json_t *values_to_json(const struct vw_run_results *results, const struct
 
 static bool add_values(const struct vw_run_results *results, const struct ranking *ranking, json_t *root) {
     json_t *values = values_to_json(results, ranking);
-    bool added = !json_object_update(root, values) && vw_attribution_add_json(results->attribution, root) &&
-                 vw_validation_views_add_json(results->validation, root) &&
-                 (!results->lasting || !json_object_set_new(root, "lasting", vw_lasting_to_json(results->lasting))) &&
-                 (!results->plan || vw_plan_add_json(results->plan, results->config, root));
+    bool added = !json_object_update(root, values) && vw_attribution_add_json(&results->attribution, root) &&
+                 vw_validation_views_add_json(&results->validation, root) &&
+                 (!results->lasting.sweep.step_count ||
+                  !json_object_set_new(root, "lasting", vw_lasting_to_json(&results->lasting))) &&
+                 (!results->plan.record || vw_plan_add_json(&results->plan, results->config, root));
     json_decref(values);
     return added;
 }
@@ -169,22 +170,21 @@ static bool add_values(const struct vw_run_results *results, const struct rankin
 // ---- Both ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json) {
-    struct vw_run_results results;
+    const struct vw_run_results *results = vw_run_get_results(run);
     struct ranking ranking = {0};
-    vw_run_get_results(run, &results);
     enum vw_status status = trained_only ? VW_OK : vw_run_scores(run, NULL, &ranking.scores, &ranking.count);
     if (!status && !trained_only) status = vw_run_scores(run, "quality", &ranking.qualities, &ranking.quality_count);
     if (status) return status;
     if (json) {
-        json_t *root = run_to_json(&results);
-        if (root && !trained_only && !add_values(&results, &ranking, root)) {
+        json_t *root = run_to_json(results);
+        if (root && !trained_only && !add_values(results, &ranking, root)) {
             json_decref(root);
             root = NULL;
         }
         return vw_json_print(root);
     }
-    if (trained_only) print_trained(&results);
-    else print_valued(&results, &ranking);
-    if (results.profile) vw_profile_print(results.profile);
+    if (trained_only) print_trained(results);
+    else print_valued(results, &ranking);
+    if (results->profile.row_count) vw_profile_print(&results->profile);
     return VW_OK;
 }

@@ -183,7 +183,7 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
     enum vw_status status =
         vw_sweeps_set_metrics(state->store, state->configuration_ids[0], sweep->metrics, sweep->metric_count);
     if (!status) status = vw_csv_write_file(sweep->csv_path, print_csv, sweep);
-    if (!status) sweep->report_path = vw_report_folder_finish(out, &report, NULL);
+    if (!status) sweep->report_path = vw_report_folder_finish(out, &report);
     return status;
 }
 

@@ -93,12 +93,12 @@ static enum vw_status report_progress(struct sweep *sweep, bool done) {
 }
 
 static enum vw_status take_credits(struct sweep *sweep, const struct vw_lasting_credit *credits, uint32_t count) {
-    const struct vw_step_record *records = sweep->run->scoring.input.records;
+    const struct vw_step_record *records = sweep->run->results.scoring.input.records;
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_lasting_credit *credit = &credits[i];
         if (sweep->from <= 1 || credit->step != sweep->from - 1 || records[credit->step].view != credit->view)
             return vw_fail(VW_ERROR_MISMATCH, "%s: the sweep gave step %" PRIu64 " out of its order; report this",
-                           sweep->run->ledger_path, credit->step);
+                           sweep->run->results.ledger_path, credit->step);
         sweep->from--;
         sweep->credits.steps[credit->step - 1] =
             (struct vw_lasting_step){credit->step, credit->psnr, credit->loss, credit->size_psnr, credit->size_loss};
@@ -127,7 +127,7 @@ static enum vw_status advance(struct sweep *sweep) {
 
 // Per train photo, what the steps behind from_step are predicted to be worth.
 static void predict(const struct sweep *sweep, uint64_t from_step, struct vw_gate_check *photos, uint32_t photo_count) {
-    const struct vw_step_record *records = sweep->run->scoring.input.records;
+    const struct vw_step_record *records = sweep->run->results.scoring.input.records;
     for (uint64_t step = from_step + 1; step <= sweep->steps; step++)
         for (uint32_t i = 0; i < photo_count; i++) {
             if (photos[i].image_id != records[step].view) continue;
@@ -207,7 +207,7 @@ static enum vw_status cover(struct sweep *sweep) {
     if (!status) coverages = vw_allocate(count, sizeof *coverages);
     if (!status) sweep->photos = vw_allocate(count, sizeof *sweep->photos);
     if (!status && (!coverages || !sweep->photos)) status = VW_ERROR_MEMORY;
-    if (!status) status = vw_trainer_load_field(run->trainer, run->field_path);
+    if (!status) status = vw_trainer_load_field(run->trainer, run->results.field_path);
     if (!status) status = vw_trainer_measure_coverage(run->trainer, 0, coverages);
     for (uint32_t i = 0; !status && i < count; i++)
         sweep->photos[i] = (struct vw_photo_coverage){views[i], coverages[i]};
@@ -220,7 +220,7 @@ static enum vw_status cover(struct sweep *sweep) {
 // The table comes first: a ledger with a sweep has a scores.csv with it, and no tables of the scores before.
 static enum vw_status record(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
-    struct vw_scoring *scoring = &run->scoring;
+    struct vw_scoring *scoring = &run->results.scoring;
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
     bool changes_matrix = sweep->file.views || scoring->input.lasting.view_count;
@@ -248,8 +248,8 @@ static enum vw_status record(struct sweep *sweep) {
     if (!status) status = vw_run_remove_outdated_scores(run->out);
     if (!status && changes_matrix) status = remove_file(run->out, "matrix.csv");
     if (!status)
-        status = vw_report_write_csv(run->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
-                                     scoring->input.image_count);
+        status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,
+                                     scoring->input.images, scoring->input.image_count);
     if (!status)
         status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
     if (!status) status = remove_file(run->out, VW_LASTING_SWEEP_FILE);
@@ -269,16 +269,18 @@ static enum vw_status allocate(struct sweep *sweep) {
 
 static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
-    sweep->steps = run->scoring.input.record_count - 1;
+    sweep->steps = run->results.scoring.input.record_count - 1;
     sweep->from = sweep->steps + 1;
-    sweep->recorded = (struct vw_recorded_steps){run->ledger_path, run->scoring.input.records, sweep->steps + 1};
+    sweep->recorded =
+        (struct vw_recorded_steps){run->results.ledger_path, run->results.scoring.input.records, sweep->steps + 1};
     sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps, 0};
     if (sweep->steps == 0 || sweep->steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
                        "sweep it",
-                       run->ledger_path, sweep->steps);
-    enum vw_status status = vw_lasting_set_epochs(run->ledger_path, (uint32_t)(sweep->steps / photos), &run->config);
+                       run->results.ledger_path, sweep->steps);
+    enum vw_status status =
+        vw_lasting_set_epochs(run->results.ledger_path, (uint32_t)(sweep->steps / photos), &run->config);
     const struct vw_config config = vw_config_without_probes(&run->config);
     sweep->path = vw_path_join(run->out, VW_LASTING_SWEEP_FILE);
     if (!status) status = allocate(sweep);
@@ -301,7 +303,7 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
 enum vw_status vw_run_sweep(struct vw_run *run) {
     struct vw_ledger_run row;
     struct sweep sweep = {.run = run};
-    if (vw_lasting_is_there(&run->lasting, &run->config, &run->scoring.input.lasting)) {
+    if (vw_lasting_is_there(&run->lasting, &run->config, &run->results.scoring.input.lasting)) {
         vw_log_info("lasting  %s holds this sweep already", run->out);
         return VW_OK;
     }

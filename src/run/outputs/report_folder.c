@@ -19,10 +19,9 @@
 #include "viewworth/log.h"
 #include "viewworth/version.h"
 
-// A run of the page: in the caller's hand, or read from its ledger into the other fields.
+// A run of the page, read from the ledger in its folder.
 struct held_run {
-    const struct vw_report_run *in_hand; // NULL: the fields below hold it
-    char *folder;                        // owned
+    char *folder; // owned
     struct vw_recorded_run recorded;
     struct vw_value_input input;
     struct vw_ledger_score *scores;
@@ -33,14 +32,13 @@ struct held_run {
     const struct vw_report_picture *thumbnails; // lent by the sets
     struct vw_ledger_retraining *retrainings;
     uint32_t retraining_count;
-    char *map_json, *residuals_json; // owned, also of a run in hand; NULL: none
+    char *map_json, *residuals_json; // owned; NULL: none
     char head[VW_HASH_HEX_BYTES];
 };
 
 struct gathering {
     const struct vw_report_params *params;
-    const struct vw_report_run *in_hand; // of the folder that is its label; NULL: none
-    struct held_run *runs;               // owned array, as those below
+    struct held_run *runs; // owned array, like those below
     size_t run_count, run_capacity;
     struct vw_report_files files;
     struct vw_report_sets sets;
@@ -69,7 +67,7 @@ static enum vw_status read_run(struct held_run *run) {
 
 // What the page borrows from a held run.
 static struct vw_report_run run_of_page(const struct held_run *run) {
-    struct vw_report_run page = {
+    return (struct vw_report_run){
         .label = run->folder,
         .row = &run->recorded.row,
         .head = run->head,
@@ -86,12 +84,10 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .standard_errors = run->standard_errors,
         .retrainings = run->retrainings,
         .retraining_count = run->retraining_count,
+        .thumbnails = run->thumbnails,
+        .map_json = run->map_json,
+        .residuals_json = run->residuals_json,
     };
-    if (run->in_hand) page = *run->in_hand;
-    page.thumbnails = run->thumbnails;
-    page.map_json = run->map_json;
-    page.residuals_json = run->residuals_json;
-    return page;
 }
 
 static void close_run(struct held_run *run) {
@@ -109,32 +105,22 @@ static void close_run(struct held_run *run) {
 
 // The same run may lie in several of the folders, or one of them be named twice: it would agree with itself.
 static bool is_held(const struct gathering *gathering, const struct held_run *run) {
-    const struct vw_report_run page = run_of_page(run);
-    for (const struct held_run *held = gathering->runs; held < run; held++) {
-        const struct vw_report_run other = run_of_page(held);
-        if (!strcmp(other.row->run_id, page.row->run_id) && !strcmp(other.head, page.head)) return true;
-    }
+    for (const struct held_run *held = gathering->runs; held < run; held++)
+        if (!strcmp(held->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(held->head, run->head)) return true;
     return false;
 }
 
-static enum vw_status read_pictures(const struct gathering *gathering, struct held_run *run) {
-    const struct vw_report_run page = run_of_page(run);
-    return vw_report_files_of_run(run->folder, page.row->scene_hash, page.image_count,
-                                  gathering->params->options.no_thumbnails, &run->map_json, &run->residuals_json);
-}
-
 static enum vw_status read_ledger(struct gathering *gathering, const char *folder) {
-    const struct vw_report_run *in_hand = gathering->in_hand;
     enum vw_status status =
         vw_grow((void **)&gathering->runs, &gathering->run_capacity, gathering->run_count + 1, sizeof *gathering->runs);
     if (status) return status;
     struct held_run *run = &gathering->runs[gathering->run_count++];
-    run->in_hand = in_hand && !strcmp(in_hand->label, folder) ? in_hand : NULL;
     run->folder = vw_copy_text(folder);
-    if (!run->folder) status = VW_ERROR_MEMORY;
-    else if (!run->in_hand) status = read_run(run);
+    status = run->folder ? read_run(run) : VW_ERROR_MEMORY;
     if (status) return status;
-    if (!is_held(gathering, run)) return read_pictures(gathering, run);
+    if (!is_held(gathering, run))
+        return vw_report_files_of_run(run->folder, run->recorded.row.scene_hash, run->input.image_count,
+                                      gathering->params->options.no_thumbnails, &run->map_json, &run->residuals_json);
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
     *run = (struct held_run){0};
@@ -216,11 +202,11 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
 // ---- Thumbnails ----------------------------------------------------------------------------------------------------
 
 static void lend_to_run(struct gathering *gathering, struct held_run *run) {
-    const struct vw_report_run page = run_of_page(run);
-    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(page.row) ? NULL : page.row->scene_path,
-                                               page.row->scene_options_json, page.row->scene_hash};
-    run->thumbnails =
-        vw_report_sets_of_run(&gathering->sets, gathering->params, &recorded, page.images, page.image_count);
+    const struct vw_ledger_run *row = &run->recorded.row;
+    const struct vw_recorded_scene recorded = {run->folder, vw_is_imported(row) ? NULL : row->scene_path,
+                                               row->scene_options_json, row->scene_hash};
+    run->thumbnails = vw_report_sets_of_run(&gathering->sets, gathering->params, &recorded, run->input.images,
+                                            run->input.image_count);
 }
 
 static enum vw_status lend_to_comparisons(struct gathering *gathering, const struct vw_report_run *runs) {
@@ -294,8 +280,8 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
     return status;
 }
 
-char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const struct vw_report_run *run) {
-    struct gathering gathering = {.params = params, .in_hand = run};
+char *vw_report_folder_finish(const char *out, const struct vw_report_params *params) {
+    struct gathering gathering = {.params = params};
     char *path = vw_path_join(out, "report.html");
     if (path && !write_report(&gathering, &out, 1, path)) return path;
     vw_log_warning("no report: %s; viewworth report %s makes it once that is mended", vw_error_message(), out);

@@ -2,13 +2,11 @@
 #ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_FOLDER_H
 #define VIEWWORTH_RUN_OUTPUTS_REPORT_FOLDER_H
 
-#include "report/page.h"
 #include "viewworth/report.h"
 #include "viewworth/status.h"
 
-// Writes OUT/report.html. `run` is the run of OUT as the caller has it already, without thumbnails; NULL: its ledger is
-// read, if there is one. A failure is a warning. Returns the report's path, owned by the caller; NULL when there is
-// none.
-char *vw_report_folder_finish(const char *out, const struct vw_report_params *params, const struct vw_report_run *run);
+// Writes OUT/report.html from the files of OUT, which the caller has locked, with the bytes that vw_report_write()
+// would write later. A failure is a warning. Returns the report's path, owned by the caller; NULL when there is none.
+char *vw_report_folder_finish(const char *out, const struct vw_report_params *params);
 
 #endif
