@@ -145,7 +145,7 @@ static enum vw_status open_fitting(struct fitting *fitting) {
     size_t values = 3 * (size_t)fitting->count;
     fitting->colours = vw_allocate(fitting->count, sizeof *fitting->colours);
     fitting->targets = vw_allocate(fitting->count, sizeof *fitting->targets);
-    fitting->code_weights = vw_allocate(1, model->code_weights.size_bytes);
+    fitting->code_weights = vw_allocate(1, model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes);
     fitting->shifted = vw_allocate(1, shifted_range(fitting->field).size_bytes);
     fitting->rendered = vw_allocate(values, sizeof *fitting->rendered);
     fitting->jacobian = vw_allocate(NUMBERS * values, sizeof *fitting->jacobian);
@@ -154,8 +154,8 @@ static enum vw_status open_fitting(struct fitting *fitting) {
         return VW_ERROR_MEMORY;
     enum vw_status status = vw_evaluator_create(fitting->field, fitting->count, &fitting->evaluator);
     if (!status)
-        status = vw_buffer_read(fitting->field->params, model->code_weights.offset_bytes, fitting->code_weights,
-                                model->code_weights.size_bytes);
+        status = vw_buffer_read(fitting->field->params, model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes,
+                                fitting->code_weights, model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes);
     if (!status) status = vw_evaluator_set_pixels(&fitting->evaluator, fitting->pixels, fitting->count);
     for (uint32_t i = 0; i < fitting->count && !status; i++) {
         struct vw_ray ray;
@@ -187,7 +187,7 @@ static enum vw_status run_steps(struct fitting *fitting) {
 enum vw_status vw_code_fit_apply(struct vw_radiance_field *field, const struct vw_pixel *pixels, uint32_t count,
                                  struct vw_code_fit *fit) {
     *fit = (struct vw_code_fit){0};
-    if (!field->model->codes.size_bytes || !count) return VW_OK;
+    if (!field->model->ranges[VW_SLOT_CODES].size_bytes || !count) return VW_OK;
     const struct vw_param_range range = shifted_range(field);
     float *weights = vw_allocate(1, range.size_bytes);
     enum vw_status status =

@@ -88,7 +88,7 @@ static enum vw_status take_gradient(struct measuring *measuring, uint32_t pass) 
     const struct vw_push_rays rays = {.ray_count = step->rays, .key = vw_model_key_of_step(step->field->model, pass)};
     vw_submission_begin(measuring->batch);
     vw_submission_dispatch(measuring->batch, measuring->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    vw_step_record_appearance(step, measuring->batch);
+    vw_effects_record_photo(step->field->model, &step->effects, measuring->batch, 0);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
         vw_gradient_record_chunk(step, &measuring->gradient, measuring->batch, &chunk);

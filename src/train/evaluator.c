@@ -5,8 +5,8 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/appearance.h"
-#include "train/effects/pose.h"
+#include "train/effects/parts.h"
+#include "train/passes.h"
 
 enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 
@@ -15,28 +15,21 @@ const char evaluator_role[] = "validation";
 static enum vw_status create_buffers(uint32_t rays, struct vw_evaluator *evaluator) {
     struct vw_gpu *gpu = evaluator->field->gpu;
     uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->ray_samples;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
+    const struct vw_buffer_row buffers[] = {
         {&evaluator->pixels,
          {.name = "evaluated_pixels", .size_bytes = sizeof(struct vw_pixel) * rays, .memory = VW_BUFFER_UPLOAD}},
         {&evaluator->rays, {.name = "evaluated_rays", .size_bytes = sizeof(struct vw_ray) * evaluator->ray_count}},
         {&evaluator->samples, {.name = "evaluated_samples", .size_bytes = 16 * samples}},
         {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
-        status = vw_buffer_create(gpu, &buffers[i].params, buffers[i].buffer);
+    enum vw_status status = vw_buffers_create(gpu, buffers, VW_ARRAY_COUNT(buffers));
     return !status ? vw_importance_create_places(evaluator->field, evaluator->chunk_rays, &evaluator->places) : status;
 }
 
 static enum vw_status create_passes(struct vw_evaluator *evaluator) {
     struct vw_specialization specialization = evaluator->field->model->specialization;
     specialization.training = specialization.stores_rows = 0;
-    specialization.effect_occupancy = 0; // decision 1: nothing is skipped
-    specialization.effect_transient = 0; // what one photo alone shows is not seen
-    specialization.effect_pose = 0;      // all cameras are as the scene has them
+    vw_effects_leave_training(&specialization);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
@@ -47,43 +40,28 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
     };
     uint32_t count = 6;
     vw_field_bind(evaluator->field, false, bindings, &count);
-    vw_appearance_bind(evaluator->field, NULL, bindings, &count);
-    vw_pose_bind(evaluator->field, NULL, bindings, &count);
-    vw_encoder_bind(&evaluator->field->encoder, NULL, bindings, &count);
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
+    const struct vw_effect_buffers of_effects = {evaluator->field->params, evaluator->field->effect_buffers, NULL};
+    vw_effects_bind(evaluator->field->model, &of_effects, bindings, &count);
+    const struct vw_pass_params common = vw_pass_params_of(&specialization, bindings, count, evaluator_role);
+    const struct vw_pass_row passes[] = {
         {&vw_shader_generate_rays, &evaluator->generate},
         {&vw_shader_composite_rays, &evaluator->composite},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++) {
-        struct vw_pass_params params = {.shader = passes[i].shader,
-                                        .specialization = (const uint32_t *)&specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT,
-                                        .bindings = bindings,
-                                        .binding_count = count,
-                                        .role = evaluator_role};
-        status = vw_pass_create(evaluator->field->gpu, &params, passes[i].pass);
-    }
+    enum vw_status status = vw_passes_create(evaluator->field->gpu, &common, passes, VW_ARRAY_COUNT(passes));
     const struct vw_field_pass_params field = {
         .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
     evaluator->passes.specialization = specialization;
     if (!status) status = vw_importance_create(evaluator->field, &field, NULL, &evaluator->importance);
-    const struct vw_pass_params encoder = {.specialization = (const uint32_t *)&specialization,
-                                           .specialization_count = VW_SPECIALIZATION_COUNT,
-                                           .bindings = bindings,
-                                           .binding_count = count,
-                                           .role = evaluator_role};
     if (!status)
-        status =
-            vw_encoder_create_passes(evaluator->field->gpu, &evaluator->field->encoder, &encoder, &evaluator->encoder);
+        status = vw_effects_create_photo_passes(evaluator->field->model, evaluator->field->gpu, &common,
+                                                &evaluator->effects);
     return !status ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
                    : status;
 }
 
-static bool sees_photos(const struct vw_evaluator *evaluator) { return evaluator->field->encoder.thumbnails; }
+static bool sees_photos(const struct vw_evaluator *evaluator) {
+    return vw_effects_see_photos(&evaluator->field->model->specialization);
+}
 
 // The last view's rays may begin within a group: behind them is room for another one.
 static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *evaluator) {
@@ -112,17 +90,15 @@ enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t ray
 }
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
+    struct vw_buffer **buffers[] = {&evaluator->pixels, &evaluator->rays, &evaluator->samples, &evaluator->colours,
+                                    &evaluator->places};
     vw_submission_destroy(&evaluator->batch);
     vw_pass_destroy(&evaluator->generate);
     vw_field_passes_destroy(&evaluator->passes);
     vw_importance_destroy(&evaluator->importance);
-    vw_encoder_destroy_passes(&evaluator->encoder);
+    vw_effects_destroy_passes(&evaluator->effects);
     vw_pass_destroy(&evaluator->composite);
-    vw_buffer_destroy(&evaluator->pixels);
-    vw_buffer_destroy(&evaluator->rays);
-    vw_buffer_destroy(&evaluator->samples);
-    vw_buffer_destroy(&evaluator->colours);
-    vw_buffer_destroy(&evaluator->places);
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
     free(evaluator->views);
     evaluator->views = NULL;
 }
@@ -172,7 +148,7 @@ uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator) {
 void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch) {
     if (!sees_photos(evaluator)) record_rays(evaluator, batch, 0, evaluator->ray_count);
     for (uint32_t i = 0; i < evaluator->view_count; i++) {
-        vw_encoder_record_forward(&evaluator->encoder, batch, evaluator->views[i].view);
+        vw_effects_record_photo(evaluator->field->model, &evaluator->effects, batch, evaluator->views[i].view);
         record_rays(evaluator, batch, evaluator->views[i].first, evaluator->views[i].count);
     }
 }

@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_TRAIN_EVALUATOR_H
 #define VIEWWORTH_TRAIN_EVALUATOR_H
 
+#include "train/effects/kind.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/importance.h"
@@ -23,9 +24,9 @@ struct vw_evaluator {
     struct vw_pass *generate, *composite;
     struct vw_field_passes passes; // of the field
     struct vw_importance importance;
-    struct vw_encoder_passes encoder;
+    struct vw_effect_sets effects;
     struct vw_submission *batch; // for evaluator_set_pixels
-    // With the effect appearance_encoder, as the pixels are; owned. Until there are pixels, all rays are of view 0.
+    // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
     uint32_t view_count;
 };

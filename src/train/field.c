@@ -6,7 +6,8 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "train/effects/contraction.h"
-#include "train/effects/visibility_network.h"
+#include "train/effects/parts.h"
+#include "train/passes.h"
 #include "train/pixels.h"
 
 struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
@@ -45,10 +46,8 @@ enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model,
                                uint64_t seed, struct vw_radiance_field *field) {
     *field = (struct vw_radiance_field){.gpu = gpu, .model = model};
     uint64_t chunk = model->specialization.chunk_samples;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } scratch[] = {
+    const struct vw_buffer_row scratch[] = {
+        // those of another field are not there
         {&field->rows,
          {.name = "rows", .size_bytes = model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)}},
         {&field->grid_rows,
@@ -61,39 +60,17 @@ enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model,
     };
     enum vw_status status = create_cameras(field, scene);
     if (!status) status = create_params(field, seed);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(scratch) && !status; i++)
-        if (scratch[i].params.size_bytes) // another field's are not there
-            status = vw_buffer_create(gpu, &scratch[i].params, scratch[i].buffer);
-    if (!status && model->specialization.effect_occupancy)
-        status =
-            vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "occupancy", .size_bytes = 4 * VW_OCCUPANCY_CELLS},
-                             &field->occupancy);
-    if (!status && model->specialization.effect_visibility)
-        status = vw_visibility_create_scales(gpu, scene, &field->photo_scales);
-    if (!status) status = vw_encoder_create(gpu, model, scene, &field->encoder);
+    if (!status) status = vw_buffers_create(gpu, scratch, VW_ARRAY_COUNT(scratch));
+    if (!status) status = vw_effects_create_of_field(model, gpu, scene, field->effect_buffers);
     if (status) vw_field_destroy(field);
     return status;
 }
 
 void vw_field_destroy(struct vw_radiance_field *field) {
-    vw_buffer_destroy(&field->params);
-    vw_buffer_destroy(&field->cameras);
-    vw_buffer_destroy(&field->rows);
-    vw_buffer_destroy(&field->grid_rows);
-    vw_buffer_destroy(&field->head_rows);
-    vw_buffer_destroy(&field->d_rows);
-    vw_buffer_destroy(&field->step_state);
-    vw_buffer_destroy(&field->occupancy);
-    vw_buffer_destroy(&field->photo_scales);
-    vw_encoder_destroy(&field->encoder);
-}
-
-// Where there is no sky, shared passes declare it but do not read it.
-static struct vw_binding sky_binding(const struct vw_radiance_field *field) {
-    const struct vw_param_range *sky = &field->model->sky;
-    if (!sky->size_bytes) return (struct vw_binding){.slot = VW_SLOT_SKY, .unused = true};
-    return (struct vw_binding){
-        .slot = VW_SLOT_SKY, .buffer = field->params, .offset_bytes = sky->offset_bytes, .size_bytes = sky->size_bytes};
+    struct vw_buffer **buffers[] = {&field->params,    &field->cameras, &field->rows,      &field->grid_rows,
+                                    &field->head_rows, &field->d_rows,  &field->step_state};
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
+    vw_effects_destroy_buffers(field->effect_buffers);
 }
 
 void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
@@ -118,7 +95,6 @@ void vw_field_bind(const struct vw_radiance_field *field, bool training, struct 
          .buffer = field->params,
          .offset_bytes = model->weights.offset_bytes,
          .size_bytes = 16 * (uint64_t)model->moved_columns},
-        sky_binding(field),
         {.slot = VW_SLOT_CAMERAS, .buffer = field->cameras},
         {.slot = VW_SLOT_ROWS, .buffer = field->rows, .unused = !of_grid},
         {.slot = VW_SLOT_ROWS_TEXEL, .buffer = field->rows, .texel = VW_TEXEL_UINT2, .unused = !of_grid},

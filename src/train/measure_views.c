@@ -5,6 +5,8 @@
 
 #include "base/memory.h"
 #include "train/code_fit.h"
+#include "train/effects/encoder.h"
+#include "train/effects/kind.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/view_fit.h"
@@ -138,7 +140,7 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
 
 // Whether the photo's left half tells how its right half looks, which alone is scored.
 static bool halves(const struct vw_measured_field *measured) {
-    return measured->fits || measured->field->encoder.thumbnails;
+    return measured->fits || vw_effects_see_photos(&measured->field->model->specialization);
 }
 
 // All pixels of the view behind those to fit on. Where the left half is not scored, only the right one weighs anything.
@@ -173,7 +175,7 @@ static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_
 static enum vw_status show_encoder(const struct vw_measured_field *measured, uint32_t view,
                                    struct vw_pixel_columns columns) {
     const struct vw_thumbnail_choice choice = {columns, measured->masks};
-    return vw_encoder_set_thumbnail(&measured->field->encoder, measured->scene, view, &choice);
+    return vw_encoder_set_thumbnail(measured->field, measured->scene, view, &choice);
 }
 
 static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_view *whole) {

@@ -7,9 +7,8 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "train/effects/contraction.h"
-#include "train/effects/encoder_network.h"
+#include "train/effects/kind.h"
 #include "train/effects/registry.h"
-#include "train/effects/visibility_network.h"
 #include "train/effects/wide_box.h"
 #include "train/fields/initial_values.h"
 #include "train/fields/registry.h"
@@ -70,81 +69,40 @@ static void choose_background(const struct vw_config *config, struct vw_speciali
     if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
 }
 
-static void lay_out_sky(struct vw_model *model) {
-    uint32_t columns = model->specialization.effect_sky ? VW_SKY_COLUMNS : 0;
-    assert(model->param_bytes ==
-           model->weights.offset_bytes + model->weights.size_bytes); // update_weights moves both as one
-    model->param_count += 3 * (uint64_t)columns;                     // the fourth number is padding
-    model->sky = (struct vw_param_range){"sky", model->param_bytes, 16 * (uint64_t)columns};
+uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count) {
+    uint32_t first = model->moved_columns;
+    assert(model->param_bytes == vw_model_columns(model, first, 0).offset_bytes); // update_weights moves all as one
     model->moved_columns += columns;
-    model->param_bytes += model->sky.size_bytes;
+    model->param_bytes += sizeof(vw_float4) * (uint64_t)columns;
+    model->param_count += param_count;
+    return first;
 }
 
-// Behind the sky: update_weights moves this too.
-static void lay_out_coarse(struct vw_model *model) {
-    if (!model->coarse_columns) return;
-    model->coarse_column = model->moved_columns;
-    model->coarse = (struct vw_param_range){"coarse", model->param_bytes, 16 * (uint64_t)model->coarse_columns};
-    model->moved_columns += model->coarse_columns;
-    model->param_bytes += model->coarse.size_bytes;
+struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count) {
+    return (struct vw_param_range){model->weights.offset_bytes + sizeof(vw_float4) * (uint64_t)first,
+                                   sizeof(vw_float4) * (uint64_t)count};
 }
 
-// Behind the coarse network, likewise.
-static void lay_out_visibility(struct vw_model *model) {
-    if (!model->specialization.effect_visibility) return;
-    model->specialization.visibility_column = model->moved_columns;
-    model->param_count += VISIBILITY_NETWORK_PARAMS;
-    model->visibility =
-        (struct vw_param_range){"visibility", model->param_bytes, sizeof(vw_float4) * VISIBILITY_COLUMNS};
-    model->moved_columns += VISIBILITY_COLUMNS;
-    model->param_bytes += model->visibility.size_bytes;
-}
-
-// Behind that of visibility, likewise.
-static void lay_out_encoder(const struct vw_config *config, struct vw_model *model) {
-    struct vw_specialization *s = &model->specialization;
-    if (!s->effect_appearance_encoder) return;
-    uint32_t columns = VW_ENCODER_COLUMNS(s->width4);
-    s->encoder_column = model->moved_columns;
-    model->consistency_weight = config->consistency_weight;
-    if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
-    model->param_count += 4 * (uint64_t)columns;
-    model->encoder = (struct vw_param_range){"encoder", model->param_bytes, sizeof(vw_float4) * (uint64_t)columns};
-    model->moved_columns += columns;
-    model->param_bytes += model->encoder.size_bytes;
-}
-
-// Behind all that is laid out already.
-static struct vw_param_range append_range(struct vw_model *model, const char *name, uint64_t size_bytes) {
-    struct vw_param_range range = {name, round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
+void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count) {
+    struct vw_param_range range = {round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
+    model->ranges[slot] = range;
     model->param_bytes = range.offset_bytes + size_bytes;
-    return range;
+    model->param_count += param_count;
 }
 
-static void lay_out_photos(const struct vw_scene *scene, uint64_t trained, struct vw_model *model) {
-    const struct vw_specialization *s = &model->specialization;
-    uint64_t views = scene->view_count, code = 4 * CODE4, width = 4 * s->width4;
-    if (s->effect_appearance) {
-        model->appearance = append_range(model, "appearance", sizeof(struct vw_appearance) * views);
-        model->param_count += 6 * trained;
+// Columns that lasting credit goes back to come first.
+static void lay_out(const struct vw_config *config, uint64_t trained_views, struct vw_model *model) {
+    model->kind->lay_out(config, model);
+    model->specialization.field_columns = model->moved_columns = model->weight_columns;
+    model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
+    vw_effects_lay_out_columns(config, true, &model->specialization, model);
+    model->followed_columns = model->moved_columns;
+    if (model->coarse_columns) {
+        model->coarse_column = vw_model_append_columns(model, model->coarse_columns, 0); // the field counts its params
+        model->coarse = vw_model_columns(model, model->coarse_column, model->coarse_columns);
     }
-    if (s->effect_transient) {
-        model->transient_codes = append_range(model, "transient_codes", 16 * TRANSIENT_CODE4 * views);
-        model->param_count += 4 * TRANSIENT_CODE4 * trained;
-    }
-    if (s->effect_appearance_code) {
-        model->code_weights = append_range(model, "code_weights", 4 * code * width);
-        model->codes = append_range(model, "codes", 4 * code * views);
-        model->param_count += code * (width + trained);
-    }
-    if (s->effect_visibility) {
-        model->visibility_codes = append_range(model, "visibility_codes", sizeof(vw_float4) * VISIBILITY_CODE4 * views);
-        model->param_count += VISIBILITY_CODE_PARAMS * trained;
-    }
-    if (s->effect_pose) {
-        model->poses = append_range(model, "poses", sizeof(struct vw_pose) * views);
-        model->param_count += 6 * trained;
-    }
+    vw_effects_lay_out_columns(config, false, &model->specialization, model);
+    vw_effects_lay_out_ranges(trained_views, &model->specialization, model);
 }
 
 // Whole groups of rays whose rows one binding holds, and no more than a step has.
@@ -197,6 +155,7 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
     *model = (struct vw_model){.kind = vw_field_kind_of(config->field),
                                .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
+                               .view_count = scene->view_count,
                                .learning_rate_decay = config->learning_rate_decay,
                                .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
@@ -209,14 +168,7 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
     choose_background(config, s);
-    model->kind->lay_out(config, model);
-    s->field_columns = model->moved_columns = model->weight_columns;
-    model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
-    lay_out_sky(model);
-    lay_out_coarse(model);
-    lay_out_visibility(model);
-    lay_out_encoder(config, model);
-    lay_out_photos(scene, trained, model);
+    lay_out(config, trained, model);
     uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
     model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
     enum vw_status status = choose_chunk(config, choices, limits, model);
@@ -231,14 +183,5 @@ void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *para
                                    seed};
     memset((char *)params + end, 0, model->param_bytes - end);
     model->kind->initialise(model, &drawn, params);
-    // Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
-    // second visit on.
-    if (model->code_weights.size_bytes)
-        vw_fill_matrix((float *)((char *)params + model->code_weights.offset_bytes), &drawn,
-                       model->specialization.width4, CODE4);
-    if (model->visibility.size_bytes)
-        vw_visibility_initialise((float *)((char *)params + model->visibility.offset_bytes), &drawn);
-    if (model->encoder.size_bytes)
-        vw_encoder_initialise(model->specialization.width4, (float *)((char *)params + model->encoder.offset_bytes),
-                              &drawn);
+    vw_effects_initialise(model, &model->specialization, &drawn, params);
 }

@@ -9,9 +9,8 @@
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
 
-// A named range of the params block, in bytes. Offsets suit every binding's alignment.
+// A range of the params block, in bytes. Offsets suit every binding's alignment.
 struct vw_param_range {
-    const char *name;
     uint64_t offset_bytes, size_bytes;
 };
 
@@ -32,25 +31,17 @@ struct vw_model {
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
-    struct vw_param_range
-        sky; // directly behind the weights: vec4 rgb coefficients, see sky.glsl; empty without the effect
-    // Of a network of their own for the even samples (--coarse-network own), empty without it: behind the sky, vec4
-    // columns as the field lays them out, moved as weights are.
+    // Of a network of their own for the even samples (--coarse-network own), empty without it: vec4 columns as the
+    // field lays them out, moved as weights are.
     struct vw_param_range coarse;
-    uint32_t coarse_columns, coarse_column; // how many, which the field says; which is its first
-    // Of effects, empty without them. appearance: vw_appearance per view of the scene; code_weights: vec4 [hidden
-    // unit][CODE4]; codes: vec4 [view][CODE4]. Those of views that are not trained on stay 0.
-    // transient_codes: vec4 [view][TRANSIENT_CODE4].
-    struct vw_param_range appearance, code_weights, codes, transient_codes;
-    // Of the effect visibility, empty without it: its network, behind these; vec4 [view]
-    // [VISIBILITY_CODE4], of which those of views that are not trained on stay 0.
-    struct vw_param_range visibility, visibility_codes;
-    struct vw_param_range poses;   // of the effect pose, empty without it: vw_pose per view, likewise
-    struct vw_param_range encoder; // of the effect appearance_encoder, empty without it: its network, likewise moved
-    // Of its consistency loss, else 0: weight, and the side of the picture that the first rays of a step make.
+    uint32_t coarse_columns, coarse_column;      // how many, which the field says; which is its first
+    struct vw_param_range ranges[VW_SLOT_COUNT]; // of effects, by the slot that they are bound at; empty without it
+    // Of the consistency loss (effects/consistency.h), else 0: weight, and the side of the picture that the first rays
+    // of a step make.
     double consistency_weight;
     uint32_t picture_side;
-    bool obeys_masks; // its thumbnails leave out what mask files hide
+    bool obeys_masks;    // thumbnails leave out what mask files hide
+    uint32_t view_count; // of the scene
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // of all levels, with padding
@@ -61,7 +52,8 @@ struct vw_model {
     bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
     uint32_t weight_columns;       // of the networks, the head of the effect transient among them
-    uint32_t moved_columns;        // by update_weights: theirs, the sky's, coarse ones and those of visibility
+    uint32_t moved_columns;        // by update_weights: theirs, those of effects, and coarse ones
+    uint32_t followed_columns;     // the first of these, which lasting credit goes back to
     uint32_t partial_columns;      // whose partial sums are held at a time
     uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one
@@ -82,8 +74,15 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
                                const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model);
 
-// Initial values of the whole params block (param_bytes): those of the field, the sky mid grey, what belongs to photos
-// 0. A function of the seed alone.
+// Lays out columns behind all so far, which update_weights moves, with so many trainable numbers; returns the first.
+uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count);
+// Returns where columns lie.
+struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count);
+// Lays out a range behind all so far, with so many trainable numbers, to be bound at a slot.
+void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count);
+
+// Writes the initial values of the whole params block (param_bytes): those of the field and of effects, else 0. They
+// are a function of the seed alone.
 void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params);
 
 // The learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those taken.

@@ -16,8 +16,18 @@ struct vw_costed_passes { // all borrowed
     const struct vw_validation *validation;
 };
 
-// Appends one, or adds it to that of the same pass; for the fields' own lists.
+// Per sample, and sizes of the model; those of the grid are of the field hash.
+struct vw_cost_sizes {
+    double samples, rays, encoding4, width4, gathers, pairs, pair_bytes;
+};
+struct vw_cost_sizes vw_cost_sizes_of(const struct vw_model *model, uint32_t rays);
+
+// Appends one, or adds it to that of the same pass; for the lists of fields and effects.
 void vw_pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost);
+// Adds what it takes to place importance samples by the even samples of `rays`. `trains`: where there is a coarse
+// network, it learns by them.
+void vw_pass_costs_add_placing(const struct vw_model *model, double rays, uint32_t chunks, const char *role,
+                               bool trains, struct vw_pass_cost *costs, uint32_t *count);
 void vw_pass_costs_list(const struct vw_costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
                         uint32_t *count);
 

@@ -5,7 +5,8 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
-#include "train/effects/consistency.h"
+#include "train/effects/step_effects.h"
+#include "train/passes.h"
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
@@ -24,10 +25,7 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;
     uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->partial_columns,
              moved = model->moved_columns;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
+    const struct vw_buffer_row buffers[] = {
         {&step->ray_buffer, {.name = "rays", .size_bytes = sizeof(struct vw_ray) * step->padded_rays}},
         {&step->samples, {.name = "samples", .size_bytes = 16 * chunk}},
         {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
@@ -37,7 +35,6 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
          {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / model->specialization.slice_samples)}},
         {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * moved}},
         {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * moved}},
-        {&step->d_sky, {.name = "d_sky", .size_bytes = model->sky.size_bytes ? 16 * (uint64_t)step->padded_rays : 0}},
         {&step->d_grid, {.name = "d_grid", .size_bytes = word_bytes(model) * pairs}},
         // Without momentum there is no first moment; the slot is declared by the shader, so a stub is bound.
         {&step->grid_moment1,
@@ -45,47 +42,24 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
         {&step->grid_moment2, {.name = "grid_moment2", .size_bytes = 8 * pairs}},
         {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++) // an effect that is off has no bytes
-        if (buffers[i].params.size_bytes)
-            status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    enum vw_status status = vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
     if (!status) status = vw_importance_create_places(step->field, step->chunk_rays, &step->places);
-    if (!status && model->specialization.effect_occupancy)
-        status = vw_occupancy_create_buffers(step->field, &step->occupancy);
-    return status;
-}
-
-static enum vw_status create_encoder_passes(struct vw_step_passes *step, const struct vw_binding *bindings,
-                                            uint32_t count) {
-    const struct vw_pass_params params = {.specialization = (const uint32_t *)&step->field->model->specialization,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings,
-                                          .binding_count = count};
-    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &step->encoder);
-    return !status ? vw_encoder_gradient_create_passes(step->field->gpu, &params, &vw_shader_spread_photo,
-                                                       &step->encoder_gradient)
+    return !status ? vw_effects_create_of_step(model, step->field->gpu, step->padded_rays, step->effect_buffers)
                    : status;
 }
 
 static enum vw_status create_update_passes(struct vw_step_passes *step) {
-    const struct vw_specialization *specialization = &step->field->model->specialization;
+    const struct vw_model *model = step->field->model;
+    struct vw_gpu *gpu = step->field->gpu;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = 0;
     vw_step_bind(step, bindings, &count); // its first binding is the one of flags
-    enum vw_status status =
-        vw_step_create_pass(step, specialization, &vw_shader_reduce_loss, bindings, count, &step->reduce_loss);
-    if (!status && step->occupancy.kept)
-        status = vw_occupancy_create_passes(step->field, bindings, count, &step->occupancy);
+    const struct vw_pass_params common = vw_pass_params_of(&model->specialization, bindings, count, NULL);
+    enum vw_status status = vw_pass_create_of(gpu, &common, &vw_shader_reduce_loss, &step->reduce_loss);
     bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
-    if (!status)
-        status = vw_step_create_pass(step, specialization, &vw_shader_update_weights, bindings, count,
-                                     &step->update_weights);
+    if (!status) status = vw_pass_create_of(gpu, &common, &vw_shader_update_weights, &step->update_weights);
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
-    if (!status) status = vw_appearance_create_passes(step->field, bindings, count, &step->appearance);
-    if (!status) status = vw_transient_create_passes(step->field, bindings, count, &step->transient);
-    if (!status) status = vw_pose_create_passes(step->field, bindings, count, &step->pose);
-    if (!status) status = create_encoder_passes(step, bindings, count);
-    return !status ? vw_visibility_create_passes(step->field, bindings, count, &step->visibility) : status;
+    return !status ? vw_effects_create_passes(model, gpu, &common, &step->effects) : status;
 }
 
 // The passes that write the grid see one window of it, so that each binding fits the device's range.
@@ -113,9 +87,11 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
          .size_bytes = 8 * pairs},
         {.slot = VW_SLOT_GRID_VISITS, .buffer = step->grid_visits, .offset_bytes = 4 * first, .size_bytes = 4 * pairs},
     };
-    return vw_step_create_pass(step, &field->model->specialization,
-                               field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid, bindings,
-                               VW_ARRAY_COUNT(bindings), &step->update_grid[index]);
+    const struct vw_pass_params common =
+        vw_pass_params_of(&field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
+    return vw_pass_create_of(field->gpu, &common,
+                             field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid,
+                             &step->update_grid[index]);
 }
 
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
@@ -130,37 +106,27 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                                 .padded_rays = vw_model_pad_rays(field->model, config->rays),
                                 .chunk_rays = field->model->specialization.chunk_samples / field->model->ray_samples};
     enum vw_status status = create_buffers(step);
-    if (!status) status = vw_appearance_create_buffers(field, step->padded_rays, &step->appearance);
-    if (!status) status = vw_visibility_create_buffers(field, step->padded_rays, &step->visibility);
-    if (!status) status = vw_transient_create_buffers(field, &step->transient);
-    if (!status) status = vw_pose_create_buffers(field, step->padded_rays, &step->pose);
-    if (!status) status = vw_encoder_gradient_create_buffers(field->gpu, field->model, &step->encoder_gradient);
     if (!status) status = vw_gradient_create(step, &field->model->specialization, &step->gradient);
     if (!status) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && !status; i++) status = create_update_grid(step, i);
-    if (!status) status = vw_consistency_create(step, &step->consistency);
+    if (!status) status = vw_effects_create_rest(step);
     if (status) vw_step_destroy(step);
     return status;
 }
 
 void vw_step_destroy(struct vw_step_passes *step) {
-    vw_consistency_destroy(&step->consistency);
+    struct vw_buffer **buffers[] = {
+        &step->ray_buffer,      &step->samples,   &step->d_samples,      &step->ray_loss, &step->overflow,
+        &step->weight_partials, &step->d_weights, &step->weight_moments, &step->d_grid,   &step->grid_moment1,
+        &step->grid_moment2,    &step->places,    &step->grid_visits};
+    vw_effects_destroy_rest(step);
     vw_gradient_destroy(&step->gradient);
     vw_pass_destroy(&step->reduce_loss);
     vw_pass_destroy(&step->update_weights);
     for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&step->update_grid[i]);
-    vw_occupancy_destroy(&step->occupancy);
-    struct vw_buffer **buffers[] = {
-        &step->ray_buffer,      &step->samples,     &step->d_samples,      &step->ray_loss, &step->overflow,
-        &step->weight_partials, &step->d_weights,   &step->weight_moments, &step->d_grid,   &step->grid_moment1,
-        &step->grid_moment2,    &step->grid_visits, &step->d_sky,          &step->places};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
-    vw_appearance_destroy(&step->appearance);
-    vw_visibility_destroy(&step->visibility);
-    vw_transient_destroy(&step->transient);
-    vw_pose_destroy(&step->pose);
-    vw_encoder_destroy_passes(&step->encoder);
-    vw_encoder_gradient_destroy(&step->encoder_gradient);
+    vw_effects_destroy_passes(&step->effects);
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
+    vw_effects_destroy_buffers(step->effect_buffers);
 }
 
 // The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
@@ -171,38 +137,26 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     uint32_t count = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(state); i++)
         if (state[i]) buffers[count++] = state[i]; // a field without grid has no more
-    vw_appearance_training_state(&step->appearance, buffers, &count);
-    vw_visibility_training_state(&step->visibility, buffers, &count);
-    vw_transient_training_state(&step->transient, buffers, &count);
-    vw_pose_training_state(&step->pose, buffers, &count);
-    if (step->field->occupancy) buffers[count++] = step->field->occupancy;
+    const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
+    vw_effects_training_state(step->field->model, &of_effects, buffers, &count);
     return count;
-}
-
-void vw_step_record_appearance(const struct vw_step_passes *step, struct vw_submission *batch) {
-    vw_appearance_record_forward(&step->appearance, step->field->model, batch);
-    vw_encoder_record_forward(&step->encoder, batch, 0);
 }
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
                               uint32_t first_pixel) {
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(step->field->model, number)};
-    if (step->occupancy.kept) vw_occupancy_record_refresh(&step->occupancy, batch, number, rays.key);
+    vw_effects_record_begin(step, batch, number, rays.key);
     vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    vw_consistency_record_rays(step->consistency, batch, &rays);
-    vw_step_record_appearance(step, batch);
-    vw_visibility_record_forward(&step->visibility, batch, &rays, step->padded_rays);
+    vw_effects_record_rays(step, batch, &rays);
+    vw_effects_record_photo(step->field->model, &step->effects, batch, 0);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
         vw_gradient_record_chunk(step, &step->gradient, batch, &chunk);
-        vw_pose_record_chunk(&step->pose, step->field->model, batch,
-                             &(struct vw_field_chunk){&chunk, step->occupancy.kept});
+        vw_effects_record_chunk_gradient(step, batch, &chunk);
     }
-    vw_gradient_record_sky(&step->gradient, batch, step->padded_rays);
-    vw_visibility_record_gradients(&step->visibility, batch, &rays, step->padded_rays);
-    vw_encoder_gradient_record(&step->encoder_gradient, NULL, batch);
-    vw_consistency_record_gradients(step, batch, number);
+    vw_gradient_record_end(&step->gradient, batch, step->padded_rays);
+    vw_effects_record_gradient(step, batch, &rays, number);
 }
 
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
@@ -212,10 +166,7 @@ void vw_step_record_update(const struct vw_step_passes *step, struct vw_submissi
     struct vw_push_update update = {.count = model->moved_columns,
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};
-    vw_appearance_record_update(&step->appearance, batch, update, step->padded_rays);
-    vw_visibility_record_update(&step->visibility, batch, &update);
-    vw_transient_record_update(&step->transient, batch, update);
-    vw_pose_record_update(&step->pose, batch, update, step->padded_rays);
+    vw_effects_record_update(step, batch, update);
     vw_submission_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

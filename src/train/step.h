@@ -18,8 +18,6 @@ enum { TRAINING_STATE_BUFFERS_MAX = 16 };
 uint32_t vw_step_training_state(const struct vw_step_passes *step,
                                 struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
-// Records, behind generate_rays, what the step's photo makes of the field's colours.
-void vw_step_record_appearance(const struct vw_step_passes *step, struct vw_submission *batch);
 // Records the first part of a step, up to the loss of each ray and the gradients.
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
                               uint32_t first_pixel);

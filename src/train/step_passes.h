@@ -4,11 +4,7 @@
 #define VIEWWORTH_TRAIN_STEP_PASSES_H
 
 #include "gpu/compute.h"
-#include "train/effects/appearance.h"
-#include "train/effects/occupancy.h"
-#include "train/effects/pose.h"
-#include "train/effects/transient.h"
-#include "train/effects/visibility.h"
+#include "train/effects/parts.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/importance.h"
@@ -21,7 +17,7 @@ struct vw_photo_order;
 struct vw_gradient_passes {
     struct vw_specialization specialization;
     struct vw_pass *generate, *backward_rays;
-    struct vw_pass *gradient_sky; // NULL without the effect
+    struct vw_pass *ends[VW_EFFECT_COUNT_MAX]; // ray_gradient of effects, by place in their table
     struct vw_field_passes field;
     struct vw_importance importance;
 };
@@ -34,25 +30,19 @@ struct vw_step_passes {
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
     struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
-    struct vw_buffer *d_sky; // NULL without the effect
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
     struct vw_gradient_passes gradient;
     struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
-    struct vw_appearance_effect appearance;
-    struct vw_occupancy_effect occupancy;
-    struct vw_visibility_effect visibility;
-    struct vw_transient_effect transient;
-    struct vw_pose_effect pose;
-    struct vw_encoder_passes encoder;
-    struct vw_encoder_gradient encoder_gradient;
+    struct vw_buffer *effect_buffers[VW_SLOT_COUNT];                           // of effects, by slot
+    struct vw_effect_sets effects;
     struct vw_consistency_effect *consistency; // NULL without that loss
 };
 
+// Returns the buffers of effects, by slot.
+struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step);
 // Bindings of a step's buffers and of its field's. Writes them behind `*count` and advances it.
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
 
-// Whose buffers are in variants of the passes over rays alone: sky, appearance and visibility.
-bool vw_step_has_ray_effects(const struct vw_specialization *specialization);
 // Another set of passes over the step's buffers.
 enum vw_status vw_gradient_create(const struct vw_step_passes *step, const struct vw_specialization *specialization,
                                   struct vw_gradient_passes *gradient);
@@ -69,11 +59,6 @@ void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_
 // The piece of `rays` that begins at `first`, up to a chunk.
 struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
                                          vw_uint4 key);
-// What follows the last chunk of `rays`.
-void vw_gradient_record_sky(const struct vw_gradient_passes *gradient, struct vw_submission *batch, uint32_t rays);
-// One pass, over those bindings.
-enum vw_status vw_step_create_pass(const struct vw_step_passes *step, const struct vw_specialization *specialization,
-                                   const struct vw_shader *shader, const struct vw_binding *bindings, uint32_t count,
-                                   struct vw_pass **pass);
-
+// Records what follows the last chunk of `rays`.
+void vw_gradient_record_end(const struct vw_gradient_passes *gradient, struct vw_submission *batch, uint32_t rays);
 #endif

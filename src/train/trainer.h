@@ -6,7 +6,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "train/camera_corrections.h"
 #include "train/device_choices.h"
 #include "train/shared_submissions.h"
 #include "viewworth/gpu.h"
@@ -87,7 +86,10 @@ struct vw_trainer_stats {
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 
-// What the effect pose has made of the train cameras by now.
+// How far the effect pose has corrected the train cameras by now: by turns, and by shifts in box edges. 0 without it.
+struct vw_camera_corrections {
+    double mean_deg, largest_deg, mean_edges, largest_edges;
+};
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections);
 

@@ -4,7 +4,8 @@
 
 #include "train/checkpoint.h"
 #include "train/coverage.h"
-#include "train/effects/appearance.h"
+#include "train/effects/kind.h"
+#include "train/effects/pose.h"
 #include "train/field_file.h"
 #include "train/identity.h"
 #include "train/measure_views.h"
@@ -148,7 +149,7 @@ static struct vw_measured_field measured_field_of(struct vw_trainer *trainer) {
     return (struct vw_measured_field){.field = &trainer->field,
                                       .scene = trainer->scene,
                                       .masks = trainer->masks,
-                                      .fits = vw_appearance_fits_views(&trainer->model)};
+                                      .fits = vw_effects_fit(&trainer->model.specialization)};
 }
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,

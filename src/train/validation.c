@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/psnr.h"
 #include "gpu/shaders.h"
-#include "train/effects/appearance.h"
+#include "train/effects/kind.h"
 #include "train/pixels.h"
 
 // ---- Pixels ---------------------------------------------------------------------------------------------------------
@@ -115,7 +115,7 @@ static enum vw_status create_passes(const struct vw_validation_params *params, c
 }
 
 enum vw_status vw_validation_create(const struct vw_validation_params *params, struct vw_validation *validation) {
-    bool fits = vw_appearance_fits_views(params->field->model);
+    bool fits = vw_effects_fit(&params->field->model->specialization);
     struct pixel_choice choice = {0};
     enum vw_status status = choose_pixels(params, validation, fits, &choice);
     if (!status) status = create_passes(params, &choice, fits, validation);

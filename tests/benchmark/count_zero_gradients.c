@@ -119,7 +119,7 @@ static enum vw_status count_shares(struct vw_gpu *gpu, const struct vw_scene *sc
     struct reading reading = {0};
     enum vw_status status = test_trainer_open(
         (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .steps_per_batch = 1}, &trainer);
-    if (status == VW_OK && trainer->field.occupancy)
+    if (status == VW_OK && trainer->field.effect_buffers[VW_SLOT_OCCUPANCY])
         status = vw_fail(VW_ERROR_USAGE, "samples that occupancy skips are not counted; take another scene");
     if (status == VW_OK) {
         reading.trainer = trainer;

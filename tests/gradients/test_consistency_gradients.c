@@ -105,7 +105,7 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
 }
 
 static void read_thumbnail(struct step_bench *bench, struct reference_photo_encoding *encoding) {
-    const vw_float4 *found = step_bench_read(bench, bench->step.consistency->seen.thumbnails);
+    const vw_float4 *found = step_bench_read(bench, bench->step.consistency->thumbnail);
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         const double values[4] = {found[i].x, found[i].y, found[i].z, found[i].w};
         memcpy(encoding->thumbnail[i], values, sizeof values);
@@ -165,8 +165,8 @@ static void check_back(struct step_bench *bench, const double *network, const st
 
 static void check_codes(struct step_bench *bench) {
     const struct vw_consistency_effect *it = bench->step.consistency;
-    float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->seen.rows),
-          *given_rows = step_bench_read(bench, bench->field.encoder.rows);
+    float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->encoder_rows),
+          *given_rows = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double *network = encoder_network(bench, params);
     struct reference_photo_encoding *seen = vw_allocate(1, sizeof *seen), *given;
     read_thumbnail(bench, seen);
@@ -202,8 +202,8 @@ TEST(passes_are_the_references) {
 static double loss_of(struct step_bench *bench, const float *params) {
     step_bench_write(bench, bench->field.params, params);
     take_gradients(bench);
-    float *seen = step_bench_read(bench, bench->step.consistency->seen.rows),
-          *given = step_bench_read(bench, bench->field.encoder.rows);
+    float *seen = step_bench_read(bench, bench->step.consistency->encoder_rows),
+          *given = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double sum = 0.0;
     for (uint32_t k = 4 * ENCODER_ROW_CODE; k < 4 * ENCODER_ROWS; k++) sum += fabs((double)seen[k] - given[k]);
     free(seen);
@@ -255,9 +255,10 @@ TEST(gradients_are_slopes) {
         if (cases[i].importance_samples) continue; // whose places move with the params
         struct step_bench *bench = open_case(i, WEIGHT);
         const struct vw_model *model = &bench->model;
-        size_t weights = model->weights.offset_bytes / 4, sky = model->sky.offset_bytes / 4,
-               sky_end = sky + model->sky.size_bytes / 4, shift = model->encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
-               shift_end = (model->encoder.offset_bytes + model->encoder.size_bytes) / 4;
+        size_t weights = model->weights.offset_bytes / 4, sky = model->ranges[VW_SLOT_SKY].offset_bytes / 4,
+               sky_end = sky + model->ranges[VW_SLOT_SKY].size_bytes / 4,
+               shift = vw_encoder_network(model).offset_bytes / 4 + 4 * ENCODER_SHIFT,
+               shift_end = (vw_encoder_network(model).offset_bytes + vw_encoder_network(model).size_bytes) / 4;
         mask(bench);
         take_gradients(bench);
         double *gradient = read_gradient(bench);

@@ -141,7 +141,7 @@ TEST(the_references_gradient_is_the_slope) {
 // The params of `with`, where its code is added to the weights that it shifts, are params of `without`.
 static void fold_code(struct step_bench *with, struct step_bench *without) {
     const struct vw_specialization *s = &with->model.specialization;
-    float *shift = step_bench_read(with, with->field.encoder.code_shift), *params = without->params;
+    float *shift = step_bench_read(with, with->field.effect_buffers[VW_SLOT_CODE_SHIFT]), *params = without->params;
     memcpy(params, with->params, with->model.weights.offset_bytes + 16 * (size_t)s->encoder_column);
     params += with->model.weights.offset_bytes / sizeof *params;
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++)

@@ -94,8 +94,8 @@ static struct reference_params *read_others(const struct vw_model *model, const 
     uint32_t photos = reference_photo_count(model);
     if (photos) others->photos = vw_allocate(photos, sizeof *others->photos);
     for (uint32_t i = 0; i < photos; i++) others->photos[i] = reference_photo_of(model, params, i);
-    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
-        others->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
+    for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof *params; i++)
+        others->code_weights[i] = params[model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof *params + i];
     return others;
 }
 

@@ -82,8 +82,9 @@ static struct step_bench *open_case(size_t index) {
     struct step_case setup = cases[index].setup;
     setup.pose = true;
     struct step_bench *bench = step_bench_open(&setup);
-    float *poses = bench->params + bench->model.poses.offset_bytes / sizeof *poses;
-    for (size_t i = 0; i < bench->model.poses.size_bytes / sizeof *poses; i++) poses[i] *= cases[index].size / 0.05f;
+    float *poses = bench->params + bench->model.ranges[VW_SLOT_POSES].offset_bytes / sizeof *poses;
+    for (size_t i = 0; i < bench->model.ranges[VW_SLOT_POSES].size_bytes / sizeof *poses; i++)
+        poses[i] *= cases[index].size / 0.05f;
     step_bench_write_params(bench);
     for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].view = bench->view;
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
@@ -98,8 +99,8 @@ static struct taken take(struct step_bench *bench) {
     reference_pose_of(&bench->model, params, bench->view, it.pose);
     it.step = step_bench_reference(bench);
     it.rows = step_bench_read_rows(bench);
-    it.d_positions = step_bench_read(bench, bench->step.pose.d_positions);
-    it.d_poses = step_bench_read(bench, bench->step.pose.d_poses);
+    it.d_positions = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSITIONS]);
+    it.d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
     free(params);
     return it;
 }
@@ -323,13 +324,14 @@ static void sum_rays(const struct step_bench *bench, const float *d_poses, doubl
 static void check_move(struct step_bench *bench, uint64_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_view *view = &bench->scene->views[bench->view];
-    size_t first = bench->model.poses.offset_bytes / 4, all = bench->model.poses.size_bytes;
+    size_t first = bench->model.ranges[VW_SLOT_POSES].offset_bytes / 4,
+           all = bench->model.ranges[VW_SLOT_POSES].size_bytes;
     float *before = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.pose.moments);
+    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     step_bench_step(bench, number);
     float *after = step_bench_read(bench, bench->field.params),
-          *d_poses = step_bench_read(bench, bench->step.pose.d_poses);
-    struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.pose.moments);
+          *d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
+    struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     double pose[REFERENCE_POSE], moved[REFERENCE_POSE], gradient[REFERENCE_POSE], force[3], torque[3];
     reference_pose_of(&bench->model, before, bench->view, pose);
     reference_pose_of(&bench->model, after, bench->view, moved);
@@ -347,7 +349,7 @@ static void check_move(struct step_bench *bench, uint64_t number) {
     check_same_bits(bench->where, "other photos' poses", after + first, before + first, all);
     memcpy(&moments_after[bench->view], &moments[bench->view], sizeof *moments);
     check_same_bits(bench->where, "other photos' moments", moments_after, moments,
-                    vw_buffer_size_bytes(bench->step.pose.moments));
+                    vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]));
     free(before);
     free(after);
     free(d_poses);
@@ -356,14 +358,16 @@ static void check_move(struct step_bench *bench, uint64_t number) {
 }
 
 static void check_stays(struct step_bench *bench, uint64_t number) {
-    size_t first = bench->model.poses.offset_bytes / 4;
+    size_t first = bench->model.ranges[VW_SLOT_POSES].offset_bytes / 4;
     float *before = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.pose.moments);
+    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     step_bench_step(bench, number);
     float *after = step_bench_read(bench, bench->field.params);
-    struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.pose.moments);
-    check_same_bits(bench->where, "poses", after + first, before + first, bench->model.poses.size_bytes);
-    check_same_bits(bench->where, "moments", moments_after, moments, vw_buffer_size_bytes(bench->step.pose.moments));
+    struct vw_pose_moments *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
+    check_same_bits(bench->where, "poses", after + first, before + first,
+                    bench->model.ranges[VW_SLOT_POSES].size_bytes);
+    check_same_bits(bench->where, "moments", moments_after, moments,
+                    vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]));
     free(before);
     free(after);
     free(moments);

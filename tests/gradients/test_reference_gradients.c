@@ -14,6 +14,7 @@
 #include "base/random.h"
 #include "detect/decide.h"
 #include "reference/reference.h"
+#include "train/effects/visibility.h"
 
 static const double STEP = 1e-5;
 // Of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 / STEP
@@ -113,7 +114,8 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     vw_model_initialise(&f->model, setup->seed, params);
     size_t grid = f->model.grid.size_bytes / sizeof *params;
     for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
-    size_t sky = f->model.sky.offset_bytes / sizeof *params, sky_end = sky + f->model.sky.size_bytes / sizeof *params;
+    size_t sky = f->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof *params,
+           sky_end = sky + f->model.ranges[VW_SLOT_SKY].size_bytes / sizeof *params;
     for (size_t i = grid; i < sky; i++) params[i] *= (float)setup->weight_scale;
     for (size_t i = sky; i < sky_end; i++) params[i] = (float)draw(setup->seed, 200 + (uint32_t)(i - sky));
     f->params = reference_params_create(&f->model, params);
@@ -261,9 +263,8 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     int skipped = 0;
     open_fixture(setup, loss, choice, &f);
     const struct vw_model *m = &f.model;
-    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + m->sky.size_bytes + m->appearance.size_bytes +
-                      m->code_weights.size_bytes + m->codes.size_bytes + m->visibility.size_bytes +
-                      m->visibility_codes.size_bytes;
+    uint64_t ranges = m->grid.size_bytes + m->weights.size_bytes + vw_visibility_network(m).size_bytes;
+    for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) ranges += m->ranges[i].size_bytes;
     assert_in_range(m->param_bytes - ranges, 0, 4 * 256); // there is no other range; some begin at multiples of 256
     compare_weights(&f, &skipped);
     compare_grid(&f, &skipped);

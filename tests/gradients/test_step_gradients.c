@@ -50,7 +50,7 @@ static void check_weight_gradients(const struct step_bench *bench, const struct 
 
 static void check_sky_gradient(const struct step_bench *bench, const struct reference_step *reference,
                                const float *d_weights) {
-    if (!bench->model.sky.size_bytes) return;
+    if (!bench->model.ranges[VW_SLOT_SKY].size_bytes) return;
     const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
     double tolerance = PHOTO_TOLERANCE * largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS);
     assert_true(tolerance > 0.0);
@@ -115,8 +115,8 @@ static struct reference_step *run_reference(struct step_bench *bench, const stru
 
 // What update_appearance will find: per ray, here summed.
 static void check_photo_gradient(struct step_bench *bench, const struct reference_step *reference) {
-    if (!bench->step.appearance.d_appearance) return;
-    struct vw_appearance *rays = step_bench_read(bench, bench->step.appearance.d_appearance);
+    if (!bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]) return;
+    struct vw_appearance *rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]);
     double gain[3] = {0}, bias[3] = {0},
            scale = fmax(largest(reference->d_photo.gain, 3), largest(reference->d_photo.bias, 3));
     assert_true(scale > 0.0);
@@ -135,7 +135,7 @@ static void check_photo_gradient(struct step_bench *bench, const struct referenc
 // Of the network, and by the sums in its first layer, whose biases have an input of 1, of the photo's code.
 static void check_visibility_gradient(const struct step_bench *bench, const struct reference_step *reference,
                                       const float *d_weights) {
-    if (!bench->model.visibility.size_bytes) return;
+    if (!vw_visibility_network(&bench->model).size_bytes) return;
     const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
     double tolerance = PHOTO_TOLERANCE * largest(reference->d_visibility, REFERENCE_VISIBILITY);
     assert_true(tolerance > 0.0);
@@ -202,7 +202,7 @@ static void check_photo_slopes(struct step_bench *bench, struct reference_step *
     const struct vw_specialization *s = &bench->model.specialization;
     struct reference_photo *photo = params->photos ? &params->photos[bench->view] : NULL;
     if (s->effect_appearance) {
-        struct vw_appearance *rays = step_bench_read(bench, bench->step.appearance.d_appearance);
+        struct vw_appearance *rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]);
         double gain[3] = {0}, bias[3] = {0};
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++)
             for (int c = 0; c < 3; c++) {
@@ -236,9 +236,9 @@ static void check_slopes(struct step_bench *bench, struct reference_step *refere
             gradient[i] = d_weights[reference_block_index(s, m, i / values[m].in, i % values[m].in)];
         check_slope(bench, reference, params, values[m].name, values[m].values, gradient, values[m].out * values[m].in);
     }
-    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.sky.size_bytes; i++)
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.ranges[VW_SLOT_SKY].size_bytes; i++)
         gradient[i] = d_weights[4 * (bench->model.weight_columns + i / 3) + i % 3];
-    if (bench->model.sky.size_bytes)
+    if (bench->model.ranges[VW_SLOT_SKY].size_bytes)
         check_slope(bench, reference, params, "sky", params->sky[0], gradient, 3 * VW_SKY_COLUMNS);
     for (uint32_t i = 0; i < REFERENCE_VISIBILITY && s->effect_visibility; i++)
         gradient[i] = d_weights[4 * s->visibility_column + i];
@@ -294,13 +294,14 @@ static void check_photos_moved(const struct step_bench *bench, uint64_t number, 
                         WEIGHT_TOLERANCE * largest_move +
                             1e-5 * fmax(1.0, fabs(device.code[k]))); // relative where a long step has taken it far
     }
-    uint64_t code_weights = bench->model.code_weights.size_bytes / sizeof *after;
+    uint64_t code_weights = bench->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof *after;
     double rate = s->learning_rate / bench->config.rays,
            largest_move = code_weights ? rate * largest(reference->d_code_weights, code_weights) : 0.0;
     for (uint32_t i = 0; i < code_weights; i++)
-        check_value(
-            bench->where, "code weights moved", i, after[bench->model.code_weights.offset_bytes / sizeof *after + i],
-            before->code_weights[i] - rate * reference->d_code_weights[i], WEIGHT_TOLERANCE * largest_move + 1e-5);
+        check_value(bench->where, "code weights moved", i,
+                    after[bench->model.ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof *after + i],
+                    before->code_weights[i] - rate * reference->d_code_weights[i],
+                    WEIGHT_TOLERANCE * largest_move + 1e-5);
 }
 
 // Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the reference's mean gradient.
@@ -343,7 +344,8 @@ static void descend(bool photos) {
                             values[m].values[i] - rate * gradients[m].values[i], tolerance);
         }
         for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS; i++)
-            check_value(bench->where, "sky", i, after[bench->model.sky.offset_bytes / 4 + i / 3 * 4 + i % 3],
+            check_value(bench->where, "sky", i,
+                        after[bench->model.ranges[VW_SLOT_SKY].offset_bytes / 4 + i / 3 * 4 + i % 3],
                         params->sky[i / 3][i % 3] - rate * reference->d_sky[i / 3][i % 3],
                         PHOTO_TOLERANCE * rate * largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
         check_photos_moved(bench, number, reference, params, after);

@@ -149,8 +149,9 @@ static void read_rays(struct transient_step *step) {
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
         reference_backdrop(&bench->model.specialization, sky, step->rays->rays[ray].direction, ray, key,
                            step->rays->backdrops[ray]);
-    if (bench->model.appearance.size_bytes) step->photo = reference_photo_of(&bench->model, bench->params, bench->view);
-    const float *code = bench->params + bench->model.transient_codes.offset_bytes / sizeof(float);
+    if (bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes)
+        step->photo = reference_photo_of(&bench->model, bench->params, bench->view);
+    const float *code = bench->params + bench->model.ranges[VW_SLOT_TRANSIENT_CODES].offset_bytes / sizeof(float);
     for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
         step->code[k] = code[REFERENCE_TRANSIENT_CODE * bench->view + k];
 }
@@ -190,14 +191,14 @@ static void close_step(struct transient_step *step) {
 
 static double ray_loss(const struct transient_step *step, uint32_t ray) {
     uint32_t first = ray * step->bench->config.samples;
-    const struct reference_transient_ray line = {.points = step->points + first,
-                                                 .outputs = (const double(*)[5])step->outputs + first,
-                                                 .count = step->bench->config.samples,
-                                                 .backdrop = step->rays->backdrops[ray],
-                                                 .target = step->rays->rays[ray].target,
-                                                 .photo =
-                                                     step->bench->model.appearance.size_bytes ? &step->photo : NULL,
-                                                 .beta_min = step->bench->config.beta_min};
+    const struct reference_transient_ray line = {
+        .points = step->points + first,
+        .outputs = (const double(*)[5])step->outputs + first,
+        .count = step->bench->config.samples,
+        .backdrop = step->rays->backdrops[ray],
+        .target = step->rays->rays[ray].target,
+        .photo = step->bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes ? &step->photo : NULL,
+        .beta_min = step->bench->config.beta_min};
     return step->rays->rays[ray].weight * reference_transient_loss(&line);
 }
 
@@ -366,7 +367,7 @@ TEST(the_loss_changes_as_the_head_s_gradients_say) {
 TEST(the_code_moves_as_the_loss_says) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
-        const struct vw_param_range *codes = &bench->model.transient_codes;
+        const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_TRANSIENT_CODES];
         step_bench_step(bench, STEP);
         struct transient_step *step = open_step(bench);
         float *after = step_bench_read(bench, bench->field.params);
@@ -462,9 +463,11 @@ static double mlp_loss(struct transient_step *step, const struct reference_mlp *
 
 static void find_shift(const struct step_bench *bench, double *shift) {
     const struct vw_model *model = &bench->model;
-    double *code_weights = vw_allocate(model->code_weights.size_bytes / sizeof(float), sizeof *code_weights);
-    const float *values = bench->params + model->code_weights.offset_bytes / sizeof(float);
-    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof(float); i++) code_weights[i] = values[i];
+    double *code_weights =
+        vw_allocate(model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof(float), sizeof *code_weights);
+    const float *values = bench->params + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof(float);
+    for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof(float); i++)
+        code_weights[i] = values[i];
     struct reference_photo photo = reference_photo_of(model, bench->params, bench->view);
     reference_mix_code(4 * model->specialization.width4, code_weights, photo.code, shift);
     free(code_weights);
@@ -478,7 +481,7 @@ TEST(the_trunk_of_the_mlp_takes_the_head_s_gradient) {
         reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
         struct reference_mlp_sample *sample = reference_mlp_samples(&mlp, 1);
         double *shift = vw_allocate(bench->config.width, sizeof *shift);
-        if (bench->model.codes.size_bytes) find_shift(bench, shift);
+        if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, shift);
         step_bench_gradients(bench, STEP);
         struct transient_step *step = open_step(bench);
         float *d_weights = step_bench_read(bench, bench->step.d_weights);

@@ -175,8 +175,8 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
                         const struct vw_appearance_moments *moments,
                         const struct vw_appearance_moments *moments_after) {
     const struct vw_specialization *s = &bench->model.specialization;
-    struct vw_appearance *shares = step_bench_read(bench, bench->step.appearance.d_appearance);
-    uint32_t first = (uint32_t)(bench->model.appearance.offset_bytes / sizeof(float)) + 8 * bench->view;
+    struct vw_appearance *shares = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]);
+    uint32_t first = (uint32_t)(bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float)) + 8 * bench->view;
     for (uint32_t i = 0; i < 8; i++) {
         double sum = 0.0;
         for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) sum += (&shares[ray].gain.x)[i];
@@ -194,7 +194,7 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
 // Steps from photos whose gains and biases are these, on pixels of this colour and weight.
 static void step_from(struct hard_finding *finding, float gain, float bias, float colour, float weight) {
     struct step_bench *bench = step_bench_open(&setup);
-    float *photos = bench->params + bench->model.appearance.offset_bytes / sizeof(float);
+    float *photos = bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float);
     for (uint32_t i = 0; i < 8 * bench->scene->view_count; i++) photos[i] = i % 4 == 3 ? 0.0f : i % 8 < 4 ? gain : bias;
     step_bench_write_params(bench);
     for (uint32_t i = 0; i < bench->config.rays; i++) {
@@ -204,10 +204,12 @@ static void step_from(struct hard_finding *finding, float gain, float bias, floa
     hard_write_pixels(bench);
     for (uint64_t number = 1; number <= 3; number++) {
         float *before = step_bench_read(bench, bench->field.params);
-        struct vw_appearance_moments *moments = step_bench_read(bench, bench->step.appearance.moments);
+        struct vw_appearance_moments *moments =
+            step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
         hard_check_step(finding, bench, number);
         float *after = step_bench_read(bench, bench->field.params);
-        struct vw_appearance_moments *moments_after = step_bench_read(bench, bench->step.appearance.moments);
+        struct vw_appearance_moments *moments_after =
+            step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
         hard_equal(finding, "visits", number, moments_after[bench->view].visits, (double)number);
         hard_equal(finding, "visits of another photo", number, moments_after[1 - bench->view].visits, 0.0);
         check_photo(finding, bench, before, after, moments, moments_after);
@@ -254,7 +256,8 @@ static void huge_gains(struct hard_finding *finding) {
     const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) {
         struct step_bench *bench = step_bench_open(&setup);
-        float *photo = bench->params + bench->model.appearance.offset_bytes / sizeof(float) + 8 * bench->view;
+        float *photo =
+            bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float) + 8 * bench->view;
         for (int c = 0; c < 3; c++) photo[c] = gains[i];
         step_bench_write_params(bench);
         struct hard_gradients gradients = hard_take_gradients(bench, 1);

@@ -12,6 +12,7 @@
 #include "support/hard_step.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/consistency.h"
+#include "train/effects/encoder.h"
 
 static const struct step_case setup = {.name = "encoder",
                                        .seed = 521,
@@ -39,7 +40,7 @@ static void make_scene(uint32_t width_px, uint32_t height_px) {
 static void check_photo(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, 1), true};
-    assert_int_equal(vw_encoder_set_thumbnail(&bench->field.encoder, scene, 1, &whole), VW_OK);
+    assert_int_equal(vw_encoder_set_thumbnail(&bench->field, scene, 1, &whole), VW_OK);
     encoder_check(finding, bench, 1);
     step_bench_close(bench);
     struct vw_config config = hard_run_config();
@@ -73,7 +74,9 @@ static void photos_of_one_pixel(struct hard_finding *finding) {
     check_photo(finding);
 }
 
-static float *network_of(struct step_bench *bench) { return bench->params + bench->model.encoder.offset_bytes / 4; }
+static float *network_of(struct step_bench *bench) {
+    return bench->params + vw_encoder_network(&bench->model).offset_bytes / 4;
+}
 
 // No unit of a convolution is above 0: the code is that of the biases, which alone have gradients before it.
 static void dead_units(struct hard_finding *finding) {

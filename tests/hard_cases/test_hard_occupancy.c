@@ -28,18 +28,19 @@ static const struct step_case setup = {.name = "occupancy",
 static void believe(struct step_bench *bench, float density, uint32_t other_cell, float other_density) {
     float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = i == other_cell ? other_density : density;
-    step_bench_write(bench, bench->field.occupancy, densities);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
     free(densities);
 }
 
 static uint32_t kept_count(struct step_bench *bench) {
-    uint32_t *begins = step_bench_read(bench, bench->step.occupancy.begins), count = begins[bench->step.padded_rays];
+    uint32_t *begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]),
+             count = begins[bench->step.padded_rays];
     free(begins);
     return count;
 }
 
 static uint32_t slot_count(struct step_bench *bench) {
-    struct vw_kept *kept = step_bench_read(bench, bench->step.occupancy.kept);
+    struct vw_kept *kept = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT]);
     uint32_t slots = kept->slots;
     free(kept);
     return slots;

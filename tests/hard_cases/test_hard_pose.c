@@ -35,8 +35,8 @@ static void tear_down(void) {
 static struct step_bench *open_at(const double position[3], float size) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_view *view = &bench->scene->views[bench->view];
-    float *poses = bench->params + bench->model.poses.offset_bytes / sizeof *poses;
-    for (size_t i = 0; i < bench->model.poses.size_bytes / sizeof *poses; i++) poses[i] *= size / 0.05f;
+    float *poses = bench->params + bench->model.ranges[VW_SLOT_POSES].offset_bytes / sizeof *poses;
+    for (size_t i = 0; i < bench->model.ranges[VW_SLOT_POSES].size_bytes / sizeof *poses; i++) poses[i] *= size / 0.05f;
     step_bench_write_params(bench);
     for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].view = bench->view;
     hard_write_pixels(bench);
@@ -87,11 +87,11 @@ static uint32_t compare_rays(struct hard_finding *finding, struct step_bench *be
 static void compare_move(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     double before[REFERENCE_POSE], after[REFERENCE_POSE], gradient[REFERENCE_POSE], force[3] = {0}, torque[3] = {0};
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.pose.moments);
+    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]);
     pose_now(bench, before);
     step_bench_step(bench, number);
     pose_now(bench, after);
-    float *d_poses = step_bench_read(bench, bench->step.pose.d_poses);
+    float *d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
     for (uint32_t i = 0; i < 3 * bench->step.padded_rays; i++) {
         force[i % 3] += d_poses[8 * (i / 3) + i % 3];
         torque[i % 3] += d_poses[8 * (i / 3) + 4 + i % 3];
@@ -146,7 +146,7 @@ static void rays_that_miss(struct hard_finding *finding) {
     pose_now(bench, before);
     compare_move(finding, bench, LATE);
     pose_now(bench, after);
-    struct vw_pose *d_poses = step_bench_read(bench, bench->step.pose.d_poses), zero = {0};
+    struct vw_pose *d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]), zero = {0};
     for (uint32_t i = 0; i < bench->step.padded_rays; i++)
         hard_same_bits(finding, "what a ray says", &d_poses[i], &zero, sizeof zero);
     for (int i = 0; i < REFERENCE_POSE; i++)
@@ -161,7 +161,8 @@ static void photos_without_pixels(struct hard_finding *finding) {
     hard_write_pixels(bench);
     step_bench_step(bench, LATE);
     struct hard_state state = hard_state_read(bench);
-    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.pose.moments), unvisited = {0};
+    struct vw_pose_moments *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]),
+                           unvisited = {0};
     hard_same_bits(finding, "params", state.grid.grid, bench->params, bench->model.param_bytes);
     hard_equal(finding, "visits", 0, moments[bench->view].visits, 1.0);
     for (uint32_t view = 0; view < 3; view++)

@@ -22,7 +22,9 @@ static const struct step_case setup = {.name = "sky",
                                        .loss = VW_LOSS_L2,
                                        .sky = true};
 
-static float *sky_of(struct step_bench *bench) { return bench->params + bench->model.sky.offset_bytes / sizeof(float); }
+static float *sky_of(struct step_bench *bench) {
+    return bench->params + bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
+}
 
 static const float *d_sky_of(const struct step_bench *bench, const struct hard_gradients *gradients) {
     return gradients->weights + 4 * (size_t)bench->model.weight_columns;
@@ -56,7 +58,7 @@ static void opaque_rays(struct hard_finding *finding) {
     hard_check_step(finding, bench, 2);
     float *params = step_bench_read(bench, bench->field.params);
     hard_same_bits(finding, "a sky that no ray saw", params + (sky_of(bench) - bench->params), sky_of(bench),
-                   bench->model.sky.size_bytes);
+                   bench->model.ranges[VW_SLOT_SKY].size_bytes);
     free(params);
     step_bench_close(bench);
 }
@@ -67,9 +69,11 @@ static void empty_rays(struct hard_finding *finding) {
     hard_check_step(finding, bench, 1);
     hard_check_rendering(finding, bench);
     float *params = step_bench_read(bench, bench->field.params);
-    hard_same_bits(finding, "a field that no light met", params, bench->params, bench->model.sky.offset_bytes);
+    hard_same_bits(finding, "a field that no light met", params, bench->params,
+                   bench->model.ranges[VW_SLOT_SKY].offset_bytes);
     hard_require(finding,
-                 memcmp(params + (sky_of(bench) - bench->params), sky_of(bench), bench->model.sky.size_bytes) != 0,
+                 memcmp(params + (sky_of(bench) - bench->params), sky_of(bench),
+                        bench->model.ranges[VW_SLOT_SKY].size_bytes) != 0,
                  "the sky is learned through empty space");
     free(params);
     step_bench_close(bench);
@@ -105,7 +109,7 @@ static void excluded_pixels(struct hard_finding *finding) {
     struct hard_gradients dark = excluded_gradients(bench, 2, 0.0f), bright = excluded_gradients(bench, 2, 1.0f),
                           none = excluded_gradients(bench, 1, 0.5f);
     hard_same_bits(finding, "gradient beside excluded pixels", d_sky_of(bench, &bright), d_sky_of(bench, &dark),
-                   bench->model.sky.size_bytes);
+                   bench->model.ranges[VW_SLOT_SKY].size_bytes);
     hard_require(finding, d_sky_of(bench, &dark)[0] != 0.0f, "the other pixels count");
     for (uint32_t i = 0; i < 4 * VW_SKY_COLUMNS; i++)
         hard_equal(finding, "gradient of excluded pixels alone", i, d_sky_of(bench, &none)[i], 0.0);

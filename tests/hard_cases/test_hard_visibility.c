@@ -31,7 +31,7 @@ static void tear_down(void) {
 // A bench whose pixels are visible as the logistic function of about `logit` says.
 static struct step_bench *open_with(const struct step_case *c, float logit) {
     struct step_bench *bench = step_bench_open(c);
-    bench->params[bench->model.visibility.offset_bytes / 4 + 4 * (VISIBILITY_LOGIT + VISIBILITY4)] = logit;
+    bench->params[vw_visibility_network(&bench->model).offset_bytes / 4 + 4 * (VISIBILITY_LOGIT + VISIBILITY4)] = logit;
     step_bench_write_params(bench);
     return bench;
 }
@@ -65,7 +65,7 @@ static void nothing_visible(struct hard_finding *finding) {
 static void all_visible(struct hard_finding *finding) {
     struct step_bench *bench = open_with(&setup, 1e4f);
     hard_check_step(finding, bench, 1);
-    float *of_rays = step_bench_read(bench, bench->step.visibility.of_rays),
+    float *of_rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]),
           *losses = step_bench_read(bench, bench->step.ray_loss);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
         hard_equal(finding, "visibility", ray, of_rays[2 * ray], 1.0);
@@ -83,7 +83,8 @@ static void masked_photo(struct hard_finding *finding) {
     hard_write_pixels(bench);
     hard_check_step(finding, bench, 1);
     struct hard_state state = hard_state_read(bench);
-    struct vw_visibility_moments *moments = step_bench_read(bench, bench->step.visibility.moments);
+    struct vw_visibility_moments *moments =
+        step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     hard_same_bits(finding, "params", state.grid.grid, bench->params, bench->model.param_bytes);
     hard_equal(finding, "loss", 0, state.scalars.x, 0.0);
     hard_equal(finding, "visits", 0, moments[bench->view].visits, 1.0);

@@ -121,17 +121,18 @@ static float *write_range(struct step_bench *bench, const struct vw_param_range 
 }
 
 void check_mix_code(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
     const struct vw_model *model = &bench->model;
-    if (is_off(it->mix_code, &model->codes, it->code_shift)) return;
+    if (is_off(step_bench_effect_pass(bench, "mix_code"), &model->ranges[VW_SLOT_CODES],
+               bench->step.effect_buffers[VW_SLOT_CODE_SHIFT]))
+        return;
     struct test_random random = {.seed = bench->config.seed};
     step_bench_write_params(bench);
-    float *params = write_range(bench, &model->codes, kind, &random);
+    float *params = write_range(bench, &model->ranges[VW_SLOT_CODES], kind, &random);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, it->mix_code, NULL, 0, bench->config.width);
-    float *shift = step_bench_read(bench, it->code_shift);
-    const float *weights = values_of(&model->code_weights, params),
-                *code = values_of(&model->codes, params) + REFERENCE_CODE * bench->view;
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "mix_code"), NULL, 0, bench->config.width);
+    float *shift = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_SHIFT]);
+    const float *weights = values_of(&model->ranges[VW_SLOT_CODE_WEIGHTS], params),
+                *code = values_of(&model->ranges[VW_SLOT_CODES], params) + REFERENCE_CODE * bench->view;
     for (uint32_t i = 0; i < bench->config.width; i++) {
         double sum = 0.0, magnitude = 0.0;
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
@@ -232,14 +233,15 @@ static void write_visits(struct step_bench *bench, struct vw_buffer *moments, ui
 }
 
 static void update_photo(struct step_bench *bench, const float *shares) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
-    const struct vw_param_range *range = &bench->model.appearance;
+    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_APPEARANCE];
     struct vw_push_update push = {.count = bench->step.padded_rays};
-    float *before = step_bench_read(bench, bench->field.params), *moments = step_bench_read(bench, it->moments);
-    step_bench_write(bench, it->d_appearance, shares);
+    float *before = step_bench_read(bench, bench->field.params),
+          *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE], shares);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, it->update_appearance, &push, sizeof push, 1);
-    float *after = step_bench_read(bench, bench->field.params), *moments_after = step_bench_read(bench, it->moments);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_appearance"), &push, sizeof push, 1);
+    float *after = step_bench_read(bench, bench->field.params),
+          *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]);
     uint32_t photos = reference_photo_count(&bench->model);
     check_photo(bench, shares, values_of(range, before), values_of(range, after), moments, moments_after);
     check_same_bits(bench->where, "grid and weights", after, before, range->offset_bytes);
@@ -254,12 +256,13 @@ static void update_photo(struct step_bench *bench, const float *shares) {
 }
 
 void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
-    if (is_off(it->update_appearance, &bench->model.appearance, it->moments)) return;
+    if (is_off(step_bench_effect_pass(bench, "update_appearance"), &bench->model.ranges[VW_SLOT_APPEARANCE],
+               bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]))
+        return;
     struct test_random random = {.seed = bench->config.seed};
     float *shares = vw_allocate(AFFINE * (size_t)bench->step.padded_rays, sizeof *shares);
     step_bench_write_params(bench);
-    write_visits(bench, it->moments, MOMENT_WORDS, visits_before(kind));
+    write_visits(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS], MOMENT_WORDS, visits_before(kind));
     for (int i = 0; i < UPDATES; i++) {
         for (uint32_t k = 0; k < AFFINE * bench->step.padded_rays; k++)
             shares[k] = k % 4 == 3 ? 0.0f : input_draw(kind, &random);
@@ -269,8 +272,8 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
     float *before = step_bench_read(bench, bench->field.params);
     shares[AFFINE + 1] = NAN;
     struct vw_push_update push = {.count = bench->step.padded_rays};
-    step_bench_write(bench, it->d_appearance, shares);
-    step_bench_dispatch(bench, it->update_appearance, &push, sizeof push, 1);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE], shares);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_appearance"), &push, sizeof push, 1);
     float *after = step_bench_read(bench, bench->field.params);
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     check_same_bits(bench->where, "params of a skipped step", after, before, bench->model.param_bytes);
@@ -291,10 +294,9 @@ struct code_state {
 };
 
 static struct code_state read_code(struct step_bench *bench) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
     return (struct code_state){step_bench_read(bench, bench->field.params),
-                               step_bench_read(bench, it->code_weight_moments),
-                               step_bench_read(bench, it->code_moments)};
+                               step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS]),
+                               step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS])};
 }
 
 static void free_code(struct code_state *state) {
@@ -305,8 +307,8 @@ static void free_code(struct code_state *state) {
 
 static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step,
                                const struct code_state *before, const struct code_state *after) {
-    const struct vw_param_range *range = &bench->model.code_weights;
-    const float *code = values_of(&bench->model.codes, before->params) + REFERENCE_CODE * bench->view;
+    const struct vw_param_range *range = &bench->model.ranges[VW_SLOT_CODE_WEIGHTS];
+    const float *code = values_of(&bench->model.ranges[VW_SLOT_CODES], before->params) + REFERENCE_CODE * bench->view;
     uint32_t count = count_of(range);
     for (uint32_t i = 0; i < count; i++) {
         double gradient = d_shift[i / REFERENCE_CODE] * code[i % REFERENCE_CODE];
@@ -329,7 +331,7 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
                        const struct code_state *after) {
     const float *own = before->moments + CODE_WORDS * bench->view,
                 *own_after = after->moments + CODE_WORDS * bench->view;
-    const float *weights = values_of(&bench->model.code_weights, before->params);
+    const float *weights = values_of(&bench->model.ranges[VW_SLOT_CODE_WEIGHTS], before->params);
     uint32_t visits, visits_after;
     memcpy(&visits, own + 2 * REFERENCE_CODE, 4);
     memcpy(&visits_after, own_after + 2 * REFERENCE_CODE, 4);
@@ -337,30 +339,30 @@ static void check_code(const struct step_bench *bench, const double *d_shift, co
                 visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
     for (uint32_t k = 0; k < REFERENCE_CODE; k++) {
         uint32_t at = REFERENCE_CODE * bench->view + k;
-        double value = values_of(&bench->model.codes, before->params)[at], gradient = reference_photo_ridge * value,
-               magnitude = fabs(gradient);
+        double value = values_of(&bench->model.ranges[VW_SLOT_CODES], before->params)[at],
+               gradient = reference_photo_ridge * value, magnitude = fabs(gradient);
         for (uint32_t i = 0; i < bench->config.width; i++) {
             gradient += d_shift[i] * weights[i * REFERENCE_CODE + k];
             magnitude += fabs(d_shift[i] * weights[i * REFERENCE_CODE + k]);
         }
-        check_number(bench, &(struct number){.name = "code",
-                                             .index = k,
-                                             .visits = visits_after,
-                                             .gradient = gradient,
-                                             .gradient_error = 70.0 * FLOAT_ROUNDING * magnitude + 64.0 * FLOAT_LEAST,
-                                             .rate = reference_photo_rate(visits_after),
-                                             .value = (float)value,
-                                             .moment1 = own[k],
-                                             .moment2 = own[REFERENCE_CODE + k],
-                                             .value_after = values_of(&bench->model.codes, after->params)[at],
-                                             .moment1_after = own_after[k],
-                                             .moment2_after = own_after[REFERENCE_CODE + k]});
+        check_number(bench,
+                     &(struct number){.name = "code",
+                                      .index = k,
+                                      .visits = visits_after,
+                                      .gradient = gradient,
+                                      .gradient_error = 70.0 * FLOAT_ROUNDING * magnitude + 64.0 * FLOAT_LEAST,
+                                      .rate = reference_photo_rate(visits_after),
+                                      .value = (float)value,
+                                      .moment1 = own[k],
+                                      .moment2 = own[REFERENCE_CODE + k],
+                                      .value_after = values_of(&bench->model.ranges[VW_SLOT_CODES], after->params)[at],
+                                      .moment1_after = own_after[k],
+                                      .moment2_after = own_after[REFERENCE_CODE + k]});
     }
 }
 
 static void update_code(struct step_bench *bench, const float *d_weights, uint32_t step) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
-    const struct vw_param_range *codes = &bench->model.codes;
+    const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_CODES];
     struct vw_push_update push = {.step_low = step};
     double d_shift[REFERENCE_WIDTH_MAX];
     for (uint32_t i = 0; i < bench->config.width; i++)
@@ -369,13 +371,13 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
     struct code_state before = read_code(bench);
     step_bench_write(bench, bench->step.d_weights, d_weights);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, it->update_code, &push, sizeof push, 1);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
     struct code_state after = read_code(bench);
     uint32_t photos = reference_photo_count(&bench->model);
     check_code_weights(bench, d_shift, step, &before, &after);
     check_code(bench, d_shift, &before, &after);
     check_same_bits(bench->where, "what comes before the codes", after.params, before.params,
-                    bench->model.code_weights.offset_bytes);
+                    bench->model.ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes);
     check_untouched(bench, "other photos' codes", values_of(codes, after.params), values_of(codes, before.params),
                     photos, 4 * REFERENCE_CODE);
     check_untouched(bench, "other codes' moments", after.moments, before.moments, photos,
@@ -385,15 +387,16 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
 }
 
 void check_update_code(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_appearance_effect *it = &bench->step.appearance;
-    if (is_off(it->update_code, &bench->model.code_weights, it->code_moments)) return;
+    if (is_off(step_bench_effect_pass(bench, "update_code"), &bench->model.ranges[VW_SLOT_CODE_WEIGHTS],
+               bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS]))
+        return;
     struct test_random random = {.seed = bench->config.seed};
     uint32_t count = 4 * bench->model.weight_columns;
     float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
-    float *zeros = vw_allocate(2 * bench->model.code_weights.size_bytes, 1);
+    float *zeros = vw_allocate(2 * bench->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes, 1);
     step_bench_write_params(bench);
-    step_bench_write(bench, it->code_weight_moments, zeros);
-    write_visits(bench, it->code_moments, CODE_WORDS, visits_before(kind));
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS], zeros);
+    write_visits(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS], CODE_WORDS, visits_before(kind));
     for (uint32_t i = 1; i <= UPDATES; i++) {
         for (uint32_t k = 0; k < count; k++) d_weights[k] = k % 7 == 3 ? 0.0f : 16.0f * input_draw(kind, &random);
         update_code(bench, d_weights, i);
@@ -401,7 +404,7 @@ void check_update_code(struct step_bench *bench, enum input_kind kind) {
     struct code_state before = read_code(bench);
     struct vw_push_update push = {.step_low = 9};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1, .view = bench->view});
-    step_bench_dispatch(bench, it->update_code, &push, sizeof push, 1);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
     struct code_state after = read_code(bench);
     check_same_bits(bench->where, "params of a skipped step", after.params, before.params, bench->model.param_bytes);
     free_code(&before);

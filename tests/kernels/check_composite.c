@@ -175,7 +175,7 @@ static float visible_of(uint32_t ray) { return ray % 5 < 2 ? (float)(ray % 5) : 
 
 // The loss, its gradients and their errors with a part of the ray left out, as the effect visibility does.
 static void leave_out(const struct step_bench *bench, uint32_t ray, double weight, struct reference_loss *taken) {
-    if (!bench->model.visibility.size_bytes) return;
+    if (!vw_visibility_network(&bench->model).size_bytes) return;
     double visible = visible_of(ray), hidden = 1.0 - visible,
            size_weight = weight * reference_size_weight(&bench->model.specialization, STEP);
     taken->d_visible = taken->loss - 2.0 * size_weight * hidden;
@@ -197,7 +197,7 @@ static struct reference_loss take_loss(const struct step_bench *bench, const str
     for (int c = 0; c < 3; c++) {
         double gain = 1.0 + photo.gain[c], error = seen[c] - ray.target[c], slope,
                error_error = gain * reference->colour_error[c] +
-                             (bench->model.appearance.size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
+                             (bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes ? 4.0 : 1.0) * FLOAT_ROUNDING;
         if (bench->config.loss == VW_LOSS_L1 && error != 0.0 && ray.weight > 0.0 && fabs(error) < error_error &&
             ray.target[c] > 0.0)
             fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, index);
@@ -209,7 +209,7 @@ static struct reference_loss take_loss(const struct step_bench *bench, const str
             gain * share * (curvature(&bench->model.specialization) * error_error + 4.0 * FLOAT_ROUNDING);
     }
     leave_out(bench, index, ray.weight, &taken);
-    for (int c = 0; c < 3 && bench->model.visibility.size_bytes; c++) d_seen[c] *= visible_of(index);
+    for (int c = 0; c < 3 && vw_visibility_network(&bench->model).size_bytes; c++) d_seen[c] *= visible_of(index);
     return taken;
 }
 
@@ -295,17 +295,24 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     step_bench_write(bench, bench->step.samples, in.field);
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    float *visibility = bench->step.visibility.of_rays ? step_bench_read(bench, bench->step.visibility.of_rays) : NULL;
+    float *visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
+                            ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
+                            : NULL;
     for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
-    if (visibility) step_bench_write(bench, bench->step.visibility.of_rays, visibility);
+    if (visibility) step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
     step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
     free(visibility);
-    visibility = bench->step.visibility.of_rays ? step_bench_read(bench, bench->step.visibility.of_rays) : NULL;
+    visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
+                     ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
+                     : NULL;
     float *losses = step_bench_read(bench, bench->step.ray_loss);
     vw_float4 *d_field = step_bench_read(bench, bench->step.d_samples);
-    vw_float4 *d_sky = bench->step.d_sky ? step_bench_read(bench, bench->step.d_sky) : NULL;
-    struct vw_appearance *shares =
-        bench->step.appearance.d_appearance ? step_bench_read(bench, bench->step.appearance.d_appearance) : NULL;
+    vw_float4 *d_sky = bench->step.effect_buffers[VW_SLOT_D_SKY]
+                           ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_SKY])
+                           : NULL;
+    struct vw_appearance *shares = bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]
+                                       ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE])
+                                       : NULL;
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
         check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares, visibility);
     free(visibility);
@@ -336,7 +343,7 @@ static void check_coefficients(const struct step_bench *bench, const struct inpu
 }
 
 void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
-    if (!bench->step.gradient.gradient_sky) return;
+    if (!step_bench_effect_pass(bench, "gradient_sky")) return;
     struct test_random random = {.seed = bench->config.seed + 4};
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
     struct vw_push_reduce push = {.count = in.ray_count};
@@ -346,8 +353,8 @@ void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
             (vw_float4){input_draw(kind, &random), input_draw(kind, &random), input_draw(kind, &random), 0.0f};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write(bench, bench->step.ray_buffer, in.rays);
-    step_bench_write(bench, bench->step.d_sky, d_logits);
-    step_bench_dispatch(bench, bench->step.gradient.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_SKY], d_logits);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "gradient_sky"), &push, sizeof push, 64 * VW_SKY_COLUMNS);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     check_coefficients(bench, &in, d_logits, d_weights + 4 * (size_t)bench->model.weight_columns);

@@ -206,7 +206,7 @@ static float *make_params(const struct step_bench *bench, enum input_kind kind) 
 static void mix(const struct step_bench *bench, struct reference *reference, double sign) {
     uint32_t width = bench->config.width;
     double shift[REFERENCE_WIDTH_MAX];
-    if (!bench->model.codes.size_bytes) return;
+    if (!bench->model.ranges[VW_SLOT_CODES].size_bytes) return;
     const double *code = reference->params->photos[bench->view].code;
     reference_mix_code(width, reference->params->code_weights, code, shift);
     for (uint32_t i = 0; i < width; i++) {

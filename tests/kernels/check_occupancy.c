@@ -48,13 +48,15 @@ static void density_bounds(const struct step_bench *bench, struct reference_para
 void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_refresh push = {.key = vw_model_key_of_step(&bench->model, STEP), .remains = 0.75f};
     struct test_random random = {.seed = bench->config.seed + 3};
-    if (!bench->field.occupancy) return;
-    float *before = step_bench_read(bench, bench->field.occupancy), *old = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
+    if (!bench->field.effect_buffers[VW_SLOT_OCCUPANCY]) return;
+    float *before = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY]),
+          *old = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) old[i] = fabsf(input_draw(kind, &random));
     old[77] = NAN; // is forgotten once the field has a number there
-    step_bench_write(bench, bench->field.occupancy, old);
-    step_bench_dispatch(bench, bench->step.occupancy.refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
-    float *device = step_bench_read(bench, bench->field.occupancy);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], old);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "refresh_occupancy"), &push, sizeof push,
+                        VW_OCCUPANCY_CELLS);
+    float *device = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY]);
     struct reference_params *params = reference_params_create(&bench->model, bench->params);
     double grid_largest = largest(params->grid, 2 * (size_t)bench->model.pair_count);
     for (uint32_t cell = 0; cell < VW_OCCUPANCY_CELLS; cell++) {
@@ -63,7 +65,7 @@ void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
         check_between(bench->where, "density of a cell", cell, device[cell], fmax(low, remaining * (1.0 - 0x1p-23)),
                       fmax(high, remaining * (1.0 + 0x1p-23)));
     }
-    step_bench_write(bench, bench->field.occupancy, before);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], before);
     reference_params_destroy(params);
     free(before);
     free(old);
@@ -90,9 +92,9 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
                             uint64_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_push_samples push = step_bench_push(bench, number);
-    step_bench_dispatch(bench, bench->step.occupancy.mark, &push, sizeof push, push.ray_count);
-    uint32_t *bits = step_bench_read(bench, bench->step.occupancy.bits),
-             *counts = step_bench_read(bench, bench->step.occupancy.begins);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "mark_samples"), &push, sizeof push, push.ray_count);
+    uint32_t *bits = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BITS]),
+             *counts = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]);
     uint32_t all = 0;
     for (uint32_t r = 0; r < push.ray_count; r++) {
         struct reference_ray ray = reference_ray_of(&rays[r]);
@@ -118,12 +120,12 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
 
 void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 4};
-    if (!bench->field.occupancy) return;
-    float *before = step_bench_read(bench, bench->field.occupancy),
+    if (!bench->field.effect_buffers[VW_SLOT_OCCUPANCY]) return;
+    float *before = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY]),
           *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = input_draw(kind, &random);
     for (uint32_t i = 5; i < VW_OCCUPANCY_CELLS; i += 50) densities[i] = i % 100 == 5 ? NAN : 1e-3f;
-    step_bench_write(bench, bench->field.occupancy, densities);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
     struct vw_ray *rays = rays_make(bench);
     uint32_t kept = check_marks(bench, rays, densities, STEP);
     if (kind == INPUT_ORDINARY) assert_true(kept > bench->padded_samples / 8 && kept < bench->padded_samples / 8 * 7);
@@ -131,7 +133,7 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     assert_int_equal(check_marks(bench, rays, densities, 256), bench->padded_samples);
     assert_true(check_marks(bench, rays, densities, 257) < bench->padded_samples);
     assert_true(check_marks(bench, rays, densities, UINT64_C(1) << 32) < bench->padded_samples);
-    step_bench_write(bench, bench->field.occupancy, before);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], before);
     free(rays);
     free(before);
     free(densities);
@@ -162,22 +164,21 @@ static void check_groups(const struct step_bench *bench, const struct vw_kept *k
 }
 
 void check_place_rays(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_occupancy_effect *occupancy = &bench->step.occupancy;
     struct vw_push_samples push = step_bench_push(bench, 1);
     uint32_t rays = push.ray_count, total = 0, slots = bench->padded_samples;
-    if (!occupancy->kept) return;
+    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
     uint32_t *counts = vw_allocate(rays + 1, sizeof *counts), *samples = vw_allocate(slots, sizeof *samples);
     float *d_field = vw_allocate(4 * (size_t)slots, sizeof *d_field);
     for (uint32_t i = 0; i < slots; i++) samples[i] = d_field[4 * i] = d_field[4 * i + 3] = 7;
     draw_counts(bench, kind, counts);
-    step_bench_write(bench, occupancy->begins, counts);
-    step_bench_write(bench, occupancy->kept_samples, samples);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS], counts);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES], samples);
     step_bench_write(bench, bench->step.d_samples, d_field);
-    step_bench_dispatch(bench, occupancy->place, &push, sizeof push, 1);
-    uint32_t *begins = step_bench_read(bench, occupancy->begins),
-             *padded = step_bench_read(bench, occupancy->kept_samples);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "place_rays"), &push, sizeof push, 1);
+    uint32_t *begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]),
+             *padded = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
     float *d_padded = step_bench_read(bench, bench->step.d_samples);
-    struct vw_kept *kept = step_bench_read(bench, occupancy->kept);
+    struct vw_kept *kept = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT]);
     for (uint32_t r = 0; r < rays; total += counts[r++]) assert_int_equal(begins[r], total);
     assert_int_equal(begins[rays], total);
     check_groups(bench, kept, total);
@@ -203,11 +204,10 @@ static uint32_t draw_bits(enum input_kind kind, struct test_random *random) {
 }
 
 void check_list_samples(struct step_bench *bench, enum input_kind kind) {
-    const struct vw_occupancy_effect *occupancy = &bench->step.occupancy;
     struct vw_push_samples push = step_bench_push(bench, 1);
     struct test_random random = {.seed = bench->config.seed + 5};
     uint32_t rays = push.ray_count, per_ray = bench->config.samples, words = (per_ray + 31) / 32, next = 0;
-    if (!occupancy->kept) return;
+    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
     uint32_t *bits = vw_allocate((size_t)rays * words, sizeof *bits), *begins = vw_allocate(rays + 1, sizeof *begins);
     uint32_t *expected = vw_allocate(bench->padded_samples, sizeof *expected);
     for (uint32_t r = 0; r < rays; r++) {
@@ -218,10 +218,10 @@ void check_list_samples(struct step_bench *bench, enum input_kind kind) {
             if (bit_of(bits, r, per_ray, i)) expected[next++] = r * per_ray + i;
     }
     begins[rays] = next;
-    step_bench_write(bench, occupancy->bits, bits);
-    step_bench_write(bench, occupancy->begins, begins);
-    step_bench_dispatch(bench, occupancy->list, &push, sizeof push, rays);
-    uint32_t *device = step_bench_read(bench, occupancy->kept_samples);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BITS], bits);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS], begins);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "list_samples"), &push, sizeof push, rays);
+    uint32_t *device = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
     check_same_bits(bench->where, "listed samples", device, expected, 4 * (size_t)next);
     free(bits);
     free(begins);

@@ -16,13 +16,13 @@ static const double STEP_TOLERANCE = 5e-4;     // of a step's length: see check_
 enum { CODE_WORDS = sizeof(struct vw_visibility_moments) / 4, UPDATES = 3 };
 
 static bool is_off(const struct step_bench *bench) {
-    const struct vw_visibility_effect *it = &bench->step.visibility;
-    if (it->predict) return false;
-    assert_int_equal(bench->model.visibility.size_bytes + bench->model.visibility_codes.size_bytes, 0);
-    assert_null(it->of_rays);
-    assert_null(it->partials);
-    assert_null(it->moments);
-    assert_null(bench->field.photo_scales);
+    if (step_bench_effect_pass(bench, "predict_visibility")) return false;
+    assert_int_equal(
+        vw_visibility_network(&bench->model).size_bytes + bench->model.ranges[VW_SLOT_VISIBILITY_CODES].size_bytes, 0);
+    assert_null(bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
+    assert_null(bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]);
+    assert_null(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
+    assert_null(bench->field.effect_buffers[VW_SLOT_PHOTO_SCALES]);
     return true;
 }
 
@@ -33,7 +33,8 @@ static struct vw_push_rays push_of(const struct step_bench *bench) {
 // The network with a code of the kind, in double; the device's params likewise.
 static struct reference_params *draw_code(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
-    uint64_t first = bench->model.visibility_codes.offset_bytes / 4 + REFERENCE_VISIBILITY_CODE * bench->view;
+    uint64_t first =
+        bench->model.ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / 4 + REFERENCE_VISIBILITY_CODE * bench->view;
     step_bench_write_params(bench);
     float *params = step_bench_read(bench, bench->field.params);
     input_fill(kind, &random, params + first, REFERENCE_VISIBILITY_CODE);
@@ -49,8 +50,9 @@ void check_predict_visibility(struct step_bench *bench, enum input_kind kind) {
     struct reference_params *params = draw_code(bench, kind);
     const struct vw_push_rays push = push_of(bench);
     double *code = params->visibility_codes[bench->view], size = largest(code, REFERENCE_VISIBILITY_CODE);
-    step_bench_dispatch(bench, bench->step.visibility.predict, &push, sizeof push, bench->step.padded_rays);
-    float *found = step_bench_read(bench, bench->step.visibility.of_rays);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "predict_visibility"), &push, sizeof push,
+                        bench->step.padded_rays);
+    float *found = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
         double place[2];
         step_bench_place(bench, ray, place);
@@ -68,12 +70,13 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 3};
     struct reference_params *params = draw_code(bench, INPUT_ORDINARY);
     const struct vw_push_rays push = push_of(bench);
-    float *of_rays = step_bench_read(bench, bench->step.visibility.of_rays);
+    float *of_rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY]);
     uint32_t groups = (bench->step.padded_rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP;
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) of_rays[2 * ray + 1] = input_draw(kind, &random);
-    step_bench_write(bench, bench->step.visibility.of_rays, of_rays);
-    step_bench_dispatch(bench, bench->step.visibility.gradient, &push, sizeof push, bench->step.padded_rays);
-    float *partials = step_bench_read(bench, bench->step.visibility.partials);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], of_rays);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "gradient_visibility"), &push, sizeof push,
+                        bench->step.padded_rays);
+    float *partials = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]);
     for (uint32_t group = 0; group < groups; group++) {
         double expected[REFERENCE_VISIBILITY] = {0}, d_code[REFERENCE_VISIBILITY_CODE] = {0};
         for (uint32_t ray = group * VISIBILITY_GROUP;
@@ -97,15 +100,15 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
 void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed + 4};
-    const struct vw_visibility_effect *it = &bench->step.visibility;
-    size_t count = vw_buffer_size_bytes(it->partials) / sizeof(float);
+    size_t count = vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]) / sizeof(float);
     const struct vw_push_reduce push = {.count = (uint32_t)(count / REFERENCE_VISIBILITY)};
     float *partials = vw_allocate(count, sizeof *partials), *before = step_bench_read(bench, bench->step.d_weights);
     uint32_t first = 4 * bench->model.specialization.visibility_column;
     input_fill(kind, &random, partials, count);
-    step_bench_write(bench, it->partials, partials);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS], partials);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, it->reduce, &push, sizeof push, VISIBILITY_COLUMNS);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "reduce_visibility"), &push, sizeof push,
+                        VISIBILITY_COLUMNS);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     for (uint32_t i = 0; i < REFERENCE_VISIBILITY; i++) {
@@ -123,17 +126,18 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
 }
 
 static void update_code(struct step_bench *bench, const float *d_weights) {
-    const struct vw_visibility_effect *it = &bench->step.visibility;
     const struct vw_specialization *s = &bench->model.specialization;
     struct vw_push_update push = {0};
-    float *before = step_bench_read(bench, bench->field.params), *moments = step_bench_read(bench, it->moments);
+    float *before = step_bench_read(bench, bench->field.params),
+          *moments = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     struct reference_params *params = reference_params_create(&bench->model, before);
     step_bench_write(bench, bench->step.d_weights, d_weights);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
-    step_bench_dispatch(bench, it->update, &push, sizeof push, 1);
-    float *after = step_bench_read(bench, bench->field.params), *moments_after = step_bench_read(bench, it->moments);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_visibility"), &push, sizeof push, 1);
+    float *after = step_bench_read(bench, bench->field.params),
+          *moments_after = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]);
     const float *own = moments + CODE_WORDS * bench->view, *own_after = moments_after + CODE_WORDS * bench->view;
-    uint32_t visits, visits_after, first = (uint32_t)(bench->model.visibility_codes.offset_bytes / 4);
+    uint32_t visits, visits_after, first = (uint32_t)(bench->model.ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / 4);
     memcpy(&visits, own + 2 * REFERENCE_VISIBILITY_CODE, 4);
     memcpy(&visits_after, own_after + 2 * REFERENCE_VISIBILITY_CODE, 4);
     check_value(bench->where, "visits", bench->view, visits_after, visits < INT32_MAX ? visits + 1.0 : INT32_MAX, 0.0);
@@ -160,7 +164,8 @@ static void update_code(struct step_bench *bench, const float *d_weights) {
     }
     check_same_bits(bench->where, "all other params", after, before, bench->model.param_bytes);
     memcpy(moments_after + CODE_WORDS * bench->view, own, CODE_WORDS * sizeof *own);
-    check_same_bits(bench->where, "other codes' moments", moments_after, moments, vw_buffer_size_bytes(it->moments));
+    check_same_bits(bench->where, "other codes' moments", moments_after, moments,
+                    vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]));
     reference_params_destroy(params);
     free(before);
     free(after);
@@ -171,12 +176,11 @@ static void update_code(struct step_bench *bench, const float *d_weights) {
 void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed};
-    const struct vw_visibility_effect *it = &bench->step.visibility;
     float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
-    uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(it->moments), 1);
+    uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]), 1);
     zeros[CODE_WORDS * bench->view + CODE_WORDS - 1] = kind == INPUT_SATURATING ? INT32_MAX - 1 : 0;
     step_bench_write_params(bench);
-    step_bench_write(bench, it->moments, zeros);
+    step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS], zeros);
     for (int i = 0; i < UPDATES; i++) {
         input_fill(kind, &random, d_weights + 4 * bench->model.specialization.visibility_column, REFERENCE_VISIBILITY);
         update_code(bench, d_weights);
@@ -184,7 +188,7 @@ void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
     float *before = step_bench_read(bench, bench->field.params);
     struct vw_push_update push = {0};
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1, .view = bench->view});
-    step_bench_dispatch(bench, it->update, &push, sizeof push, 1);
+    step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_visibility"), &push, sizeof push, 1);
     float *after = step_bench_read(bench, bench->field.params);
     check_same_bits(bench->where, "params of a skipped step", after, before, bench->model.param_bytes);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});

@@ -153,7 +153,7 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     step_bench_step(bench, 1);
     float *params = step_bench_read(bench, bench->field.params);
-    params[bench->model.sky.offset_bytes / sizeof *params + 4 * 5 + 1] = NAN;
+    params[bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof *params + 4 * 5 + 1] = NAN;
     step_bench_write(bench, bench->field.params, params);
     void *moments = step_bench_read(bench, bench->step.weight_moments);
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
@@ -261,9 +261,10 @@ TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
             struct vw_push_reduce push = {.count = rays};
             d_logits[ray].z = poison[i];
-            step_bench_write(bench, bench->step.d_sky, d_logits);
+            step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_D_SKY], d_logits);
             step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-            step_bench_dispatch(bench, bench->step.gradient.gradient_sky, &push, sizeof push, 64 * VW_SKY_COLUMNS);
+            step_bench_dispatch(bench, step_bench_effect_pass(bench, "gradient_sky"), &push, sizeof push,
+                                64 * VW_SKY_COLUMNS);
             assert_int_equal(is_marked(bench), poison[i] != 0.0f);
         }
         d_logits[ray].z = 0.0f;

@@ -8,19 +8,20 @@ const double reference_photo_ridge = 0.01, reference_fit_ridge = 0.1;
 double reference_photo_rate(uint64_t visits) { return 20.0 / sqrt((double)visits); }
 
 uint32_t reference_photo_count(const struct vw_model *model) {
-    if (model->appearance.size_bytes) return (uint32_t)(model->appearance.size_bytes / (8 * sizeof(float)));
-    return (uint32_t)(model->codes.size_bytes / (REFERENCE_CODE * sizeof(float)));
+    if (model->ranges[VW_SLOT_APPEARANCE].size_bytes)
+        return (uint32_t)(model->ranges[VW_SLOT_APPEARANCE].size_bytes / (8 * sizeof(float)));
+    return (uint32_t)(model->ranges[VW_SLOT_CODES].size_bytes / (REFERENCE_CODE * sizeof(float)));
 }
 
 struct reference_photo reference_photo_of(const struct vw_model *model, const float *params, uint32_t view) {
     struct reference_photo photo = {0};
-    const float *affine = params + model->appearance.offset_bytes / sizeof *params + 8 * view;
-    const float *code = params + model->codes.offset_bytes / sizeof *params + REFERENCE_CODE * view;
-    for (uint32_t c = 0; c < 3 && model->appearance.size_bytes; c++) {
+    const float *affine = params + model->ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof *params + 8 * view;
+    const float *code = params + model->ranges[VW_SLOT_CODES].offset_bytes / sizeof *params + REFERENCE_CODE * view;
+    for (uint32_t c = 0; c < 3 && model->ranges[VW_SLOT_APPEARANCE].size_bytes; c++) {
         photo.gain[c] = affine[c];
         photo.bias[c] = affine[4 + c];
     }
-    for (uint32_t k = 0; k < REFERENCE_CODE && model->codes.size_bytes; k++) photo.code[k] = code[k];
+    for (uint32_t k = 0; k < REFERENCE_CODE && model->ranges[VW_SLOT_CODES].size_bytes; k++) photo.code[k] = code[k];
     return photo;
 }
 

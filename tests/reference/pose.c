@@ -10,7 +10,7 @@ const double reference_pose_ridge = 0.01;
 double reference_pose_rate(uint64_t visits) { return 0.5 / sqrt((double)visits); }
 
 void reference_pose_of(const struct vw_model *model, const float *params, uint32_t view, double pose[REFERENCE_POSE]) {
-    const float *own = params + model->poses.offset_bytes / sizeof *params + 8 * (size_t)view;
+    const float *own = params + model->ranges[VW_SLOT_POSES].offset_bytes / sizeof *params + 8 * (size_t)view;
     for (int i = 0; i < REFERENCE_POSE; i++) pose[i] = own[i / 3 * 4 + i % 3];
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "train/effects/visibility.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
     struct reference_params *reference = vw_allocate(1, sizeof *reference);
@@ -16,15 +17,15 @@ struct reference_params *reference_params_create(const struct vw_model *model, c
     uint32_t photos = reference_photo_count(model);
     if (photos) reference->photos = vw_allocate(photos, sizeof *reference->photos);
     for (uint32_t i = 0; i < photos; i++) reference->photos[i] = reference_photo_of(model, params, i);
-    for (size_t i = 0; i < model->code_weights.size_bytes / sizeof *params; i++)
-        reference->code_weights[i] = params[model->code_weights.offset_bytes / sizeof *params + i];
-    size_t codes = model->visibility_codes.size_bytes / sizeof *params;
+    for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof *params; i++)
+        reference->code_weights[i] = params[model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof *params + i];
+    size_t codes = model->ranges[VW_SLOT_VISIBILITY_CODES].size_bytes / sizeof *params;
     for (size_t i = 0; i < REFERENCE_VISIBILITY && codes; i++)
-        reference->visibility[i] = params[model->visibility.offset_bytes / sizeof *params + i];
+        reference->visibility[i] = params[vw_visibility_network(model).offset_bytes / sizeof *params + i];
     if (codes) reference->visibility_codes = vw_allocate(codes, sizeof(double));
     for (size_t i = 0; i < codes; i++)
         reference->visibility_codes[i / REFERENCE_VISIBILITY_CODE][i % REFERENCE_VISIBILITY_CODE] =
-            params[model->visibility_codes.offset_bytes / sizeof *params + i];
+            params[model->ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / sizeof *params + i];
     return reference;
 }
 

@@ -5,8 +5,8 @@
 #include "base/random.h"
 
 void reference_sky_read(const struct vw_model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]) {
-    const float *sky = params + model->sky.offset_bytes / sizeof *params;
-    for (size_t i = 0; i < model->sky.size_bytes / sizeof *sky; i++)
+    const float *sky = params + model->ranges[VW_SLOT_SKY].offset_bytes / sizeof *params;
+    for (size_t i = 0; i < model->ranges[VW_SLOT_SKY].size_bytes / sizeof *sky; i++)
         if (i % 4 < 3) coefficients[i / 4][i % 4] = sky[i];
 }
 

@@ -95,7 +95,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
 static void draw_photos(struct step_bench *bench, const struct vw_param_range *range, float scale,
                         struct test_random *random) {
     float *values = bench->params + range->offset_bytes / sizeof(float);
-    bool padded = range == &bench->model.appearance || range == &bench->model.poses;
+    bool padded = range == &bench->model.ranges[VW_SLOT_APPEARANCE] || range == &bench->model.ranges[VW_SLOT_POSES];
     for (size_t i = 0; i < range->size_bytes / sizeof(float); i++)
         values[i] = padded && i % 4 == 3 ? 0.0f : scale * test_random_next(random);
 }
@@ -106,8 +106,9 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = vw_allocate(bench->model.param_bytes, 1);
     vw_model_initialise(&bench->model, c->seed, bench->params);
-    size_t grid = bench->model.grid.size_bytes / sizeof(float), sky = bench->model.sky.offset_bytes / sizeof(float);
-    size_t sky_end = sky + bench->model.sky.size_bytes / sizeof(float);
+    size_t grid = bench->model.grid.size_bytes / sizeof(float),
+           sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
+    size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);
     float *features = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
     for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++)
         features[i] = grid_scale * test_random_next(&random);
@@ -117,20 +118,23 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
     for (size_t i = sky; i < sky_end; i++)
         bench->params[i] = i % 4 < 3 ? weight_scale * test_random_next(&random) : 0.0f;
-    draw_photos(bench, &bench->model.appearance, 0.3f, &random);
-    draw_photos(bench, &bench->model.codes, 0.5f, &random);
-    draw_photos(bench, &bench->model.visibility_codes, 0.5f, &random);
-    draw_photos(bench, &bench->model.transient_codes, 0.5f, &random);
-    draw_photos(bench, &bench->model.poses, 0.05f, &random);
-    draw_photos(bench, &bench->model.encoder, 0.15f, &random);
+    draw_photos(bench, &bench->model.ranges[VW_SLOT_APPEARANCE], 0.3f, &random);
+    draw_photos(bench, &bench->model.ranges[VW_SLOT_CODES], 0.5f, &random);
+    draw_photos(bench, &bench->model.ranges[VW_SLOT_VISIBILITY_CODES], 0.5f, &random);
+    draw_photos(bench, &bench->model.ranges[VW_SLOT_TRANSIENT_CODES], 0.5f, &random);
+    draw_photos(bench, &bench->model.ranges[VW_SLOT_POSES], 0.05f, &random);
+    const struct vw_param_range encoder = vw_encoder_network(&bench->model);
+    draw_photos(bench, &encoder, 0.15f, &random);
 }
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
     bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
-    bench->view = bench->model.appearance.size_bytes || bench->model.codes.size_bytes ||
-                  bench->model.visibility_codes.size_bytes || bench->model.transient_codes.size_bytes ||
-                  bench->model.poses.size_bytes || bench->model.encoder.size_bytes; // not 0, where it matters
+    bench->view = bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes || bench->model.ranges[VW_SLOT_CODES].size_bytes ||
+                  bench->model.ranges[VW_SLOT_VISIBILITY_CODES].size_bytes ||
+                  bench->model.ranges[VW_SLOT_TRANSIENT_CODES].size_bytes ||
+                  bench->model.ranges[VW_SLOT_POSES].size_bytes ||
+                  vw_encoder_network(&bench->model).size_bytes; // not 0, where it matters
     const struct vw_pixel_draw first = {bench->config.seed, 1, 0, 0}, second = {bench->config.seed, 2, 0, 0};
     vw_pixels_draw(bench->scene, bench->view, &first, rays / 2, bench->pixels);
     vw_pixels_draw(bench->scene, 1 - bench->view, &second, rays - rays / 2, bench->pixels + rays / 2);
@@ -173,7 +177,7 @@ static void empty_some_cells(struct step_bench *bench) {
     struct test_random random = {.seed = bench->config.seed};
     float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = test_random_next(&random) > 0.0f ? 10.0f : 0.0f;
-    step_bench_write(bench, bench->field.occupancy, densities);
+    step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
     free(densities);
 }
 
@@ -302,20 +306,34 @@ void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, c
     step_bench_submit(bench);
 }
 
+static bool is_named(const struct vw_pass *pass, const char *name) {
+    return pass && !strncmp(vw_pass_name(pass), name, strlen(name));
+}
+
+const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, const char *name) {
+    for (uint32_t i = 0; i < vw_effect_kind_count; i++) {
+        if (is_named(bench->step.gradient.ends[i], name)) return bench->step.gradient.ends[i];
+        for (uint32_t k = 0; k < VW_EFFECT_PASSES_MAX; k++)
+            if (is_named(bench->step.effects.sets[i].passes[k], name)) return bench->step.effects.sets[i].passes[k];
+    }
+    return NULL;
+}
+
 void step_bench_keep_all(struct step_bench *bench) {
-    if (!bench->step.occupancy.kept) return;
+    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
     struct vw_push_samples push = step_bench_push(bench, 1); // warming up
     vw_submission_begin(bench->batch);
-    vw_occupancy_record_chunk(&bench->step.occupancy, bench->batch, &push);
+    vw_effects_record_chunk(&bench->model.specialization, &bench->step.effects, bench->batch, &push);
     step_bench_submit(bench);
 }
 
 uint32_t *step_bench_slots(struct step_bench *bench) {
     uint32_t *slots = vw_allocate(bench->padded_samples, sizeof *slots), *begins, *samples;
-    for (uint32_t i = 0; i < bench->padded_samples; i++) slots[i] = bench->step.occupancy.kept ? REFERENCE_SKIPPED : i;
-    if (!bench->step.occupancy.kept) return slots;
-    begins = step_bench_read(bench, bench->step.occupancy.begins);
-    samples = step_bench_read(bench, bench->step.occupancy.kept_samples);
+    for (uint32_t i = 0; i < bench->padded_samples; i++)
+        slots[i] = bench->step.effect_buffers[VW_SLOT_KEPT] ? REFERENCE_SKIPPED : i;
+    if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return slots;
+    begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]);
+    samples = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
     for (uint32_t slot = 0; slot < begins[bench->step.padded_rays]; slot++) slots[samples[slot]] = slot;
     free(begins);
     free(samples);

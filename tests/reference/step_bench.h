@@ -6,6 +6,8 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
+#include "train/effects/encoder.h"
+#include "train/effects/visibility.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"
 #include "train/step.h"
@@ -148,5 +150,8 @@ struct test_random {
     uint32_t drawn;
 };
 float test_random_next(struct test_random *random);
+
+// Returns a pass of an effect by the name of its shader, that of halves as well; NULL where it is off.
+const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, const char *name);
 
 #endif

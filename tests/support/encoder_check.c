@@ -10,8 +10,8 @@ static const double GRADIENT_TOLERANCE = 5e-4; // likewise; a unit near the kink
 static const double LEAST = 1e-30;             // below, products are denormal floats on their way
 
 double *encoder_network(const struct step_bench *bench, const float *params) {
-    size_t count = bench->model.encoder.size_bytes / sizeof(float);
-    const float *first = params + bench->model.encoder.offset_bytes / sizeof(float);
+    size_t count = vw_encoder_network(&bench->model).size_bytes / sizeof(float);
+    const float *first = params + vw_encoder_network(&bench->model).offset_bytes / sizeof(float);
     double *network = vw_allocate(count, sizeof *network);
     for (size_t i = 0; i < count; i++) network[i] = first[i];
     return network;
@@ -19,7 +19,7 @@ double *encoder_network(const struct step_bench *bench, const float *params) {
 
 struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view) {
     struct reference_photo_encoding *encoding = vw_allocate(1, sizeof *encoding);
-    const vw_float4 *thumbnails = step_bench_read(bench, bench->field.encoder.thumbnails);
+    const vw_float4 *thumbnails = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_THUMBNAILS]);
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         vw_float4 pixel = thumbnails[(size_t)THUMBNAIL_PIXELS * view + i];
         const double values[4] = {pixel.x, pixel.y, pixel.z, pixel.w};
@@ -39,8 +39,8 @@ static void compare(struct hard_finding *finding, const char *what, const float 
 static void compare_forward(struct hard_finding *finding, struct step_bench *bench,
                             const struct reference_photo_encoding *expected) {
     static const uint32_t first[] = {0, 4 * ENCODER_ROW_LAYER2, 4 * ENCODER_ROW_LAYER3};
-    float *rows = step_bench_read(bench, bench->field.encoder.rows),
-          *shift = step_bench_read(bench, bench->field.encoder.code_shift);
+    float *rows = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]),
+          *shift = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_CODE_SHIFT]);
     for (uint32_t layer = 0; layer < ENCODER_LAYERS; layer++)
         compare(finding, "activation", rows + first[layer], expected->outputs[layer],
                 (uint32_t)REFERENCE_ENCODER_OUTPUTS >> 2 * layer, FORWARD_TOLERANCE);

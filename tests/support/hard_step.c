@@ -86,7 +86,7 @@ static void compare_sky_gradients(struct hard_finding *finding, const struct ste
                                   const struct reference_step *reference, const float *d_weights) {
     const float *d_sky = d_weights + 4 * (size_t)bench->model.weight_columns;
     double scale = fmax(largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS), LEAST_GRADIENT);
-    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.sky.size_bytes; i++)
+    for (uint32_t i = 0; i < 3 * VW_SKY_COLUMNS && bench->model.ranges[VW_SLOT_SKY].size_bytes; i++)
         hard_compare(finding, "sky gradient", i, d_sky[i / 3 * 4 + i % 3], reference->d_sky[i / 3][i % 3], scale,
                      SKY_TOLERANCE);
 }
@@ -95,7 +95,7 @@ static void compare_visibility_gradients(struct hard_finding *finding, const str
                                          const struct reference_step *reference, const float *d_weights) {
     const float *d_network = d_weights + 4 * (size_t)bench->model.specialization.visibility_column;
     double scale = fmax(largest(reference->d_visibility, REFERENCE_VISIBILITY), LEAST_GRADIENT);
-    for (uint32_t i = 0; i < REFERENCE_VISIBILITY && bench->model.visibility.size_bytes; i++)
+    for (uint32_t i = 0; i < REFERENCE_VISIBILITY && vw_visibility_network(&bench->model).size_bytes; i++)
         hard_compare(finding, "visibility gradient", i, d_network[i], reference->d_visibility[i], scale,
                      VISIBILITY_TOLERANCE);
 }

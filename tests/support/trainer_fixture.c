@@ -157,3 +157,15 @@ void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
     assert_int_equal(a->param_words, b->param_words);
     assert_memory_equal(a->params, b->params, 4 * a->param_words);
 }
+
+void test_trainer_has_no_effects(const struct vw_trainer *trainer) {
+    static const struct vw_effect_sets no_passes;
+    assert_memory_equal(&trainer->step.effects, &no_passes, sizeof no_passes);
+    for (uint32_t i = 0; i < VW_EFFECT_COUNT_MAX; i++) assert_null(trainer->step.gradient.ends[i]);
+    for (uint32_t i = 0; i < VW_SLOT_COUNT; i++) {
+        assert_null(trainer->step.effect_buffers[i]);
+        assert_null(trainer->field.effect_buffers[i]);
+        assert_int_equal(trainer->model.ranges[i].size_bytes, 0);
+    }
+    assert_int_equal(trainer->model.moved_columns, trainer->model.weight_columns);
+}

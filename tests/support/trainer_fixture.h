@@ -18,6 +18,8 @@ struct vw_scene *test_scene(void);
 
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch);
+// Asserts that a trainer has no passes, buffers or params of any effect.
+void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 
 struct test_run {
     struct vw_step_record records[TEST_STEPS_MAX]; // without views and probes

@@ -108,22 +108,25 @@ static struct reference_step *reference_product(const struct vw_model *model, co
 static double *as_block(const struct vw_model *model, struct reference_step *step) {
     const struct vw_specialization *s = &model->specialization;
     double *block = vw_allocate(model->param_bytes / 4, sizeof *block);
-    double *weights = block + model->weights.offset_bytes / 4, *photos = block + model->appearance.offset_bytes / 4,
-           *code_weights = block + model->code_weights.offset_bytes / 4, *codes = block + model->codes.offset_bytes / 4;
+    double *weights = block + model->weights.offset_bytes / 4,
+           *photos = block + model->ranges[VW_SLOT_APPEARANCE].offset_bytes / 4,
+           *code_weights = block + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / 4,
+           *codes = block + model->ranges[VW_SLOT_CODES].offset_bytes / 4;
     struct reference_matrix matrices[REFERENCE_MATRICES];
     memcpy(block, step->d_grid, 2 * (size_t)model->pair_count * sizeof *block);
     reference_matrices(s, &step->d_weights, matrices);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++)
         for (uint32_t i = 0; i < matrices[m].out * matrices[m].in; i++)
             weights[reference_block_index(s, m, i / matrices[m].in, i % matrices[m].in)] = matrices[m].values[i];
-    for (int i = 0; model->sky.size_bytes && i < 3 * VW_SKY_COLUMNS; i++)
+    for (int i = 0; model->ranges[VW_SLOT_SKY].size_bytes && i < 3 * VW_SKY_COLUMNS; i++)
         weights[4 * model->weight_columns + i / 3 * 4 + i % 3] = step->d_sky[i / 3][i % 3];
-    for (int c = 0; model->appearance.size_bytes && c < 3; c++) {
+    for (int c = 0; model->ranges[VW_SLOT_APPEARANCE].size_bytes && c < 3; c++) {
         photos[8 * step->view + c] = step->d_photo.gain[c];
         photos[8 * step->view + 4 + c] = step->d_photo.bias[c];
     }
-    for (uint64_t i = 0; i < model->code_weights.size_bytes / 4; i++) code_weights[i] = step->d_code_weights[i];
-    for (uint32_t i = 0; model->codes.size_bytes && i < REFERENCE_CODE; i++)
+    for (uint64_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4; i++)
+        code_weights[i] = step->d_code_weights[i];
+    for (uint32_t i = 0; model->ranges[VW_SLOT_CODES].size_bytes && i < REFERENCE_CODE; i++)
         codes[REFERENCE_CODE * step->view + i] = step->d_photo.code[i];
     for (uint64_t i = 0; i < model->param_bytes / 4; i++) block[i] *= s->inverse_rays;
     return block;
@@ -297,7 +300,8 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     for (uint64_t i = 0; i < count; i++) {
         double wanted = expected[i] / model->specialization.inverse_rays / states;
         if (measure >= SWEEP_OF_VIEWS) wanted *= validation->view_count; // not of a mean over views
-        if (i >= model->appearance.offset_bytes / 4 && model->appearance.size_bytes) wanted = 0;
+        if (i >= model->ranges[VW_SLOT_APPEARANCE].offset_bytes / 4 && model->ranges[VW_SLOT_APPEARANCE].size_bytes)
+            wanted = 0;
         difference += (lambda[i] - wanted) * (lambda[i] - wanted);
         size += wanted * wanted;
     }

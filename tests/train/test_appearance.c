@@ -27,12 +27,12 @@ TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_with("none");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
-    static const struct vw_appearance_effect nothing;
-    assert_memory_equal(&trainer->step.appearance, &nothing, sizeof nothing);
+    test_trainer_has_no_effects(trainer);
     assert_null(trainer->validation.view_fit.pass);
     assert_null(trainer->validation.view_fit.fits);
-    assert_int_equal(trainer->model.appearance.size_bytes + trainer->model.code_weights.size_bytes +
-                         trainer->model.codes.size_bytes,
+    assert_int_equal(trainer->model.ranges[VW_SLOT_APPEARANCE].size_bytes +
+                         trainer->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes +
+                         trainer->model.ranges[VW_SLOT_CODES].size_bytes,
                      0);
     assert_int_equal(trainer->model.param_bytes, trainer->model.grid.size_bytes + trainer->model.weights.size_bytes);
     uint64_t bare = trainer->model.param_count;

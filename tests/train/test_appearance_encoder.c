@@ -12,6 +12,7 @@
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/adjoint_passes.h"
+#include "train/effects/encoder.h"
 #include "train/trainer.h"
 
 static struct vw_config config_with(const char *effects) {
@@ -21,18 +22,13 @@ static struct vw_config config_with(const char *effects) {
 }
 
 TEST(what_is_off_takes_no_room) {
-    static const struct vw_appearance_encoder_effect nothing;
-    static const struct vw_encoder_passes no_passes;
-    static const struct vw_encoder_gradient no_gradient;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("appearance_encoder");
     off.consistency_weight = 0.001; // of an effect that is off
     struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                       *with = test_trainer_create(scene, &on, true, 1);
     uint64_t width = 4 * with->model.specialization.width4;
-    assert_memory_equal(&without->field.encoder, &nothing, sizeof nothing);
-    assert_memory_equal(&without->step.encoder, &no_passes, sizeof no_passes);
-    assert_memory_equal(&without->step.encoder_gradient, &no_gradient, sizeof no_gradient);
+    test_trainer_has_no_effects(without);
     assert_null(without->step.consistency);
     assert_null(with->step.consistency);
     assert_null(without->validation.evaluator.views);
@@ -102,7 +98,7 @@ TEST(every_view_has_the_code_of_its_photo) {
         }
         uint32_t view = trainer->validation.views[1];
         const struct vw_thumbnail_choice corner = {{0, 1}, true};
-        ASSERT_OK(vw_encoder_set_thumbnail(&trainer->field.encoder, scene, view, &corner));
+        ASSERT_OK(vw_encoder_set_thumbnail(&trainer->field, scene, view, &corner));
         read_colours(trainer, after, count);
         for (uint32_t i = 0; i < count; i++) {
             bool differs = memcmp(&before[i], &after[i], sizeof *before) != 0;

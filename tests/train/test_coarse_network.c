@@ -48,11 +48,13 @@ static void copy_range(const struct step_bench *from, const struct vw_param_rang
 
 // The field `even` gets the params of the coarse network of `own`, and what stands behind and before a field.
 static void take_over(const struct step_bench *own, struct step_bench *even) {
+    const struct vw_param_range network = vw_visibility_network(&own->model),
+                                even_network = vw_visibility_network(&even->model);
     copy_range(own, &own->model.coarse, even, &even->model.weights);
-    copy_range(own, &own->model.sky, even, &even->model.sky);
-    copy_range(own, &own->model.appearance, even, &even->model.appearance);
-    copy_range(own, &own->model.visibility, even, &even->model.visibility);
-    copy_range(own, &own->model.visibility_codes, even, &even->model.visibility_codes);
+    copy_range(own, &own->model.ranges[VW_SLOT_SKY], even, &even->model.ranges[VW_SLOT_SKY]);
+    copy_range(own, &own->model.ranges[VW_SLOT_APPEARANCE], even, &even->model.ranges[VW_SLOT_APPEARANCE]);
+    copy_range(own, &network, even, &even_network);
+    copy_range(own, &own->model.ranges[VW_SLOT_VISIBILITY_CODES], even, &even->model.ranges[VW_SLOT_VISIBILITY_CODES]);
     step_bench_write_params(even);
 }
 

@@ -39,7 +39,8 @@ static struct vw_scene *dark_scene(void) {
 // How many samples the last step kept.
 static uint32_t last_kept(struct vw_trainer *trainer) {
     uint32_t kept;
-    ASSERT_OK(vw_buffer_read(trainer->step.occupancy.begins, 4ull * trainer->step.padded_rays, &kept, sizeof kept));
+    ASSERT_OK(vw_buffer_read(trainer->step.effect_buffers[VW_SLOT_KEPT_BEGINS], 4ull * trainer->step.padded_rays, &kept,
+                             sizeof kept));
     return kept;
 }
 
@@ -112,7 +113,8 @@ TEST(validation_skips_nothing) {
     struct test_run *run = vw_allocate(1, sizeof *run);
     test_run_finish(on, run);
     float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
-    ASSERT_OK(vw_buffer_write(on->field.occupancy, 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
+    ASSERT_OK(
+        vw_buffer_write(on->field.effect_buffers[VW_SLOT_OCCUPANCY], 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
     ASSERT_OK(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
     uint32_t view = on->validation.views[0],
              values = 3 * scene->views[view].image.width_px * scene->views[view].image.height_px;
@@ -136,9 +138,9 @@ TEST(off_costs_nothing) {
     snprintf(without.effects, sizeof without.effects, "none");
     struct vw_trainer *off = test_trainer_create(scene, &without, true, 1);
     uint64_t bytes_off = vw_gpu_buffer_bytes(test_gpu());
-    assert_null(off->field.occupancy);
-    assert_null(off->step.occupancy.kept);
-    assert_null(off->step.occupancy.refresh);
+    assert_null(off->field.effect_buffers[VW_SLOT_OCCUPANCY]);
+    assert_null(off->step.effect_buffers[VW_SLOT_KEPT]);
+    test_trainer_has_no_effects(off);
     vw_trainer_destroy(&off);
     struct vw_trainer *on = test_trainer_create(scene, &with, true, 1);
     assert_true(vw_gpu_buffer_bytes(test_gpu()) > bytes_off + 4 * VW_OCCUPANCY_CELLS);

@@ -21,12 +21,11 @@ static struct vw_config config_with(const char *effects) {
 }
 
 TEST(what_is_off_takes_no_room) {
-    static const struct vw_pose_effect nothing;
     struct vw_scene *scene = test_scene();
     struct vw_config off = config_with("none"), on = config_with("pose");
     struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                       *with = test_trainer_create(scene, &on, true, 1);
-    assert_memory_equal(&without->step.pose, &nothing, sizeof nothing);
+    test_trainer_has_no_effects(without);
     assert_int_equal(without->model.param_bytes, without->model.grid.size_bytes + without->model.weights.size_bytes);
     assert_int_equal(with->model.param_count - without->model.param_count, 5 * 6);
     vw_trainer_destroy(&without);

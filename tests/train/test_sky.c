@@ -98,8 +98,8 @@ TEST(a_sky_costs_27_params) {
     for (int i = 0; i < 3; i++) // the moments are two
         assert_int_equal(vw_buffer_size_bytes(grown[i][1]) - vw_buffer_size_bytes(grown[i][0]),
                          (i == 2 ? 2 : 1) * 16 * VW_SKY_COLUMNS);
-    assert_int_equal(vw_buffer_size_bytes(steps[1]->d_sky), 16 * steps[1]->padded_rays);
-    assert_true(!steps[0]->d_sky && !steps[0]->gradient.gradient_sky && trainers[0]->model.sky.size_bytes == 0);
+    assert_int_equal(vw_buffer_size_bytes(steps[1]->effect_buffers[VW_SLOT_D_SKY]), 16 * steps[1]->padded_rays);
+    test_trainer_has_no_effects(trainers[0]);
     for (int i = 0; i < 2; i++) vw_trainer_destroy(&trainers[i]);
     vw_scene_close(&scene);
 }

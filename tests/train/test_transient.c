@@ -27,10 +27,9 @@ TEST(what_is_off_takes_no_room) {
         struct vw_config off = config_with(field, "none"), on = config_with(field, "transient");
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
-        static const struct vw_transient_effect nothing;
-        assert_memory_equal(&without->step.transient, &nothing, sizeof nothing);
+        test_trainer_has_no_effects(without);
         assert_null(without->field.head_rows);
-        assert_int_equal(without->model.transient_codes.size_bytes, 0);
+        assert_int_equal(without->model.ranges[VW_SLOT_TRANSIENT_CODES].size_bytes, 0);
         assert_int_equal(with->model.param_count, without->model.param_count + head[field] + 16 * 5);
         uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
         char *first = vw_allocate(shared, 1), *second = vw_allocate(shared, 1);

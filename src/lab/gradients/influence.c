@@ -40,7 +40,7 @@ static enum vw_status read_grid_rates(struct vw_influence *influence) {
 static enum vw_status read_weight_rates(struct vw_influence *influence) {
     const struct vw_step_passes *step = influence->sweep.replay.context->step;
     const struct vw_model *model = step->field->model;
-    uint64_t moved_bytes = 16ull * model->moved_columns, moved = 4ull * vw_adjoint_moved_columns(model);
+    uint64_t moved_bytes = 16ull * model->moved_columns, moved = 4ull * model->followed_columns;
     double *rates = influence->rates + model->weights.offset_bytes / sizeof(float);
     enum vw_status status = vw_buffer_read(step->weight_moments, moved_bytes, influence->block, moved_bytes);
     for (uint64_t i = 0; i < moved && !status; i++)

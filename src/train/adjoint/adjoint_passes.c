@@ -6,6 +6,8 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/effects/step_effects.h"
+#include "train/passes.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
@@ -18,19 +20,8 @@ enum vw_status vw_adjoint_check(const struct vw_probe_context *context) {
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
                        "the backward sweep needs params in 32 bits; value the scene with --table-precision float32");
-    if (model->specialization.effect_transient)
-        return vw_fail(VW_ERROR_USAGE,
-                       "the backward sweep has no curvature of the loss of the effect transient; value the "
-                       "scene with --effects -transient");
-    if (model->specialization.effect_pose)
-        return vw_fail(VW_ERROR_USAGE,
-                       "the backward sweep does not know how the effect pose moves cameras; value the scene with "
-                       "--effects -pose");
-    if (model->specialization.effect_appearance_encoder)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "the backward sweep does not go back through the effect appearance_encoder; value the scene with "
-            "--effects -appearance_encoder");
+    enum vw_status status = vw_effects_check_adjoint(&model->specialization);
+    if (status) return status;
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(
             VW_ERROR_USAGE,
@@ -52,10 +43,7 @@ static uint64_t places_bytes(const struct vw_adjoint_passes *sweep, uint32_t ray
 static enum vw_status create_buffers(struct vw_adjoint_passes *sweep, uint32_t batch_steps) {
     const struct vw_probe_context *context = sweep->context;
     uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
+    const struct vw_buffer_row buffers[] = {
         {&sweep->blocks.before, {.name = "params_before", .size_bytes = block}},
         {&sweep->blocks.after, {.name = "params_after", .size_bytes = block}},
         {&sweep->blocks.gradient, {.name = "step_gradient", .size_bytes = block}},
@@ -74,11 +62,7 @@ static enum vw_status create_buffers(struct vw_adjoint_passes *sweep, uint32_t b
         {&sweep->adjoint.blocks.lambda, {.name = "adjoint", .size_bytes = block}},
         {&sweep->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
-        if (buffers[i].params.size_bytes)
-            status = vw_buffer_create(context->field->gpu, &buffers[i].params, buffers[i].buffer);
-    return status;
+    return vw_buffers_create(context->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
 }
 
 static enum vw_status create_kept(struct vw_adjoint_passes *sweep) {
@@ -112,13 +96,8 @@ static enum vw_status create_val_rays(struct vw_adjoint_passes *sweep) {
 static enum vw_status create_pass(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
                                   const struct vw_specialization *specialization, const struct vw_binding *bindings,
                                   uint32_t count, struct vw_pass **pass) {
-    const struct vw_pass_params params = {.shader = shader,
-                                          .specialization = (const uint32_t *)specialization,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings,
-                                          .binding_count = count,
-                                          .role = sweep_role};
-    return vw_pass_create(sweep->context->field->gpu, &params, pass);
+    const struct vw_pass_params common = vw_pass_params_of(specialization, bindings, count, sweep_role);
+    return vw_pass_create_of(sweep->context->field->gpu, &common, shader, pass);
 }
 
 static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct vw_param_range *range) {
@@ -126,16 +105,17 @@ static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, c
         .slot = slot, .buffer = block, .offset_bytes = range->offset_bytes, .size_bytes = range->size_bytes};
 }
 
+// `second`: another range that the shader gathers, NULL without.
 static enum vw_status create_gather(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
-                                    const struct vw_param_range *range, struct vw_buffer *block,
-                                    struct vw_pass **pass) {
+                                    const struct vw_param_range *range, const struct vw_param_range *second,
+                                    struct vw_buffer *block, struct vw_pass **pass) {
     const struct vw_model *model = model_of(sweep);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         range_binding(VW_SLOT_GATHERED, block, range),
         {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
     };
     uint32_t count = 2;
-    if (model->codes.size_bytes) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, &model->codes);
+    if (second) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, second);
     vw_step_bind(sweep->context->step, bindings, &count);
     return create_pass(sweep, shader, &model->specialization, bindings, count, pass);
 }
@@ -168,11 +148,14 @@ static enum vw_status create_gathered(const struct vw_adjoint_passes *sweep, str
     enum vw_status status = VW_OK;
     gathered->block = block;
     for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(sweep, i, gathered);
-    if (!status) status = create_gather(sweep, &vw_shader_gather_weights, &moved, block, &gathered->weights);
-    if (!status && model->appearance.size_bytes)
-        status = create_gather(sweep, &vw_shader_gather_photo, &model->appearance, block, &gathered->photo);
-    if (!status && model->codes.size_bytes)
-        status = create_gather(sweep, &vw_shader_gather_code, &model->code_weights, block, &gathered->code);
+    if (!status) status = create_gather(sweep, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
+    for (uint32_t i = 0; i < vw_effect_kind_count && !status; i++) {
+        const struct vw_effect_kind *kind = vw_effect_kinds[i];
+        const struct vw_param_range *second = kind->gathered_second ? &model->ranges[kind->gathered_second] : NULL;
+        if (kind->gather && vw_effect_kind_is_on(kind, &model->specialization))
+            status =
+                create_gather(sweep, kind->gather, &model->ranges[kind->gathered], second, block, &gathered->photos[i]);
+    }
     return status;
 }
 
@@ -232,7 +215,7 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *sweep) {
         struct vw_pass **pass;
     } passes[] = {
         {&vw_shader_perturb_params, s, &sweep->perturb},
-        {vw_step_has_ray_effects(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
+        {vw_effects_are_of_rays(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
          &sweep->difference},
         {&vw_shader_reduce_adjoint, s, &sweep->reduce},
         {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
@@ -253,7 +236,7 @@ static struct vw_specialization validation_specialization(const struct vw_model 
     struct vw_specialization s = model->specialization;
     s.training = 0;
     s.loss = LOSS_GIVEN;
-    s.effect_occupancy = s.effect_appearance = s.effect_appearance_code = s.effect_visibility = 0;
+    vw_effects_leave_training(&s);
     return s;
 }
 
@@ -307,8 +290,7 @@ enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const s
 static void destroy_gathered(struct vw_gathered *gathered) {
     for (int i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gathered->grid[i]);
     vw_pass_destroy(&gathered->weights);
-    vw_pass_destroy(&gathered->photo);
-    vw_pass_destroy(&gathered->code);
+    for (uint32_t i = 0; i < VW_EFFECT_COUNT_MAX; i++) vw_pass_destroy(&gathered->photos[i]);
 }
 
 static void destroy_blocks(struct vw_adjoint_blocks *blocks) {
@@ -329,12 +311,12 @@ void vw_adjoint_destroy(struct vw_adjoint_passes *sweep) {
     vw_field_passes_destroy(&sweep->forward);
     struct vw_pass **passes[] = {&sweep->perturb,     &sweep->difference,      &sweep->reduce,  &sweep->normalise_step,
                                  &sweep->slope_views, &sweep->normalise_views, &sweep->multiply};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    vw_passes_destroy(passes, VW_ARRAY_COUNT(passes));
     struct vw_buffer **buffers[] = {&sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient,
                                     &sweep->blocks.moment, &sweep->direction,    &sweep->sums,
                                     &sweep->state,         &sweep->seen_ahead,   &sweep->val_rays,
                                     &sweep->rows,          &sweep->places};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
 }
 
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep) {
@@ -342,11 +324,6 @@ uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep) {
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
-
-uint32_t vw_adjoint_moved_columns(const struct vw_model *model) {
-    uint64_t held_bytes = model->coarse.size_bytes + model->visibility.size_bytes;
-    return model->moved_columns - (uint32_t)(held_bytes / sizeof(vw_float4));
-}
 
 // `photos`: also what belongs to photos, of `rays` rays of one of them.
 static void record_gather(const struct vw_adjoint_passes *sweep, const struct vw_gathered *gathered,
@@ -357,11 +334,11 @@ static void record_gather(const struct vw_adjoint_passes *sweep, const struct vw
         push.count = model->windows[i].pair_count;
         vw_submission_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
     }
-    push.count = vw_adjoint_moved_columns(model);
+    push.count = model->followed_columns;
     vw_submission_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
-    if (gathered->photo && photos) vw_submission_dispatch(batch, gathered->photo, &push, sizeof push, 1);
-    if (gathered->code && photos) vw_submission_dispatch(batch, gathered->code, &push, sizeof push, 1);
+    for (uint32_t i = 0; i < vw_effect_kind_count && photos; i++)
+        if (gathered->photos[i]) vw_submission_dispatch(batch, gathered->photos[i], &push, sizeof push, 1);
 }
 
 // A step as vw_step_record_passes() takes it, with its gradient in a block.
@@ -415,7 +392,7 @@ static void record_views_back(const struct vw_adjoint_passes *sweep, struct vw_s
             const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
             vw_gradient_record_chunk(step, &sweep->validation, batch, &chunk);
         }
-        vw_gradient_record_sky(&sweep->validation, batch, count);
+        vw_gradient_record_end(&sweep->validation, batch, count);
         record_gather(sweep, &sweep->adjoint.sum, batch, true, false, 0);
     }
 }
@@ -455,7 +432,7 @@ static void record_places(const struct vw_adjoint_passes *sweep, struct vw_submi
     const struct vw_step_passes *step = sweep->context->step;
     if (!sweep->places) return;
     record_restore(sweep, batch, sweep->blocks.before);
-    vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
     for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, key);
         vw_importance_record(model_of(sweep), &sweep->product.importance, batch, &chunk);
@@ -472,8 +449,8 @@ static void record_slopes(const struct vw_adjoint_passes *sweep, struct vw_submi
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
         vw_submission_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
-        vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
-        vw_visibility_record_forward(&step->visibility, batch, rays, step->padded_rays);
+        vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
+        vw_effects_record_rays(step, batch, rays);
         for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
@@ -496,12 +473,12 @@ static void record_product(const struct vw_adjoint_passes *sweep, struct vw_subm
     record_places(sweep, batch, rays->key);
     record_slopes(sweep, batch, rays);
     record_restore(sweep, batch, sweep->blocks.before);
-    vw_appearance_record_forward(&step->appearance, model_of(sweep), batch);
+    vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
     for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
         vw_gradient_record_chunk(step, &sweep->product, batch, &chunk);
     }
-    vw_gradient_record_sky(&sweep->product, batch, sweep->padded_rays);
+    vw_gradient_record_end(&sweep->product, batch, sweep->padded_rays);
     record_gather(sweep, &sweep->adjoint.sum, batch, true, true, sweep->padded_rays);
 }
 

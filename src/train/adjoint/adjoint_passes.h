@@ -18,8 +18,9 @@ enum vw_adjoint_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
 
 // The gradients that a step leaves in their several forms, brought into one block.
 struct vw_gathered {
-    struct vw_buffer *block;                                      // borrowed
-    struct vw_pass *grid[VW_LEVELS_MAX], *weights, *photo, *code; // grid: per window; photo, code: NULL without them
+    struct vw_buffer *block;                       // borrowed
+    struct vw_pass *grid[VW_LEVELS_MAX], *weights; // grid: per window
+    struct vw_pass *photos[VW_EFFECT_COUNT_MAX];   // what belongs to photos, by place in the table of effects
 };
 
 struct vw_adjoint_blocks {
@@ -66,10 +67,6 @@ enum vw_status vw_adjoint_check(const struct vw_probe_context *context);
 // Checks that first.
 enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
                                  struct vw_adjoint_passes *sweep);
-// Of the columns that the optimiser moves, those at the beginning that the sweep goes back to: not those of visibility
-// and of a coarse network, which it holds fixed. Their adjoint and their part of gradients stay 0: the mask and the
-// places of samples do not follow what a step moved.
-uint32_t vw_adjoint_moved_columns(const struct vw_model *model);
 // What the adjoints of single views take of the device.
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep);
 void vw_adjoint_destroy(struct vw_adjoint_passes *sweep);

@@ -1,11 +1,13 @@
 #include "train/adjoint/kept_steps.h"
 
 #include "base/memory.h"
+#include "train/passes.h"
 
 static uint64_t block_bytes(const struct vw_step_passes *step) { return step->field->model->param_bytes; }
 
 static uint64_t occupancy_bytes(const struct vw_step_passes *step) {
-    return step->field->occupancy ? vw_buffer_size_bytes(step->field->occupancy) : 0;
+    const struct vw_buffer *occupancy = step->field->effect_buffers[VW_SLOT_OCCUPANCY];
+    return occupancy ? vw_buffer_size_bytes(occupancy) : 0;
 }
 
 static bool has_momentum(const struct vw_step_passes *step) { return step->field->model->specialization.momentum; }
@@ -17,28 +19,20 @@ uint64_t vw_kept_step_bytes(const struct vw_step_passes *step) {
 enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t capacity, struct vw_kept_steps *kept) {
     *kept = (struct vw_kept_steps){.step = step, .capacity = capacity};
     uint64_t blocks = block_bytes(step) * capacity;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
+    const struct vw_buffer_row buffers[] = {
         {&kept->params, {.name = "kept_params", .size_bytes = blocks + block_bytes(step)}},
         {&kept->gradients, {.name = "kept_gradients", .size_bytes = blocks}},
         {&kept->moments, {.name = "kept_moments", .size_bytes = has_momentum(step) ? blocks : 0}},
         {&kept->occupancy, {.name = "kept_occupancy", .size_bytes = occupancy_bytes(step) * capacity}},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
-        if (buffers[i].params.size_bytes)
-            status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
+    enum vw_status status = vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
     if (status) vw_kept_steps_destroy(kept);
     return status;
 }
 
 void vw_kept_steps_destroy(struct vw_kept_steps *kept) {
-    vw_buffer_destroy(&kept->params);
-    vw_buffer_destroy(&kept->gradients);
-    vw_buffer_destroy(&kept->moments);
-    vw_buffer_destroy(&kept->occupancy);
+    struct vw_buffer **buffers[] = {&kept->params, &kept->gradients, &kept->moments, &kept->occupancy};
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
 }
 
 void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
@@ -64,7 +58,9 @@ void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_subm
         vw_submission_copy(batch, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
                            16 * (uint64_t)model->moved_columns);
     }
-    if (cells) vw_submission_copy(batch, step->field->occupancy, 0, kept->occupancy, cells * place, cells);
+    if (cells)
+        vw_submission_copy(batch, step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, kept->occupancy, cells * place,
+                           cells);
 }
 
 void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place,
@@ -74,5 +70,7 @@ void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submi
     vw_submission_copy(batch, kept->params, block * (place + 1), blocks->after, 0, block);
     vw_submission_copy(batch, kept->gradients, block * place, blocks->gradient, 0, block);
     if (kept->moments) vw_submission_copy(batch, kept->moments, block * place, blocks->moment, 0, block);
-    if (cells) vw_submission_copy(batch, kept->occupancy, cells * place, kept->step->field->occupancy, 0, cells);
+    if (cells)
+        vw_submission_copy(batch, kept->occupancy, cells * place, kept->step->field->effect_buffers[VW_SLOT_OCCUPANCY],
+                           0, cells);
 }

@@ -1,14 +1,84 @@
-#include "train/effects/appearance_encoder.h"
-
+// The effect `appearance_encoder` (HA-NeRF, Chen et al., CVPR 2022, section 3.1): photos that differ in exposure, white
+// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail (thumbnails.h);
+// the code enters the colour network as those of appearance_code do. update_weights moves the network with all other
+// weights.
+//   convolve_photo, pool_photo: the photo's code and the shift of the colour network -> the field, forward and back ->
+//   spread_photo, convolve_photo_back, gradient_photo: gradients of the network
+// A photo that nothing was trained on has a code as well: validation and renders of a view see it by the view's own
+// photo. They remain a function of the params alone: thumbnails are the scene's.
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/effects/consistency.h"
+#include "train/effects/encoder.h"
+#include "train/pass_costs.h"
+#include "train/step_passes.h"
 
-// ---- What the field has ---------------------------------------------------------------------------------------------
+// ---- Params ---------------------------------------------------------------------------------------------------------
 
-static enum vw_status create_thumbnails(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
-                                        struct vw_appearance_encoder_effect *encoder) {
+enum { LAYER_BLOCKS = ENCODER_TAPS * ENCODER4 };
+_Static_assert(THUMBNAIL_PIXELS == THUMBNAIL_SIDE * THUMBNAIL_SIDE && ENCODER_LAYERS == 3 &&
+                   ENCODER_LAYER2 == 4 * LAYER_BLOCKS + ENCODER4 &&
+                   ENCODER_LAYER3 == ENCODER_LAYER2 + 4 * LAYER_BLOCKS * ENCODER4 + ENCODER4 &&
+                   ENCODER_CODE == ENCODER_LAYER3 + 4 * LAYER_BLOCKS * ENCODER4 + ENCODER4 &&
+                   ENCODER_CODE_BIAS == ENCODER_CODE + 4 * CODE4 * ENCODER4 &&
+                   ENCODER_SHIFT == ENCODER_CODE_BIAS + CODE4,
+               "the network's parts do not follow one another");
+_Static_assert(ENCODER_ROW_LAYER2 == ENCODER4 * THUMBNAIL_PIXELS / 4 &&
+                   ENCODER_ROW_LAYER3 == ENCODER_ROW_LAYER2 + ENCODER4 * THUMBNAIL_PIXELS / 16 &&
+                   ENCODER_ROW_MEAN == ENCODER_ROW_LAYER3 + ENCODER4 * THUMBNAIL_PIXELS / 64 &&
+                   ENCODER_ROW_CODE == ENCODER_ROW_MEAN + ENCODER4 && ENCODER_ROWS == ENCODER_ROW_CODE + CODE4,
+               "its rows do not follow one another");
+
+// He's bound by what a convolution sums; biases and the matrix to the code stay 0.
+static void draw_convolution(float *values, const struct vw_drawn *drawn, uint32_t inputs) {
+    vw_fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
+}
+
+static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
+    uint32_t columns = VW_ENCODER_COLUMNS(model->specialization.width4);
+    model->specialization.encoder_column = vw_model_append_columns(model, columns, 4 * (uint64_t)columns);
+    model->consistency_weight = config->consistency_weight;
+    if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
+}
+
+// Codes are 0 at first, so that the field starts as it would without them.
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+    float *values = (float *)((char *)params + vw_encoder_network(model).offset_bytes);
+    draw_convolution(values, drawn, 4);
+    draw_convolution(values + 4 * ENCODER_LAYER2, drawn, 4 * ENCODER4);
+    draw_convolution(values + 4 * ENCODER_LAYER3, drawn, 4 * ENCODER4);
+    vw_fill_matrix(values + 4 * ENCODER_SHIFT, drawn, model->specialization.width4, CODE4);
+}
+
+// ---- Buffers --------------------------------------------------------------------------------------------------------
+
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    (void)padded_rays;
+    const struct vw_effect_buffer listed[] = {
+        {.slot = VW_SLOT_THUMBNAILS,
+         .name = "thumbnails",
+         .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS * (uint64_t)model->view_count,
+         .of_field = true},
+        {.slot = VW_SLOT_ENCODER_ROWS,
+         .name = "encoder_rows",
+         .size_bytes = sizeof(vw_float4) * ENCODER_ROWS,
+         .of_field = true},
+        {.slot = VW_SLOT_CODE_SHIFT,
+         .name = "code_shift",
+         .size_bytes = sizeof(vw_float4) * (uint64_t)model->specialization.width4,
+         .of_field = true},
+        {.slot = VW_SLOT_D_ENCODER_ROWS, .name = "d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    return VW_ARRAY_COUNT(listed);
+}
+
+// Makes the thumbnails of all photos. VW_ERROR_USAGE where they are too many for the device.
+static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
+                           struct vw_buffer *const *buffers) {
     uint64_t size_bytes = (uint64_t)scene->view_count * THUMBNAIL_PIXELS * sizeof(vw_float4);
     if (size_bytes > vw_gpu_get_limits(gpu)->storage_binding_bytes)
         return vw_fail(VW_ERROR_USAGE,
@@ -24,116 +94,95 @@ static enum vw_status create_thumbnails(struct vw_gpu *gpu, const struct vw_mode
         if (scene->views[i].image.pixels)
             vw_thumbnail_make(&scene->views[i], &whole, thumbnails + (size_t)THUMBNAIL_PIXELS * i);
     }
-    const struct vw_buffer_params buffer = {.name = "thumbnails", .size_bytes = size_bytes};
-    status = vw_buffer_create(gpu, &buffer, &encoder->thumbnails);
-    if (!status) status = vw_buffer_write(encoder->thumbnails, 0, thumbnails, size_bytes);
+    status = vw_buffer_write(buffers[VW_SLOT_THUMBNAILS], 0, thumbnails, size_bytes);
     free(thumbnails);
     return status;
 }
 
-enum vw_status vw_encoder_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
-                                 struct vw_appearance_encoder_effect *encoder) {
-    const struct vw_buffer_params rows = {.name = "encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS},
-                                  shift = {.name = "code_shift",
-                                           .size_bytes = sizeof(vw_float4) * (uint64_t)model->specialization.width4};
-    if (!model->encoder.size_bytes) return VW_OK;
-    enum vw_status status = create_thumbnails(gpu, model, scene, encoder);
-    if (!status) status = vw_buffer_create(gpu, &rows, &encoder->rows);
-    return !status ? vw_buffer_create(gpu, &shift, &encoder->code_shift) : status;
+// ---- Passes ---------------------------------------------------------------------------------------------------------
+
+static enum vw_status create(struct vw_step_passes *step) { return vw_consistency_create(step, &step->consistency); }
+static void destroy(struct vw_step_passes *step) { vw_consistency_destroy(&step->consistency); }
+
+static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
+                        const struct vw_push_rays *rays) {
+    (void)passes;
+    vw_consistency_record_rays(step->consistency, batch, rays);
 }
 
-void vw_encoder_destroy(struct vw_appearance_encoder_effect *encoder) {
-    vw_buffer_destroy(&encoder->thumbnails);
-    vw_buffer_destroy(&encoder->rows);
-    vw_buffer_destroy(&encoder->code_shift);
+static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+                         uint32_t view) {
+    (void)model;
+    vw_encoder_record_forward(passes, batch, view);
 }
 
-enum vw_status vw_encoder_set_thumbnail(const struct vw_appearance_encoder_effect *encoder,
-                                        const struct vw_scene *scene, uint32_t view,
-                                        const struct vw_thumbnail_choice *choice) {
-    vw_float4 thumbnail[THUMBNAIL_PIXELS];
-    if (!encoder->thumbnails) return VW_OK;
-    vw_thumbnail_make(&scene->views[view], choice, thumbnail);
-    return vw_buffer_write(encoder->thumbnails, (uint64_t)view * sizeof thumbnail, thumbnail, sizeof thumbnail);
+static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                            struct vw_submission *batch, const struct vw_push_rays *rays, uint64_t number) {
+    (void)rays;
+    vw_encoder_record_back(passes, NULL, batch);
+    vw_consistency_record_gradients(step, batch, number);
 }
 
-void vw_encoder_bind(const struct vw_appearance_encoder_effect *encoder, const struct vw_encoder_gradient *gradient,
-                     struct vw_binding *bindings, uint32_t *count) {
-    if (!encoder->thumbnails) return; // only passes of its own declare these
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_THUMBNAILS, .buffer = encoder->thumbnails};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_ENCODER_ROWS, .buffer = encoder->rows};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_CODE_SHIFT, .buffer = encoder->code_shift};
-    if (gradient)
-        bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_ENCODER_ROWS, .buffer = gradient->d_rows};
+// ---- Costs ----------------------------------------------------------------------------------------------------------
+
+// Multiply-adds of all convolutions.
+#define PRODUCTS                                                                                                       \
+    (16.0 * ENCODER_TAPS * ENCODER4 *                                                                                  \
+     (THUMBNAIL_PIXELS / 4 + ENCODER4 * (THUMBNAIL_PIXELS / 16 + THUMBNAIL_PIXELS / 64)))
+
+static double matrices_of(const struct vw_model *model) {
+    return 16.0 * CODE4 * (ENCODER4 + model->specialization.width4);
 }
 
-// ---- Forward --------------------------------------------------------------------------------------------------------
-
-static enum vw_status create_pass(struct vw_gpu *gpu, struct vw_pass_params params, const struct vw_shader *shader,
-                                  struct vw_pass **pass) {
-    params.shader = shader;
-    return vw_pass_create(gpu, &params, pass);
+// A convolution reads a block of four columns and an input per product of 16.
+static void list_photo_costs(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
+                             uint32_t *count) {
+    const double products = PRODUCTS * photos, matrices = matrices_of(model) * photos;
+    vw_pass_cost_add(costs, count,
+                     (struct vw_pass_cost){"convolve_photo", role, ENCODER_LAYERS * photos, products, 5 * products});
+    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"pool_photo", role, photos, matrices, 4 * matrices});
 }
 
-enum vw_status vw_encoder_create_passes(struct vw_gpu *gpu, const struct vw_appearance_encoder_effect *encoder,
-                                        const struct vw_pass_params *params, struct vw_encoder_passes *passes) {
-    if (!encoder->thumbnails) return VW_OK;
-    enum vw_status status = create_pass(gpu, *params, &vw_shader_convolve_photo, &passes->convolve);
-    return !status ? create_pass(gpu, *params, &vw_shader_pool_photo, &passes->pool) : status;
-}
-
-void vw_encoder_destroy_passes(struct vw_encoder_passes *passes) {
-    vw_pass_destroy(&passes->convolve);
-    vw_pass_destroy(&passes->pool);
-}
-
-void vw_encoder_record_forward(const struct vw_encoder_passes *passes, struct vw_submission *batch, uint32_t view) {
-    struct vw_push_photo push = {.view = view};
-    if (!passes->convolve) return;
-    for (; push.layer < ENCODER_LAYERS; push.layer++)
-        vw_submission_dispatch(batch, passes->convolve, &push, sizeof push,
-                               (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * (push.layer + 1));
-    vw_submission_dispatch(batch, passes->pool, NULL, 0, 1);
-}
-
-// ---- Back -----------------------------------------------------------------------------------------------------------
-
-enum vw_status vw_encoder_gradient_create_buffers(struct vw_gpu *gpu, const struct vw_model *model,
-                                                  struct vw_encoder_gradient *gradient) {
-    const struct vw_buffer_params rows = {.name = "d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN};
-    return model->encoder.size_bytes ? vw_buffer_create(gpu, &rows, &gradient->d_rows) : VW_OK;
-}
-
-enum vw_status vw_encoder_gradient_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *params,
-                                                 const struct vw_shader *spread, struct vw_encoder_gradient *gradient) {
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
-        {spread, &gradient->spread},
-        {&vw_shader_convolve_photo_back, &gradient->convolve_back},
-        {&vw_shader_gradient_photo, &gradient->gradient},
+static void list_back_costs(const struct vw_model *model, struct vw_pass_cost *costs, uint32_t *count) {
+    const double all = PRODUCTS, behind_first = all - 16.0 * ENCODER_TAPS * ENCODER4 * (THUMBNAIL_PIXELS / 4),
+                 matrices = matrices_of(model);
+    const struct vw_pass_cost passes[] = {
+        {"spread_photo", NULL, 1, 2 * matrices, 8 * matrices},
+        {"convolve_photo", NULL, ENCODER_LAYERS - 1, behind_first, 5 * behind_first},
+        {"gradient_photo", NULL, 1, all, 8 * all},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && gradient->d_rows && !status; i++)
-        status = create_pass(gpu, *params, passes[i].shader, passes[i].pass);
-    return status;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
 }
 
-void vw_encoder_gradient_destroy(struct vw_encoder_gradient *gradient) {
-    vw_pass_destroy(&gradient->spread);
-    vw_pass_destroy(&gradient->convolve_back);
-    vw_pass_destroy(&gradient->gradient);
-    vw_buffer_destroy(&gradient->d_rows);
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_model *model = work->model;
+    list_back_costs(model, costs, count);
+    if (!work->step->consistency) return;
+    vw_consistency_list_costs(work->step, costs, count);
+    list_photo_costs(model, 2, NULL, costs, count);
+    list_back_costs(model, costs, count);
 }
 
-void vw_encoder_gradient_record(const struct vw_encoder_gradient *gradient, const struct vw_push_codes *codes,
-                                struct vw_submission *batch) {
-    struct vw_push_photo push = {.layer = ENCODER_LAYERS - 1};
-    if (!gradient->spread) return;
-    vw_submission_dispatch(batch, gradient->spread, codes, codes ? sizeof *codes : 0, 1);
-    for (; push.layer > 0; push.layer--)
-        vw_submission_dispatch(batch, gradient->convolve_back, &push, sizeof push,
-                               (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * push.layer);
-    vw_submission_dispatch(batch, gradient->gradient, NULL, 0, ENCODER_CODE);
-}
+const struct vw_effect_kind vw_effect_appearance_encoder = {
+    .name = "appearance_encoder",
+    .constant = VW_EFFECT_CONSTANT(appearance_encoder),
+    .adjoint = VW_ADJOINT_REFUSES,
+    .sees_photos = true,
+    .shaders = {[ENCODER_CONVOLVE] = {&vw_shader_convolve_photo},
+                [ENCODER_POOL] = {&vw_shader_pool_photo},
+                [ENCODER_SPREAD] = {&vw_shader_spread_photo},
+                [ENCODER_CONVOLVE_BACK] = {&vw_shader_convolve_photo_back},
+                [ENCODER_GRADIENT] = {&vw_shader_gradient_photo}},
+    .photo_pass_count = ENCODER_SPREAD,
+    .lay_out_columns = lay_out_columns,
+    .initialise = initialise,
+    .list_buffers = list_buffers,
+    .fill = fill,
+    .create = create,
+    .destroy = destroy,
+    .record_rays = record_rays,
+    .record_photo = record_photo,
+    .record_gradient = record_gradient,
+    .list_photo_costs = list_photo_costs,
+    .list_costs = list_costs,
+};

@@ -5,42 +5,41 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "gpu/shaders.h"
+#include "train/effects/encoder.h"
+#include "train/effects/parts.h"
+#include "train/pass_costs.h"
+#include "train/passes.h"
 #include "train/photo_order.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
 static enum vw_status create_buffers(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
-    const struct vw_model *model = step->field->model;
-    uint64_t rays = it->padded_rays;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
+    uint64_t rays = it->padded_rays, columns = step->field->model->moved_columns;
+    const struct vw_buffer_row buffers[] = {
         {&it->rays, {.name = "picture_rays", .size_bytes = sizeof(struct vw_ray) * rays}},
         {&it->ray_loss, {.name = "picture_ray_loss", .size_bytes = sizeof(float) * rays}}, // nobody reads it
         {&it->colours, {.name = "picture_colours", .size_bytes = sizeof(vw_float4) * rays}},
-        {&it->d_sky, {.name = "picture_d_sky", .size_bytes = step->d_sky ? sizeof(vw_float4) * rays : 0}},
-        {&it->d_weights, // 0 where it has no gradient
-         {.name = "picture_d_weights", .size_bytes = sizeof(vw_float4) * (uint64_t)model->moved_columns}},
-        {&it->seen.thumbnails, {.name = "picture_thumbnail", .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS}},
-        {&it->seen.rows, {.name = "picture_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS}},
-        {&it->seen.code_shift, // nobody reads it
-         {.name = "picture_code_shift", .size_bytes = vw_buffer_size_bytes(step->field->encoder.code_shift)}},
+        {&it->d_sky,
+         {.name = "picture_d_sky", .size_bytes = step->effect_buffers[VW_SLOT_D_SKY] ? sizeof(vw_float4) * rays : 0}},
+        // 0 where this loss has no gradient
+        {&it->d_weights, {.name = "picture_d_weights", .size_bytes = sizeof(vw_float4) * columns}},
+        {&it->thumbnail, {.name = "picture_thumbnail", .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS}},
+        {&it->encoder_rows, {.name = "picture_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS}},
+        {&it->d_encoder_rows, {.name = "picture_d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN}},
+        {&it->code_shift, // nobody reads it
+         {.name = "picture_code_shift",
+          .size_bytes = vw_buffer_size_bytes(step->field->effect_buffers[VW_SLOT_CODE_SHIFT])}},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
-        if (buffers[i].params.size_bytes)
-            status = vw_buffer_create(step->field->gpu, &buffers[i].params, buffers[i].buffer);
-    return !status ? vw_encoder_gradient_create_buffers(step->field->gpu, model, &it->seen_gradient) : status;
+    return vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
 }
 
-// As the step's, with the picture's buffers in place of its own.
+// Returns the step's passes with the picture's buffers in place of its own.
 static struct vw_step_passes step_of_picture(const struct vw_step_passes *step,
                                              const struct vw_consistency_effect *it) {
     struct vw_step_passes own = *step;
     own.ray_buffer = it->rays;
     own.ray_loss = it->ray_loss;
-    own.d_sky = it->d_sky;
+    own.effect_buffers[VW_SLOT_D_SKY] = it->d_sky;
     own.d_weights = it->d_weights;
     return own;
 }
@@ -48,7 +47,8 @@ static struct vw_step_passes step_of_picture(const struct vw_step_passes *step,
 // Bindings that are not the step's.
 static uint32_t bind_own(const struct vw_step_passes *step, const struct vw_consistency_effect *it,
                          struct vw_binding *bindings) {
-    bindings[0] = (struct vw_binding){.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->encoder.rows};
+    bindings[0] =
+        (struct vw_binding){.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->effect_buffers[VW_SLOT_ENCODER_ROWS]};
     bindings[1] = (struct vw_binding){.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights};
     bindings[2] = (struct vw_binding){.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours};
     bindings[3] = (struct vw_binding){.slot = VW_SLOT_SWEEP_STATE, .unused = true};
@@ -61,39 +61,33 @@ static enum vw_status create_on_step(const struct vw_step_passes *step, const st
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = bind_own(step, it, bindings);
     vw_step_bind(step, bindings, &count);
-    const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings,
-                                          .binding_count = count};
-    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &step->field->encoder, &params, &it->give);
-    return !status ? vw_step_create_pass(step, rendering, &vw_shader_add_gradients, bindings, count, &it->add) : status;
+    const struct vw_pass_params params = vw_pass_params_of(rendering, bindings, count, NULL);
+    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &params, false, &it->give);
+    return !status ? vw_pass_create_of(step->field->gpu, &params, &vw_shader_add_gradients, &it->add) : status;
 }
 
 static enum vw_status create_on_picture(const struct vw_step_passes *step, const struct vw_specialization *rendering,
                                         struct vw_consistency_effect *it) {
     const struct vw_specialization *given = &it->gradient.specialization;
     const struct vw_shader *composite =
-        vw_step_has_ray_effects(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
+        vw_effects_are_of_rays(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
     struct vw_step_passes own = step_of_picture(step, it);
     struct vw_radiance_field field = *step->field;
-    field.encoder = it->seen;
+    field.effect_buffers[VW_SLOT_THUMBNAILS] = it->thumbnail;
+    field.effect_buffers[VW_SLOT_ENCODER_ROWS] = it->encoder_rows;
+    field.effect_buffers[VW_SLOT_CODE_SHIFT] = it->code_shift;
+    own.effect_buffers[VW_SLOT_D_ENCODER_ROWS] = it->d_encoder_rows;
     own.field = &field;
-    own.encoder_gradient = it->seen_gradient;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = bind_own(step, it, bindings);
     vw_step_bind(&own, bindings, &count);
-    const struct vw_pass_params params = {.specialization = (const uint32_t *)rendering,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings,
-                                          .binding_count = count};
-    enum vw_status status = vw_encoder_create_passes(field.gpu, &it->seen, &params, &it->see);
-    if (!status)
-        status =
-            vw_encoder_gradient_create_passes(field.gpu, &params, &vw_shader_spread_photo_codes, &it->seen_gradient);
-    if (!status) status = vw_step_create_pass(&own, rendering, &vw_shader_shrink_colours, bindings, count, &it->shrink);
-    if (!status)
-        status = vw_step_create_pass(&own, rendering, &vw_shader_spread_colours, bindings, count, &it->spread_colours);
-    return !status ? vw_step_create_pass(&own, given, composite, bindings, count, &it->composite) : status;
+    const struct vw_pass_params renders = vw_pass_params_of(rendering, bindings, count, NULL),
+                                composites = vw_pass_params_of(given, bindings, count, NULL);
+    const struct vw_pass_row rows[] = {{&vw_shader_shrink_colours, &it->shrink},
+                                       {&vw_shader_spread_colours, &it->spread_colours}};
+    enum vw_status status = vw_encoder_create_passes(field.gpu, &renders, true, &it->see);
+    if (!status) status = vw_passes_create(field.gpu, &renders, rows, VW_ARRAY_COUNT(rows));
+    return !status ? vw_pass_create_of(field.gpu, &composites, composite, &it->composite) : status;
 }
 
 static enum vw_status create_passes(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
@@ -125,14 +119,16 @@ void vw_consistency_destroy(struct vw_consistency_effect **consistency) {
     struct vw_consistency_effect *it = *consistency;
     if (!it) return;
     struct vw_pass **passes[] = {&it->composite, &it->shrink, &it->spread_colours, &it->add};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
+    struct vw_buffer **buffers[] = {&it->rays,         &it->ray_loss,       &it->colours,
+                                    &it->d_sky,        &it->d_weights,      &it->thumbnail,
+                                    &it->encoder_rows, &it->d_encoder_rows, &it->code_shift};
+    vw_passes_destroy(passes, VW_ARRAY_COUNT(passes));
+    for (uint32_t i = 0; i < ENCODER_PASSES; i++) {
+        vw_pass_destroy(&it->give.passes[i]);
+        vw_pass_destroy(&it->see.passes[i]);
+    }
     vw_gradient_destroy(&it->gradient);
-    vw_encoder_destroy_passes(&it->give);
-    vw_encoder_destroy_passes(&it->see);
-    vw_encoder_gradient_destroy(&it->seen_gradient);
-    vw_encoder_destroy(&it->seen);
-    struct vw_buffer **buffers[] = {&it->rays, &it->ray_loss, &it->colours, &it->d_sky, &it->d_weights};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
     free(it);
     *consistency = NULL;
 }
@@ -172,8 +168,8 @@ static void record_picture(const struct vw_step_passes *step, struct vw_submissi
         vw_submission_dispatch(batch, it->composite, &composite, sizeof composite, chunk.ray_count);
     }
     vw_submission_dispatch(batch, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
-    vw_encoder_record_forward(&it->see, batch, 0);
-    vw_encoder_gradient_record(&it->seen_gradient, &it->codes, batch);
+    vw_encoder_record_forward(it->see.passes, batch, 0);
+    vw_encoder_record_back(it->see.passes, &it->codes, batch);
     vw_submission_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
@@ -185,14 +181,43 @@ static void record_back(const struct vw_step_passes *step, struct vw_submission 
         if (it->padded_rays > step->chunk_rays) record_forward(step, batch, &chunk);
         vw_gradient_record_back(step, &it->gradient, batch, &chunk);
     }
-    vw_gradient_record_sky(&it->gradient, batch, it->padded_rays);
+    vw_gradient_record_end(&it->gradient, batch, it->padded_rays);
     vw_submission_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
 }
 
 void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number) {
     if (!step->consistency) return;
     const vw_uint4 key = vw_model_key_of_step(step->field->model, number);
-    vw_encoder_record_forward(&step->consistency->give, batch, vw_consistency_given_view(step, number));
+    vw_encoder_record_forward(step->consistency->give.passes, batch, vw_consistency_given_view(step, number));
     record_picture(step, batch, key);
     record_back(step, batch, key);
+}
+
+// ---- Costs ----------------------------------------------------------------------------------------------------------
+
+// A picture of more than one chunk is rendered twice.
+void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_model *model = step->field->model;
+    uint32_t rays = step->consistency->padded_rays, chunks = (rays + step->chunk_rays - 1) / step->chunk_rays;
+    const struct vw_cost_sizes n = vw_cost_sizes_of(model, rays);
+    const struct vw_field_work once = {.samples = n.samples, .chunks = chunks, .stores_rows = true},
+                               again = {.samples = n.samples, .chunks = chunks};
+    double pixels = 16.0 * (THUMBNAIL_PIXELS + n.rays), kernels = 4.0 * ENCODER_TAPS * ENCODER4 * THUMBNAIL_PIXELS;
+    const struct vw_pass_cost passes[] = {
+        {"generate_rays", NULL, 1, 0, n.rays * (sizeof(struct vw_pixel) + sizeof(struct vw_ray))},
+        {"difference_rays", NULL, chunks, 0, n.samples * 16 + n.rays * (sizeof(struct vw_ray) + 16)},
+        {"shrink_colours", NULL, 1, 0, pixels},
+        {"spread_colours", NULL, 1, kernels, 5 * kernels + pixels},
+        {"backward_rays", NULL, chunks, 0, n.samples * 56},
+        {"add_gradients", NULL, 1, 0, 48.0 * model->moved_columns},
+    };
+    for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
+        const struct vw_effect_work skipping = {
+            .step = step, .model = model, .rays = rays, .chunks = chunks, .picture = true, .again = time > 0};
+        vw_effects_list_costs(&skipping, costs, count);
+        vw_pass_costs_add_placing(model, n.rays, chunks, NULL, false, costs, count);
+        model->kind->list_forward_costs(model, time ? &again : &once, costs, count);
+    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+    model->kind->list_backward_costs(model, &once, costs, count);
 }

@@ -11,20 +11,20 @@
 
 #include "gpu/compute.h"
 #include "interface.h"
+#include "train/effects/kind.h"
 #include "train/step_passes.h"
 
 struct vw_consistency_effect {
     uint32_t side, ray_count, padded_rays; // the picture's, and its rays
     struct vw_push_codes codes;
     struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
-    struct vw_appearance_encoder_effect seen; // of the picture: one thumbnail, and so on
-    struct vw_encoder_gradient seen_gradient;
-    struct vw_encoder_passes give, see; // the given photo's code; the picture's
+    struct vw_buffer *thumbnail, *encoder_rows, *d_encoder_rows, *code_shift; // of the picture, in the encoder's slots
+    struct vw_effect_passes give, see; // the encoder on the given photo, forward alone; on the picture
     struct vw_gradient_passes gradient;
     struct vw_pass *composite, *shrink, *spread_colours, *add;
 };
 
-// Of a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
+// Creates it for a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
 enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct vw_consistency_effect **consistency);
 void vw_consistency_destroy(struct vw_consistency_effect **consistency);
 
@@ -35,7 +35,10 @@ void vw_consistency_record_rays(const struct vw_consistency_effect *consistency,
 // Records all else, behind the last of the step's own gradients.
 void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number);
 
-// Whose code step `number` renders its picture with: the photo of a step up to this one, drawn at random.
+// Returns whose code step `number` renders its picture with: the photo of a step up to this one, drawn at random.
 uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
+
+// Lists what its passes cost, but for the encoder's.
+void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_cost *costs, uint32_t *count);
 
 #endif

@@ -1,92 +1,85 @@
-#include "train/effects/occupancy.h"
-
-#include <string.h>
-
+// The effect `occupancy`: training leaves out samples in empty cells of the box (shaders/effects/occupancy.glsl);
+// validation never does. The kept samples of a chunk move together, by a prefix sum, so that the passes over them are
+// shorter:
+//   mark_samples: bits and counts per ray -> place_rays: where rays begin, how many workgroups -> list_samples: slot to
+//   sample
+// Every OCCUPANCY_STEPS steps the field is sampled to find what is empty; the result (VW_SLOT_OCCUPANCY) is part of the
+// training's state.
 #include "base/memory.h"
-#include "gpu/compute.h"
 #include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/model.h"
+#include "train/pass_costs.h"
+#include "train/step_passes.h"
 
-// Of a cell's density, at each refresh. Short runs begin with fog everywhere, which at 0.95 (instant-ngp's) would take
-// 1,000 steps to be forgotten; a surface of density 30 is still believed after 20 refreshes that miss it.
+enum { REFRESH, MARK, PLACE, LIST };
+enum { OCCUPANCY_STEPS = 16 };
+
+// The share of a cell's density that remains at each refresh. Short runs begin with fog everywhere, which at 0.95
+// (instant-ngp's) would take 1,000 steps to be forgotten; a surface of density 30 is still believed after 20 refreshes
+// that miss it.
 static const float REMAINS = 0.8f;
 
 _Static_assert(VW_OCCUPANCY_CELLS == VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE, "cells fill a cube");
 _Static_assert(VW_OCCUPANCY_CELLS % VW_FIELD_GROUP == 0, "cells fill workgroups");
 
-enum vw_status vw_occupancy_create_buffers(const struct vw_radiance_field *field,
-                                           struct vw_occupancy_effect *occupancy) {
-    const struct vw_specialization *s = &field->model->specialization;
-    uint64_t rays = s->chunk_samples / s->samples;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
-        {&occupancy->bits, {.name = "kept_bits", .size_bytes = 4 * rays * VW_KEPT_WORDS(s->samples)}},
-        {&occupancy->begins, {.name = "kept_begins", .size_bytes = 4 * (rays + 1)}},
-        {&occupancy->kept_samples, {.name = "kept_samples", .size_bytes = 4 * (uint64_t)s->chunk_samples}},
-        {&occupancy->kept, {.name = "kept", .size_bytes = sizeof(struct vw_kept)}},
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    const struct vw_specialization *s = &model->specialization;
+    uint64_t rays = s->chunk_samples / s->samples; // of a chunk
+    (void)padded_rays;
+    const struct vw_effect_buffer listed[] = {
+        {.slot = VW_SLOT_OCCUPANCY,
+         .name = "occupancy",
+         .size_bytes = sizeof(float) * VW_OCCUPANCY_CELLS,
+         .carried = true,
+         .of_field = true},
+        {.slot = VW_SLOT_KEPT_BITS, .name = "kept_bits", .size_bytes = 4 * rays * VW_KEPT_WORDS(s->samples)},
+        {.slot = VW_SLOT_KEPT_BEGINS, .name = "kept_begins", .size_bytes = 4 * (rays + 1)},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .name = "kept_samples", .size_bytes = 4 * (uint64_t)s->chunk_samples},
+        {.slot = VW_SLOT_KEPT, .name = "kept", .size_bytes = sizeof(struct vw_kept)},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && !status; i++)
-        status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
-    return status;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    return VW_ARRAY_COUNT(listed);
 }
 
-void vw_occupancy_bind(const struct vw_radiance_field *field, const struct vw_occupancy_effect *occupancy,
-                       struct vw_binding *bindings, uint32_t *count) {
-    bool off = occupancy->kept == NULL;
-    const struct vw_binding bound[] = {
-        {.slot = VW_SLOT_OCCUPANCY, .buffer = field->occupancy, .unused = off},
-        {.slot = VW_SLOT_KEPT_BITS, .buffer = occupancy->bits, .unused = off},
-        {.slot = VW_SLOT_KEPT_BEGINS, .buffer = occupancy->begins, .unused = off},
-        {.slot = VW_SLOT_KEPT, .buffer = occupancy->kept, .unused = off},
-    };
-    memcpy(bindings + *count, bound, sizeof bound);
-    *count += VW_ARRAY_COUNT(bound);
-}
-
-static enum vw_status create_pass(const struct vw_radiance_field *field, const struct vw_shader *shader,
-                                  const struct vw_binding *bindings, uint32_t count, struct vw_pass **pass) {
-    struct vw_pass_params params = {.shader = shader,
-                                    .specialization = (const uint32_t *)&field->model->specialization,
-                                    .specialization_count = VW_SPECIALIZATION_COUNT,
-                                    .bindings = bindings,
-                                    .binding_count = count};
-    return vw_pass_create(field->gpu, &params, pass);
-}
-
-enum vw_status vw_occupancy_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
-                                          uint32_t count, struct vw_occupancy_effect *occupancy) {
-    const struct vw_shader *refresh =
-        field->model->half_grid ? &vw_shader_refresh_occupancy_half : &vw_shader_refresh_occupancy;
-    enum vw_status status = create_pass(field, refresh, bindings, count, &occupancy->refresh);
-    if (!status) status = create_pass(field, &vw_shader_mark_samples, bindings, count, &occupancy->mark);
-    if (!status) status = create_pass(field, &vw_shader_place_rays, bindings, count, &occupancy->place);
-    if (!status) status = create_pass(field, &vw_shader_list_samples, bindings, count, &occupancy->list);
-    return status;
-}
-
-void vw_occupancy_destroy(struct vw_occupancy_effect *occupancy) {
-    vw_pass_destroy(&occupancy->refresh);
-    vw_pass_destroy(&occupancy->mark);
-    vw_pass_destroy(&occupancy->place);
-    vw_pass_destroy(&occupancy->list);
-    vw_buffer_destroy(&occupancy->bits);
-    vw_buffer_destroy(&occupancy->begins);
-    vw_buffer_destroy(&occupancy->kept_samples);
-    vw_buffer_destroy(&occupancy->kept);
-}
-
-void vw_occupancy_record_refresh(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
-                                 uint64_t number, vw_uint4 key) {
+static void record_begin(struct vw_pass *const *passes, struct vw_submission *batch, uint64_t number, vw_uint4 key) {
     if (number % OCCUPANCY_STEPS) return;
     struct vw_push_refresh push = {.key = key, .remains = REMAINS};
-    vw_submission_dispatch(batch, occupancy->refresh, &push, sizeof push, VW_OCCUPANCY_CELLS);
+    vw_submission_dispatch(batch, passes[REFRESH], &push, sizeof push, VW_OCCUPANCY_CELLS);
 }
 
-void vw_occupancy_record_chunk(const struct vw_occupancy_effect *occupancy, struct vw_submission *batch,
-                               const struct vw_push_samples *push) {
-    vw_submission_dispatch(batch, occupancy->mark, push, sizeof *push, push->ray_count);
-    vw_submission_dispatch(batch, occupancy->place, push, sizeof *push, 1);
-    vw_submission_dispatch(batch, occupancy->list, push, sizeof *push, push->ray_count);
+static void record_chunk(struct vw_pass *const *passes, struct vw_submission *batch,
+                         const struct vw_push_samples *chunk) {
+    vw_submission_dispatch(batch, passes[MARK], chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(batch, passes[PLACE], chunk, sizeof *chunk, 1);
+    vw_submission_dispatch(batch, passes[LIST], chunk, sizeof *chunk, chunk->ray_count);
 }
+
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_cost_sizes n = vw_cost_sizes_of(work->model, work->rays);
+    const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
+    const struct vw_pass_cost passes[] = {
+        {"mark_samples", NULL, work->chunks, 0, n.rays * sizeof(struct vw_ray) + 4 * n.samples},
+        {"place_rays", NULL, work->chunks, 0, 12 * n.rays},
+        {"list_samples", NULL, work->chunks, 0, 4 * n.rays + 4 * n.samples},
+        {"refresh_occupancy", NULL, refreshes, cells * (16 * n.width4 * (n.encoding4 + 1) + 2 * n.gathers),
+         cells * (n.pair_bytes * n.gathers + 8)},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) - (work->picture ? 1 : 0); i++)
+        vw_pass_cost_add(costs, count, passes[i]);
+}
+
+const struct vw_effect_kind vw_effect_occupancy = {
+    .name = "occupancy",
+    .constant = VW_EFFECT_CONSTANT(occupancy),
+    .adjoint = VW_ADJOINT_FOLLOWS,
+    .training_alone = true, // decision 1: validation skips nothing
+    .shaders = {[REFRESH] = {&vw_shader_refresh_occupancy, &vw_shader_refresh_occupancy_half},
+                [MARK] = {&vw_shader_mark_samples},
+                [PLACE] = {&vw_shader_place_rays},
+                [LIST] = {&vw_shader_list_samples}},
+    .list_buffers = list_buffers,
+    .record_begin = record_begin,
+    .record_chunk = record_chunk,
+    .list_costs = list_costs,
+};

@@ -1,96 +1,88 @@
+// The effect `pose`: a small correction of each training camera, a shift and a turn, all 0 at first
+// (shaders/effects/pose.glsl).
+//   generate_rays: rays of the corrected camera -> ... -> gradient_positions: from the gradients by samples' encodings
+//   to those by their positions -> gradient_pose: force and torque of each ray -> update_pose: the photo's correction,
+//   lazily
+// Only training uses it: validation and rendering see all cameras as the scene has them. It needs the field hash, whose
+// encoding has a gradient by the position, and a box.
 #include "train/effects/pose.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/field.h"
+#include "train/fields/registry.h"
+#include "train/pass_costs.h"
+#include "train/trainer.h"
 
-enum vw_status vw_pose_create_buffers(const struct vw_radiance_field *field, uint32_t padded_rays,
-                                      struct vw_pose_effect *pose) {
-    uint64_t photos = field->model->poses.size_bytes / sizeof(struct vw_pose),
-             samples = field->model->specialization.chunk_samples;
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
-        {&pose->moments, {.name = "pose_moments", .size_bytes = sizeof(struct vw_pose_moments) * photos}},
-        {&pose->d_positions, {.name = "d_positions", .size_bytes = sizeof(vw_float4) * samples}},
-        {&pose->d_poses, {.name = "d_poses", .size_bytes = sizeof(struct vw_pose) * (uint64_t)padded_rays}},
-    };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && photos && !status; i++)
-        status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
-    return status;
+enum { POSITIONS, GRADIENT, UPDATE };
+
+static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
+    vw_model_append_range(model, VW_SLOT_POSES, sizeof(struct vw_pose) * (uint64_t)model->view_count,
+                          6 * trained_views);
 }
 
-void vw_pose_bind(const struct vw_radiance_field *field, const struct vw_pose_effect *pose, struct vw_binding *bindings,
-                  uint32_t *count) {
-    const struct vw_param_range *poses = &field->model->poses;
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSES,
-                                               .buffer = field->params,
-                                               .offset_bytes = poses->offset_bytes,
-                                               .size_bytes = poses->size_bytes,
-                                               .unused = !poses->size_bytes};
-    if (!pose || !pose->moments) return;
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_POSE_MOMENTS, .buffer = pose->moments};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSITIONS, .buffer = pose->d_positions};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_D_POSES, .buffer = pose->d_poses};
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    uint64_t samples = model->specialization.chunk_samples;
+    buffers[0] = (struct vw_effect_buffer){.slot = VW_SLOT_POSE_MOMENTS,
+                                           .name = "pose_moments",
+                                           .size_bytes = sizeof(struct vw_pose_moments) * (uint64_t)model->view_count,
+                                           .carried = true};
+    buffers[1] = (struct vw_effect_buffer){
+        .slot = VW_SLOT_D_POSITIONS, .name = "d_positions", .size_bytes = sizeof(vw_float4) * samples};
+    buffers[2] = (struct vw_effect_buffer){
+        .slot = VW_SLOT_D_POSES, .name = "d_poses", .size_bytes = sizeof(struct vw_pose) * (uint64_t)padded_rays};
+    return 3;
 }
 
-enum vw_status vw_pose_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
-                                     uint32_t count, struct vw_pose_effect *pose) {
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
-        {field->model->half_grid ? &vw_shader_gradient_positions_half : &vw_shader_gradient_positions,
-         &pose->gradient_positions},
-        {&vw_shader_gradient_pose, &pose->gradient},
-        {&vw_shader_update_pose, &pose->update},
-    };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && pose->moments && !status; i++) {
-        struct vw_pass_params params = {.shader = passes[i].shader,
-                                        .specialization = (const uint32_t *)&field->model->specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT,
-                                        .bindings = bindings,
-                                        .binding_count = count};
-        status = vw_pass_create(field->gpu, &params, passes[i].pass);
-    }
-    return status;
-}
-
-void vw_pose_destroy(struct vw_pose_effect *pose) {
-    vw_pass_destroy(&pose->gradient_positions);
-    vw_pass_destroy(&pose->gradient);
-    vw_pass_destroy(&pose->update);
-    vw_buffer_destroy(&pose->moments);
-    vw_buffer_destroy(&pose->d_positions);
-    vw_buffer_destroy(&pose->d_poses);
-}
-
-void vw_pose_training_state(const struct vw_pose_effect *pose, struct vw_buffer **buffers, uint32_t *count) {
-    if (pose->moments) buffers[(*count)++] = pose->moments;
-}
-
-void vw_pose_record_chunk(const struct vw_pose_effect *pose, const struct vw_model *model, struct vw_submission *batch,
-                          const struct vw_field_chunk *chunk) {
+static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *const *passes,
+                                  struct vw_submission *batch, const struct vw_field_chunk *chunk) {
     uint64_t samples = (uint64_t)chunk->rays->ray_count * model->specialization.samples;
-    if (!pose->update) return;
     if (chunk->kept) // as backward_field
-        vw_submission_dispatch_indirect(batch, pose->gradient_positions, NULL, 0, chunk->kept,
+        vw_submission_dispatch_indirect(batch, passes[POSITIONS], NULL, 0, chunk->kept,
                                         offsetof(struct vw_kept, field_groups));
-    else vw_submission_dispatch(batch, pose->gradient_positions, NULL, 0, samples);
-    vw_submission_dispatch(batch, pose->gradient, chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
+    else vw_submission_dispatch(batch, passes[POSITIONS], NULL, 0, samples);
+    vw_submission_dispatch(batch, passes[GRADIENT], chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
 }
 
-void vw_pose_record_update(const struct vw_pose_effect *pose, struct vw_submission *batch, struct vw_push_update push,
-                           uint32_t padded_rays) {
-    push.count = padded_rays;
-    if (pose->update) vw_submission_dispatch(batch, pose->update, &push, sizeof push, 1);
+static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
+                          const struct vw_push_update *push) {
+    vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
 }
+
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    const struct vw_cost_sizes n = vw_cost_sizes_of(work->model, work->rays);
+    double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n.encoding4;
+    const struct vw_pass_cost passes[] = {
+        {"gradient_positions", NULL, work->chunks, n.samples * 8 * n.gathers,
+         n.samples * (position + d_encoding + n.pair_bytes * n.gathers + d_position)},
+        {"gradient_pose", NULL, work->chunks, n.samples * 9,
+         n.samples * (position + d_position) + n.rays * sizeof(struct vw_pose)},
+        {"update_pose", NULL, 1, 0, n.rays * sizeof(struct vw_pose)},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+}
+
+const struct vw_effect_kind vw_effect_pose = {
+    .name = "pose",
+    .constant = VW_EFFECT_CONSTANT(pose),
+    .adjoint = VW_ADJOINT_REFUSES, // it does not know how cameras move
+    .training_alone = true,
+    .shaders = {[POSITIONS] = {&vw_shader_gradient_positions, &vw_shader_gradient_positions_half},
+                [GRADIENT] = {&vw_shader_gradient_pose},
+                [UPDATE] = {&vw_shader_update_pose}},
+    .ranges = {VW_SLOT_POSES},
+    .lay_out_ranges = lay_out_ranges,
+    .list_buffers = list_buffers,
+    .record_chunk_gradient = record_chunk_gradient,
+    .record_update = record_update,
+    .list_costs = list_costs,
+};
+
+// ---- Measurement ----------------------------------------------------------------------------------------------------
 
 static double length_of(vw_float4 v) { return sqrt((double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z); }
 
@@ -107,7 +99,7 @@ static void add_correction(const struct vw_gpu_camera *camera, const struct vw_p
 
 enum vw_status vw_pose_measure(const struct vw_radiance_field *field, const uint32_t *views, uint32_t count,
                                struct vw_camera_corrections *corrections) {
-    const struct vw_param_range *range = &field->model->poses;
+    const struct vw_param_range *range = &field->model->ranges[VW_SLOT_POSES];
     uint64_t cameras_bytes = vw_buffer_size_bytes(field->cameras);
     *corrections = (struct vw_camera_corrections){0};
     if (!range->size_bytes) return VW_OK;

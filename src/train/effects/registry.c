@@ -8,8 +8,9 @@
 
 #include "base/memory.h"
 #include "base/word_list.h"
+#include "train/effects/kind.h"
 
-#define CONSTANT(effect) offsetof(struct vw_specialization, effect_##effect)
+#define CONSTANT VW_EFFECT_CONSTANT
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
 
 static const char measured_gain[] = "gain in a short training over one without, dB, +- standard error";
@@ -41,6 +42,16 @@ static const struct vw_effect effects[] = {
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
+
+// The effects of the table above that have params, buffers or passes of their own; each in its own file.
+extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
+    vw_effect_visibility, vw_effect_pose, vw_effect_appearance_encoder, vw_effect_occupancy;
+
+const struct vw_effect_kind *const vw_effect_kinds[] = {
+    &vw_effect_sky,        &vw_effect_appearance, &vw_effect_transient,          &vw_effect_appearance_code,
+    &vw_effect_visibility, &vw_effect_pose,       &vw_effect_appearance_encoder, &vw_effect_occupancy};
+const uint32_t vw_effect_kind_count = VW_ARRAY_COUNT(vw_effect_kinds);
+_Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
 
 static int find_effect(struct vw_word name) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)

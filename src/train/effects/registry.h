@@ -1,6 +1,7 @@
 // The registry of effects: optional parts of image formation, each with its specialization constant (decision 7). What
-// a scene shows of an effect is measured in src/detect. A new effect is a row of the table here and, when it is
-// detected, a row of the table in src/detect/decide.c.
+// a scene shows of an effect is measured in src/detect. A new effect is a row of the table here; with params or passes
+// also a file with its struct vw_effect_kind and its row in the second table (kind.h); and, when it is detected, a row
+// of the table in src/detect/decide.c.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
 #define VIEWWORTH_TRAIN_EFFECTS_REGISTRY_H
 

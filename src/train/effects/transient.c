@@ -1,49 +1,49 @@
-#include "train/effects/transient.h"
-
-#include "base/memory.h"
+// The effect `transient` (NeRF-W, Martin-Brualla et al., CVPR 2021): what stands in a photo but not in the scene, such
+// as people and cars, is explained by a second density with its own colours and uncertainty, which only training sees.
+// It comes from a head, a small network that takes in the field's features at a sample and a code of the photo. The
+// head's layers are the field's business (vw_mlp_append_head() of fields/mlp.h), and its weights follow the field's.
+//   feed_transient -> layers -> backward_transient (composites, takes the loss) -> layers back, into the features
+// Validation and rendering see the field's own density alone.
 #include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/model.h"
+#include "train/pass_costs.h"
 
-enum vw_status vw_transient_create_buffers(const struct vw_radiance_field *field,
-                                           struct vw_transient_effect *transient) {
-    uint64_t photos = field->model->transient_codes.size_bytes / (16 * TRANSIENT_CODE4);
-    const struct vw_buffer_params moments = {.name = "transient_code_moments",
-                                             .size_bytes = sizeof(struct vw_transient_moments) * photos};
-    return photos ? vw_buffer_create(field->gpu, &moments, &transient->moments) : VW_OK;
+static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
+    vw_model_append_range(model, VW_SLOT_TRANSIENT_CODES,
+                          sizeof(vw_float4) * TRANSIENT_CODE4 * (uint64_t)model->view_count,
+                          4 * TRANSIENT_CODE4 * trained_views);
 }
 
-void vw_transient_bind(const struct vw_radiance_field *field, const struct vw_transient_effect *transient,
-                       struct vw_binding *bindings, uint32_t *count) {
-    const struct vw_param_range *codes = &field->model->transient_codes;
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_TRANSIENT_CODES,
-                                               .buffer = field->params,
-                                               .offset_bytes = codes->offset_bytes,
-                                               .size_bytes = codes->size_bytes,
-                                               .unused = !codes->size_bytes};
-    bindings[(*count)++] = (struct vw_binding){
-        .slot = VW_SLOT_TRANSIENT_CODE_MOMENTS, .buffer = transient->moments, .unused = !transient->moments};
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    (void)padded_rays;
+    buffers[0] =
+        (struct vw_effect_buffer){.slot = VW_SLOT_TRANSIENT_CODE_MOMENTS,
+                                  .name = "transient_code_moments",
+                                  .size_bytes = sizeof(struct vw_transient_moments) * (uint64_t)model->view_count,
+                                  .carried = true};
+    return 1;
 }
 
-enum vw_status vw_transient_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
-                                          uint32_t count, struct vw_transient_effect *transient) {
-    const struct vw_pass_params params = {.shader = &vw_shader_update_transient,
-                                          .specialization = (const uint32_t *)&field->model->specialization,
-                                          .specialization_count = VW_SPECIALIZATION_COUNT,
-                                          .bindings = bindings,
-                                          .binding_count = count};
-    return transient->moments ? vw_pass_create(field->gpu, &params, &transient->update) : VW_OK;
+static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
+                          const struct vw_push_update *push) {
+    vw_submission_dispatch(batch, passes[0], push, sizeof *push, 1);
 }
 
-void vw_transient_destroy(struct vw_transient_effect *transient) {
-    vw_pass_destroy(&transient->update);
-    vw_buffer_destroy(&transient->moments);
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    double weights = 16.0 * work->model->specialization.transient_width4 * TRANSIENT_CODE4;
+    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"update_transient", NULL, 1, weights, 4 * weights});
 }
 
-void vw_transient_training_state(const struct vw_transient_effect *transient, struct vw_buffer **buffers,
-                                 uint32_t *count) {
-    if (transient->moments) buffers[(*count)++] = transient->moments;
-}
-
-void vw_transient_record_update(const struct vw_transient_effect *transient, struct vw_submission *batch,
-                                struct vw_push_update push) {
-    if (transient->update) vw_submission_dispatch(batch, transient->update, &push, sizeof push, 1);
-}
+const struct vw_effect_kind vw_effect_transient = {
+    .name = "transient",
+    .constant = VW_EFFECT_CONSTANT(transient),
+    .adjoint = VW_ADJOINT_REFUSES, // its loss has no curvature here
+    .training_alone = true,
+    .shaders = {{&vw_shader_update_transient}},
+    .ranges = {VW_SLOT_TRANSIENT_CODES},
+    .lay_out_ranges = lay_out_ranges,
+    .list_buffers = list_buffers,
+    .record_update = record_update,
+    .list_costs = list_costs,
+};

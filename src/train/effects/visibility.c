@@ -1,99 +1,149 @@
+// The effect `visibility`: what stands before the scene in one photo alone is left out of the loss, as far as a small
+// network of the pixel's place and of a code of the photo says so (HA-NeRF's image-dependent 2-D mask,
+// shaders/effects/visibility.glsl). update_weights moves the network with all other weights; codes are lazy.
+//   predict_visibility: how visible each ray is -> backward_rays: the loss and its slope, times that ->
+//   gradient_visibility, reduce_visibility: the network's gradient -> update_visibility: the photo's code
+// Only training uses it. Lasting credit holds what is visible fixed: it leaves out how a step changes it for later
+// steps.
 #include "train/effects/visibility.h"
+
+#include <stdlib.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/pass_costs.h"
+
+enum { PREDICT, GRADIENT, REDUCE, UPDATE };
+
+// Trainable numbers of the network.
+enum { NETWORK_PARAMS = 913 };
+
+_Static_assert(VISIBILITY_INPUT4 == VISIBILITY_PLACE4 + VISIBILITY_CODE4 &&
+                   VISIBILITY_PLACE4 == 1 + VISIBILITY_FREQUENCIES &&
+                   VISIBILITY_LAYER2 == 4 * VISIBILITY4 * VISIBILITY_INPUT4 &&
+                   VISIBILITY_BIAS2 == VISIBILITY_LAYER2 + 4 * VISIBILITY4 * VISIBILITY4 &&
+                   VISIBILITY_LOGIT == VISIBILITY_BIAS2 + VISIBILITY4 &&
+                   VISIBILITY_COLUMNS == VISIBILITY_LOGIT + VISIBILITY4 + 1,
+               "the network's parts do not follow one another");
+
+// ---- Params ---------------------------------------------------------------------------------------------------------
+
+struct vw_param_range vw_visibility_network(const struct vw_model *model) {
+    if (!model->specialization.effect_visibility) return (struct vw_param_range){0};
+    return vw_model_columns(model, model->specialization.visibility_column, VISIBILITY_COLUMNS);
+}
+
+static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
+    (void)config;
+    model->specialization.visibility_column = vw_model_append_columns(model, VISIBILITY_COLUMNS, NETWORK_PARAMS);
+}
+
+static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
+    vw_model_append_range(model, VW_SLOT_VISIBILITY_CODES,
+                          sizeof(vw_float4) * VISIBILITY_CODE4 * (uint64_t)model->view_count,
+                          4 * VISIBILITY_CODE4 * trained_views);
+}
+
+// All is visible to 1/2 at first.
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+    float *values = (float *)((char *)params + vw_visibility_network(model).offset_bytes);
+    vw_fill_matrix(values, drawn, VISIBILITY4, VISIBILITY_INPUT4);
+    vw_fill_matrix(values + 4 * VISIBILITY_LAYER2, drawn, VISIBILITY4, VISIBILITY4);
+    vw_fill_weights(values + 4 * VISIBILITY_LOGIT, drawn, 4 * VISIBILITY4, 0.5f / VISIBILITY4);
+}
+
+// ---- Buffers --------------------------------------------------------------------------------------------------------
 
 static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
 
-enum vw_status vw_visibility_create_buffers(const struct vw_radiance_field *field, uint32_t padded_rays,
-                                            struct vw_visibility_effect *visibility) {
-    uint64_t photos = field->model->visibility_codes.size_bytes / (sizeof(vw_float4) * VISIBILITY_CODE4);
-    const struct {
-        struct vw_buffer **buffer;
-        struct vw_buffer_params params;
-    } buffers[] = {
-        {&visibility->of_rays, {.name = "visibility", .size_bytes = 2 * sizeof(float) * (uint64_t)padded_rays}},
-        {&visibility->partials,
-         {.name = "visibility_partials",
-          .size_bytes = sizeof(vw_float4) * VISIBILITY_COLUMNS * (uint64_t)groups_of(padded_rays)}},
-        {&visibility->moments,
-         {.name = "visibility_moments", .size_bytes = sizeof(struct vw_visibility_moments) * photos}},
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    uint64_t photos = model->view_count, rays = padded_rays;
+    const struct vw_effect_buffer listed[] = {
+        {.slot = VW_SLOT_PHOTO_SCALES,
+         .name = "photo_scales",
+         .size_bytes = 2 * sizeof(float) * photos,
+         .of_field = true},
+        {.slot = VW_SLOT_VISIBILITY, .name = "visibility", .size_bytes = 2 * sizeof(float) * rays},
+        {.slot = VW_SLOT_VISIBILITY_PARTIALS,
+         .name = "visibility_partials",
+         .size_bytes = sizeof(vw_float4) * VISIBILITY_COLUMNS * (uint64_t)groups_of(padded_rays)},
+        {.slot = VW_SLOT_VISIBILITY_MOMENTS,
+         .name = "visibility_moments",
+         .size_bytes = sizeof(struct vw_visibility_moments) * photos,
+         .carried = true},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers) && photos && !status; i++)
-        status = vw_buffer_create(field->gpu, &buffers[i].params, buffers[i].buffer);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    return VW_ARRAY_COUNT(listed);
+}
+
+// Writes the scales from pixels to the network's coordinates.
+static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
+                           struct vw_buffer *const *buffers) {
+    (void)model, (void)gpu;
+    float *values = vw_allocate(scene->view_count, 2 * sizeof *values);
+    if (!values) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        values[2 * i] = 2.0f / (float)scene->views[i].image.width_px;
+        values[2 * i + 1] = 2.0f / (float)scene->views[i].image.height_px;
+    }
+    enum vw_status status =
+        vw_buffer_write(buffers[VW_SLOT_PHOTO_SCALES], 0, values, 2 * sizeof *values * scene->view_count);
+    free(values);
     return status;
 }
 
-void vw_visibility_bind(const struct vw_radiance_field *field, const struct vw_visibility_effect *visibility,
-                        struct vw_binding *bindings, uint32_t *count) {
-    const struct vw_param_range *codes = &field->model->visibility_codes;
-    if (!visibility->of_rays) {
-        bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY, .unused = true};
-        return;
-    }
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY, .buffer = visibility->of_rays};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY_PARTIALS, .buffer = visibility->partials};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY_MOMENTS, .buffer = visibility->moments};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_PHOTO_SCALES, .buffer = field->photo_scales};
-    bindings[(*count)++] = (struct vw_binding){.slot = VW_SLOT_VISIBILITY_CODES,
-                                               .buffer = field->params,
-                                               .offset_bytes = codes->offset_bytes,
-                                               .size_bytes = codes->size_bytes};
+// ---- Recording ------------------------------------------------------------------------------------------------------
+
+static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
+                        const struct vw_push_rays *rays) {
+    vw_submission_dispatch(batch, passes[PREDICT], rays, sizeof *rays, step->padded_rays);
 }
 
-enum vw_status vw_visibility_create_passes(const struct vw_radiance_field *field, const struct vw_binding *bindings,
-                                           uint32_t count, struct vw_visibility_effect *visibility) {
-    const struct {
-        const struct vw_shader *shader;
-        struct vw_pass **pass;
-    } passes[] = {
-        {&vw_shader_predict_visibility, &visibility->predict},
-        {&vw_shader_gradient_visibility, &visibility->gradient},
-        {&vw_shader_reduce_visibility, &visibility->reduce},
-        {&vw_shader_update_visibility, &visibility->update},
+static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                            struct vw_submission *batch, const struct vw_push_rays *rays, uint64_t number) {
+    (void)number;
+    struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
+    vw_submission_dispatch(batch, passes[GRADIENT], rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(batch, passes[REDUCE], &reduce, sizeof reduce, VISIBILITY_COLUMNS);
+}
+
+static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
+                          const struct vw_push_update *push) {
+    vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
+}
+
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    double rays = work->rays, network = NETWORK_PARAMS + 16 * VISIBILITY4 * VISIBILITY_CODE4,
+           groups = rays / VISIBILITY_GROUP, columns = 16.0 * VISIBILITY_COLUMNS,
+           pixels = rays * (sizeof(struct vw_pixel) + 8);
+    const struct vw_pass_cost passes[] = {
+        {"predict_visibility", NULL, 1, rays * network, pixels + rays / 64 * columns},
+        {"gradient_visibility", NULL, 1, 3 * rays * network, pixels + 2 * groups * columns},
+        {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
+        {"update_visibility", NULL, 1, 0, columns},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && visibility->of_rays && !status; i++) {
-        struct vw_pass_params params = {.shader = passes[i].shader,
-                                        .specialization = (const uint32_t *)&field->model->specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT,
-                                        .bindings = bindings,
-                                        .binding_count = count};
-        status = vw_pass_create(field->gpu, &params, passes[i].pass);
-    }
-    return status;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
 }
 
-void vw_visibility_destroy(struct vw_visibility_effect *visibility) {
-    vw_pass_destroy(&visibility->predict);
-    vw_pass_destroy(&visibility->gradient);
-    vw_pass_destroy(&visibility->reduce);
-    vw_pass_destroy(&visibility->update);
-    vw_buffer_destroy(&visibility->of_rays);
-    vw_buffer_destroy(&visibility->partials);
-    vw_buffer_destroy(&visibility->moments);
-}
-
-void vw_visibility_training_state(const struct vw_visibility_effect *visibility, struct vw_buffer **buffers,
-                                  uint32_t *count) {
-    if (visibility->moments) buffers[(*count)++] = visibility->moments;
-}
-
-void vw_visibility_record_forward(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
-                                  const struct vw_push_rays *rays, uint32_t padded_rays) {
-    if (visibility->predict) vw_submission_dispatch(batch, visibility->predict, rays, sizeof *rays, padded_rays);
-}
-
-void vw_visibility_record_gradients(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
-                                    const struct vw_push_rays *rays, uint32_t padded_rays) {
-    struct vw_push_reduce reduce = {.count = groups_of(padded_rays)};
-    if (!visibility->gradient) return;
-    vw_submission_dispatch(batch, visibility->gradient, rays, sizeof *rays, padded_rays);
-    vw_submission_dispatch(batch, visibility->reduce, &reduce, sizeof reduce, VISIBILITY_COLUMNS);
-}
-
-void vw_visibility_record_update(const struct vw_visibility_effect *visibility, struct vw_submission *batch,
-                                 const struct vw_push_update *push) {
-    if (visibility->update) vw_submission_dispatch(batch, visibility->update, push, sizeof *push, 1);
-}
+const struct vw_effect_kind vw_effect_visibility = {
+    .name = "visibility",
+    .constant = VW_EFFECT_CONSTANT(visibility),
+    .adjoint = VW_ADJOINT_HOLDS,
+    .training_alone = true,
+    .of_rays = true,
+    .shaders = {[PREDICT] = {&vw_shader_predict_visibility},
+                [GRADIENT] = {&vw_shader_gradient_visibility},
+                [REDUCE] = {&vw_shader_reduce_visibility},
+                [UPDATE] = {&vw_shader_update_visibility}},
+    .ranges = {VW_SLOT_VISIBILITY_CODES},
+    .lay_out_columns = lay_out_columns,
+    .lay_out_ranges = lay_out_ranges,
+    .initialise = initialise,
+    .list_buffers = list_buffers,
+    .fill = fill,
+    .record_rays = record_rays,
+    .record_gradient = record_gradient,
+    .record_update = record_update,
+    .list_costs = list_costs,
+};

@@ -97,8 +97,8 @@ static void lay_out_weights(struct vw_model *model) {
     model->row_bytes = VW_ROW_BYTES;
     model->grid_row_count = VW_GRID_ROW_COUNT(encoding4);
     model->param_count += 16 * (uint64_t)blocks - 4 * width4; // the fourth output of the last matrix is padding
-    model->grid = (struct vw_param_range){"grid", 0, model->pair_bytes * (uint64_t)model->pair_count};
-    model->weights = (struct vw_param_range){"weights", model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
+    model->grid = (struct vw_param_range){0, model->pair_bytes * (uint64_t)model->pair_count};
+    model->weights = (struct vw_param_range){model->grid.size_bytes, 16 * (uint64_t)model->weight_columns};
     // Codes shift the weights of the colour network's input 0, which is constant: the third matrix, see mlp.glsl.
     s->shift_column = 4 * width4 * (encoding4 + GEO4);
     s->shift_stride = 4 * COLOUR4;

@@ -156,7 +156,7 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
     vw_mlp_count(&list, &model->partial_columns, &model->param_count);
     if (s->effect_transient) vw_mlp_specialise_head(&list, s);
     model->weight_columns = list.columns;
-    model->weights = (struct vw_param_range){"weights", 0, 16 * (uint64_t)list.columns};
+    model->weights = (struct vw_param_range){0, 16 * (uint64_t)list.columns};
     model->row_count = s->layer_rows = list.row_count;
     model->d_row_count = s->d_layer_rows = list.d_row_count;
     model->row_bytes = VW_LAYER_ROW_BYTES;

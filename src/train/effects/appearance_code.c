@@ -1,0 +1,74 @@
+// The effect `appearance_code`: photos differ in light. Each train photo has a code of 48 numbers that enters the
+// colour network (shaders/effects/mix_code.comp). Only training uses codes; validation and rendering see the code 0.
+#include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/model.h"
+#include "train/pass_costs.h"
+
+enum { MIX, UPDATE };
+
+static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
+    uint64_t code = 4 * CODE4, width = 4 * model->specialization.width4;
+    vw_model_append_range(model, VW_SLOT_CODE_WEIGHTS, sizeof(float) * code * width, code * width);
+    vw_model_append_range(model, VW_SLOT_CODES, sizeof(float) * code * model->view_count, code * trained_views);
+}
+
+// Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
+// second visit on.
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+    vw_fill_matrix((float *)((char *)params + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes), drawn,
+                   model->specialization.width4, CODE4);
+}
+
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    (void)padded_rays;
+    uint64_t weights_bytes = model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes;
+    buffers[0] = (struct vw_effect_buffer){
+        .slot = VW_SLOT_CODE_SHIFT, .name = "code_shift", .size_bytes = weights_bytes / (4 * CODE4)};
+    buffers[1] = (struct vw_effect_buffer){.slot = VW_SLOT_CODE_WEIGHT_MOMENTS,
+                                           .name = "code_weight_moments",
+                                           .size_bytes = 2 * weights_bytes,
+                                           .carried = true};
+    buffers[2] = (struct vw_effect_buffer){.slot = VW_SLOT_CODE_MOMENTS,
+                                           .name = "code_moments",
+                                           .size_bytes = sizeof(struct vw_code_moments) * (uint64_t)model->view_count,
+                                           .carried = true};
+    return 3;
+}
+
+static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+                         uint32_t view) {
+    (void)view; // the step's, which its state says
+    vw_submission_dispatch(batch, passes[MIX], NULL, 0, 4 * (uint64_t)model->specialization.width4);
+}
+
+static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
+                          const struct vw_push_update *push) {
+    vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
+}
+
+// A code times its weights, and back.
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    const double weights = (double)work->model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4;
+    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});
+    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * weights, 4 * weights * 7});
+}
+
+const struct vw_effect_kind vw_effect_appearance_code = {
+    .name = "appearance_code",
+    .constant = VW_EFFECT_CONSTANT(appearance_code),
+    .adjoint = VW_ADJOINT_FOLLOWS,
+    .gather = &vw_shader_gather_code,
+    .gathered = VW_SLOT_CODE_WEIGHTS,
+    .gathered_second = VW_SLOT_CODES,
+    .training_alone = true,
+    .fits_views = true,
+    .shaders = {[MIX] = {&vw_shader_mix_code}, [UPDATE] = {&vw_shader_update_code}},
+    .ranges = {VW_SLOT_CODE_WEIGHTS, VW_SLOT_CODES},
+    .lay_out_ranges = lay_out_ranges,
+    .initialise = initialise,
+    .list_buffers = list_buffers,
+    .record_photo = record_photo,
+    .record_update = record_update,
+    .list_costs = list_costs,
+};

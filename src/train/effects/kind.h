@@ -1,0 +1,146 @@
+// The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
+// kind is a row of the table in registry.c. The step, the field, the evaluator, the adjoint and the costs loop over
+// that table (parts.h, step_effects.h) and name no effect. A function left NULL does nothing; what an effect has is
+// created, and its functions are called, only where its specialization constant is not 0 (decision 7).
+#ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
+#define VIEWWORTH_TRAIN_EFFECTS_KIND_H
+
+#include "gpu/compute.h"
+#include "interface.h"
+#include "train/fields/initial_values.h"
+#include "viewworth/train.h"
+
+struct vw_field_chunk; // fields/registry.h, and so on
+struct vw_model;
+struct vw_pass_cost;
+struct vw_scene;
+struct vw_step_passes;
+
+enum { VW_EFFECT_PASSES_MAX = 8, VW_EFFECT_BUFFERS_MAX = 8 };
+
+// The offset of an effect's switch in struct vw_specialization.
+#define VW_EFFECT_CONSTANT(effect) offsetof(struct vw_specialization, effect_##effect)
+
+// A buffer of an effect, kept and bound under its slot.
+struct vw_effect_buffer {
+    uint32_t slot;
+    const char *name;
+    uint64_t size_bytes;
+    bool carried;  // part of the training's state: one step leaves it to the next
+    bool of_field; // rendering needs it as well: it belongs to the field, else to a step
+};
+
+struct vw_effect_shader {
+    const struct vw_shader *shader;
+    const struct vw_shader *half; // in its place where the grid is of halves; NULL: the same
+};
+
+// The passes of an effect in one use. Which is which is the effect's own: they stand as in its `shaders`.
+struct vw_effect_passes {
+    struct vw_pass *passes[VW_EFFECT_PASSES_MAX];
+};
+
+// The passes of all effects in one use, by place in the table of kinds.
+struct vw_effect_sets {
+    struct vw_effect_passes sets[VW_EFFECT_COUNT_MAX];
+};
+
+enum vw_effect_adjoint {
+    VW_ADJOINT_FOLLOWS, // lasting credit goes back to its columns, and to the ranges that are gathered
+    VW_ADJOINT_HOLDS,   // it holds them fixed
+    VW_ADJOINT_REFUSES, // it cannot be computed with the effect on
+};
+
+// The rays of a step, or of the picture of the consistency loss, as costs count them.
+struct vw_effect_work {
+    const struct vw_step_passes *step;
+    const struct vw_model *model; // of the step
+    uint32_t rays, chunks;
+    bool picture, again; // again: rendered a second time, without the way back
+};
+
+struct vw_effect_kind {
+    const char *name;
+    size_t constant; // offset of its switch in struct vw_specialization
+    enum vw_effect_adjoint adjoint;
+    bool training_alone; // validation and rendering do without it
+    bool sees_photos;    // validation and rendering call record_photo() as well: they see a view by its own photo
+    bool fits_views;     // validation fits a gain and a bias to each view
+    bool of_rays;        // its buffers are in the variants VW_RAY_EFFECTS of the passes over rays
+    // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
+    struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
+    uint32_t photo_pass_count;
+    // A pass of every set of gradient passes, recorded behind the last chunk of rays: so many invocations.
+    const struct vw_shader *ray_gradient;
+    uint64_t ray_gradient_invocations;
+    // How the adjoint gathers the gradient of ranges of params; slots of the one, and of a second, 0 without.
+    const struct vw_shader *gather;
+    uint32_t gathered, gathered_second;
+
+    // Params: columns that update_weights moves, behind those of the field; then ranges, of which those of views that
+    // are not trained on stay 0. Initial values are 0 but for what initialise() writes.
+    uint32_t ranges[2]; // slots of the latter, 0: no more
+    void (*lay_out_columns)(const struct vw_config *config, struct vw_model *model);
+    void (*lay_out_ranges)(struct vw_model *model, uint64_t trained_views);
+    void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+
+    // Lists its buffers, for a step of so many rays (0: those of the field alone matter); returns how many.
+    uint32_t (*list_buffers)(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers);
+    // Fills the field's buffers.
+    enum vw_status (*fill)(const struct vw_model *model, struct vw_gpu *gpu, const struct vw_scene *scene,
+                           struct vw_buffer *const *buffers);
+    // Creates and destroys what a step has beyond buffers and passes; called last and first.
+    enum vw_status (*create)(struct vw_step_passes *step);
+    void (*destroy)(struct vw_step_passes *step);
+
+    // In the order in which a step records them.
+    void (*record_begin)(struct vw_pass *const *passes, struct vw_submission *batch, uint64_t number, vw_uint4 key);
+    void (*record_rays)(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
+                        const struct vw_push_rays *rays); // behind generate_rays
+    void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+                         uint32_t view); // before the field sees rays; in a step, which knows its photo, `view` is 0
+    void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *batch,
+                         const struct vw_push_samples *chunk); // before the field goes forward
+    void (*record_chunk_gradient)(const struct vw_model *model, struct vw_pass *const *passes,
+                                  struct vw_submission *batch,
+                                  const struct vw_field_chunk *chunk); // behind the field's way back
+    void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                            struct vw_submission *batch, const struct vw_push_rays *rays,
+                            uint64_t number); // behind the last chunk
+    void (*record_update)(struct vw_pass *const *passes, struct vw_submission *batch,
+                          const struct vw_push_update *push); // before update_weights; push->count: padded rays
+
+    // What its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
+    void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
+                             uint32_t *count);
+    void (*list_costs)(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count);
+};
+
+// All kinds, in the order in which their params are laid out and their passes recorded; in registry.c.
+extern const struct vw_effect_kind *const vw_effect_kinds[];
+extern const uint32_t vw_effect_kind_count;
+
+bool vw_effect_kind_is_on(const struct vw_effect_kind *kind, const struct vw_specialization *specialization);
+// Returns the kind at a place of the table; NULL where it is off.
+const struct vw_effect_kind *vw_effect_kind_on(uint32_t index, const struct vw_specialization *specialization);
+
+// Lays out the columns of those effects that lasting credit goes back to, or of the others.
+void vw_effects_lay_out_columns(const struct vw_config *config, bool followed,
+                                const struct vw_specialization *specialization, struct vw_model *model);
+void vw_effects_lay_out_ranges(uint64_t trained_views, const struct vw_specialization *specialization,
+                               struct vw_model *model);
+void vw_effects_initialise(const struct vw_model *model, const struct vw_specialization *specialization,
+                           const struct vw_drawn *drawn, void *params);
+
+// Returns whether an effect is on whose buffers are in variants of the passes over rays.
+bool vw_effects_are_of_rays(const struct vw_specialization *specialization);
+// Returns whether validation fits a gain and a bias to each view.
+bool vw_effects_fit(const struct vw_specialization *specialization);
+// Returns whether validation sees a view by the view's photo.
+bool vw_effects_see_photos(const struct vw_specialization *specialization);
+// Switches off the effects that validation and rendering do without.
+void vw_effects_leave_training(struct vw_specialization *specialization);
+// VW_ERROR_USAGE, naming it, where an effect is on that lasting credit cannot be computed with.
+enum vw_status vw_effects_check_adjoint(const struct vw_specialization *specialization);
+
+#endif

@@ -1,0 +1,41 @@
+// The effect `sky`: a learned colour by direction stands behind the field (shaders/effects/sky.glsl). Its coefficients
+// follow the field's weights, are mid grey at first, and move with them.
+#include "gpu/shaders.h"
+#include "train/effects/kind.h"
+#include "train/model.h"
+#include "train/pass_costs.h"
+
+static void lay_out_columns(const struct vw_config *config, struct vw_model *model) {
+    (void)config;
+    const uint64_t params = 3 * VW_SKY_COLUMNS; // the fourth number of a column is padding
+    uint32_t first = vw_model_append_columns(model, VW_SKY_COLUMNS, params);
+    model->ranges[VW_SLOT_SKY] = vw_model_columns(model, first, VW_SKY_COLUMNS);
+}
+
+static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    (void)model;
+    buffers[0] = (struct vw_effect_buffer){
+        .slot = VW_SLOT_D_SKY, .name = "d_sky", .size_bytes = sizeof(vw_float4) * (uint64_t)padded_rays};
+    return 1;
+}
+
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+    double rays = work->rays;
+    if (work->again) return;
+    vw_pass_cost_add(costs, count,
+                     (struct vw_pass_cost){"gradient_sky", NULL, 1, rays * 4 * VW_SKY_COLUMNS,
+                                           rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
+}
+
+const struct vw_effect_kind vw_effect_sky = {
+    .name = "sky",
+    .constant = VW_EFFECT_CONSTANT(sky),
+    .adjoint = VW_ADJOINT_FOLLOWS,
+    .of_rays = true,
+    .ranges = {VW_SLOT_SKY},
+    .lay_out_columns = lay_out_columns,
+    .list_buffers = list_buffers,
+    .ray_gradient = &vw_shader_gradient_sky,
+    .ray_gradient_invocations = 64ull * VW_SKY_COLUMNS,
+    .list_costs = list_costs,
+};
