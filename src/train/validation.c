@@ -7,6 +7,7 @@
 #include "base/psnr.h"
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
+#include "train/passes.h"
 #include "train/pixels.h"
 
 // ---- Pixels ---------------------------------------------------------------------------------------------------------
@@ -92,12 +93,9 @@ static enum vw_status create_reduce(const struct vw_validation_params *params, s
         {.slot = VW_SLOT_SCALARS, .buffer = params->scalars},
         {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits, .unused = !validation->view_fit.fits},
     };
-    const struct vw_pass_params pass = {.shader = &vw_shader_reduce_views,
-                                        .specialization = (const uint32_t *)&field->model->specialization,
-                                        .specialization_count = VW_SPECIALIZATION_COUNT,
-                                        .bindings = bindings,
-                                        .binding_count = VW_ARRAY_COUNT(bindings)};
-    return vw_pass_create(field->gpu, &pass, &validation->reduce_views);
+    const struct vw_pass_params common =
+        vw_pass_params_of(&field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
+    return vw_pass_create_of(field->gpu, &common, &vw_shader_reduce_views, &validation->reduce_views);
 }
 
 static enum vw_status create_passes(const struct vw_validation_params *params, const struct pixel_choice *choice,

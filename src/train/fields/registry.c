@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "train/effects/registry.h"
+#include "train/passes.h"
 
 static const struct vw_field_kind *const kinds[] = {[VW_FIELD_HASH] = &field_hash, [VW_FIELD_MLP] = &field_mlp};
 
@@ -36,11 +37,7 @@ void vw_field_passes_destroy(struct vw_field_passes *passes) {
 enum vw_status vw_field_pass_create(struct vw_gpu *gpu, const struct vw_field_pass_params *params,
                                     const struct vw_shader *shader, const struct vw_specialization *specialization,
                                     struct vw_pass **pass) {
-    const struct vw_pass_params created = {.shader = shader,
-                                           .specialization = (const uint32_t *)specialization,
-                                           .specialization_count = VW_SPECIALIZATION_COUNT,
-                                           .bindings = params->bindings,
-                                           .binding_count = params->binding_count,
-                                           .role = params->role};
-    return vw_pass_create(gpu, &created, pass);
+    const struct vw_pass_params common =
+        vw_pass_params_of(specialization, params->bindings, params->binding_count, params->role);
+    return vw_pass_create_of(gpu, &common, shader, pass);
 }
