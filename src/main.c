@@ -36,7 +36,7 @@ static const struct vw_command commands[] = {
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
-     "not trained again: the report and the tables are written again, except scores.csv, and --sign signs it.",
+     "not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
     {VW_COMMANDS_VALUE, "batch", "JOBS.json", "Value many scenes, with several seeds and configurations, from one file",
      "JOBS.json: {\"defaults\": {\"epochs\": 16}, \"seeds\": [0, 1, 2], \"configs\": [{\"name\": \"draft\", "
@@ -117,15 +117,12 @@ static const struct vw_command commands[] = {
      "the run. Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them "
      "with the files; "
      "compares field.vwf with its hash. Prints a table of what was checked, and by what. Writes nothing.\n"
-     "A stranger can rewrite a whole ledger and its files so that they fit together. --key FILE.pub detects that if "
-     "the owner of the key signed the run, --expect HEAD if the head was noted elsewhere, and --replay N trains the "
-     "first N steps again, with the scene. Only a signature covers report.html and duplicates.csv. " NEEDS_SCENE_FOLDER,
+     "Compares every file that SHA256SUMS lists, and the chain head in it with the ledger's, and names the files in "
+     "OUT that are not listed.\n"
+     "A stranger can rewrite a ledger, its files and SHA256SUMS so that they fit together. A signature of SHA256SUMS "
+     "(ssh-keygen -Y sign, minisign) detects that, --expect HEAD detects it if the chain head was noted elsewhere, and "
+     "--replay N trains the first N steps again, with the scene. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
-    {VW_COMMANDS_CHECK, "keygen", NULL, "Make a pair of keys that sign runs",
-     "Writes the secret key to the --to file, which only its owner may read, and the public key to FILE.pub. "
-     "value --sign FILE signs a run; everybody who has FILE.pub checks the signature by verify --key FILE.pub. "
-     "Existing files are not overwritten.",
-     VW_OPTIONS_KEYGEN | VW_OPTIONS_JSON, vw_command_keygen},
     {VW_COMMANDS_CHECK, "reproduce", "SCENE",
      "Value the photos with several seeds and measure how well the scores agree",
      "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "

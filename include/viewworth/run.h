@@ -63,7 +63,6 @@ struct vw_run_params {
     double budget_s;                // choose preset and epochs so that all ends within this time; 0: no budget
     uint32_t explicit_fields;       // VW_EXPLICIT_*
     const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
-    const char *sign_key_path;      // sign the finished run with this secret key (viewworth keygen); NULL: do not
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     bool profile;              // time every pass
@@ -81,8 +80,8 @@ enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **r
 // repeated step differs from the recorded one.
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
 // Scores what is recorded, writes field.vwf, scores.csv, the other tables and report.html, and marks the ledger
-// "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. With a
-// key, verifies all of it, and writes signature.json; also for a run that was finished before.
+// "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. Last,
+// lists the files in SHA256SUMS; also for a run that was finished before.
 enum vw_status vw_run_finish(struct vw_run *run);
 // The scores of one method, one per train photo, best first. NULL: vw_value_default_method. After vw_run_finish() only.
 // The array and its strings are owned by the run. A method without scores gives count 0.

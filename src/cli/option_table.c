@@ -81,8 +81,6 @@ const struct vw_option vw_option_table[] = {
      DEFAULT("OUT/render_VIEW.png")},
     {"to", "PATH", "Photo list to write (required): a new file, or for transforms.json also a new folder",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
-    {"to", "FILE", "File for the secret key (required); the public key goes to FILE.pub", VW_OPTIONS_KEYGEN,
-     VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
     {"to", "FILE", "Report file to write", VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON,
      DEFAULT("report.html in the first OUT")},
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
@@ -209,8 +207,6 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_INFO, VW_SECTION_MAIN, OPTION(FLAG, measure), COMMON},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
-    {"key", "FILE.pub", "Public key that must have signed the run and its files, as keygen wrote it", VW_OPTIONS_VERIFY,
-     VW_SECTION_MAIN, OPTION(TEXT, key), COMMON},
     {"providers", "FILE.csv",
      "Who supplied each photo, for a providers.csv or payout.csv that value made with --providers after the run",
      VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(TEXT, providers)},
@@ -235,9 +231,6 @@ const struct vw_option vw_option_table[] = {
      "Number of retrainings that take their steps at the same time on each device, which changes no result; without "
      "this option one on a CPU, else as many as fit into half of the device's memory, at most 16",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
-    {"sign", "KEY",
-     "Sign the finished run and its files with the secret key in file KEY (see keygen); writes signature.json",
-     VW_OPTIONS_ONE_RUN | VW_OPTIONS_IMPORT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, sign), COMMON},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 

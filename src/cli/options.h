@@ -46,7 +46,6 @@ struct vw_options {
     const char *accuracy, *budget;
     enum vw_option_preset preset;
     const char *expect;
-    const char *sign, *key; // files of a secret and of a public key
     uint32_t replay_steps;
     const char *subsets; // a number, or "all"
     uint32_t retraining_seeds, valued_seeds;
@@ -102,7 +101,6 @@ enum {
     VW_OPTIONS_REPORT = 262144,
     VW_OPTIONS_THUMBNAILS = 524288, // commands that write a report
     VW_OPTIONS_TRADEOFF = 1048576,
-    VW_OPTIONS_KEYGEN = 2097152,
     VW_OPTIONS_LASTING = 4194304, // commands that may sweep a run for lasting credit
     VW_OPTIONS_WORTH = 8388608,
     VW_OPTIONS_BATCH = 16777216,

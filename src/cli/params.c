@@ -68,7 +68,6 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .explicit_fields = list_explicit_fields(options),
         .payout = options->payout,
         .lasting = options->lasting,
-        .sign_key_path = options->sign,
         .report = options->report,
         .profile = options->profile,
     };

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
-#include "base/signing.h"
 #include "experiment/retrain.h"
 #include "experiment/retrain_run.h"
 #include "experiment/worth_plan.h"
@@ -15,8 +15,8 @@
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/report_folder.h"
-#include "run/sign.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -136,7 +136,7 @@ static enum vw_status write_outputs(struct work *work) {
                                      work->payout_cents, &work->result->attribution);
     if (status) return status;
     work->result->report_path = vw_report_folder_finish(params->out, &report);
-    return params->sign_key_path ? vw_run_sign(params->out, params->sign_key_path, NULL) : VW_OK;
+    return vw_checksums_write(params->out, work->result->head);
 }
 
 // ---- All of it -----------------------------------------------------------------------------------------------------
@@ -201,12 +201,11 @@ static enum vw_status open_retrainer(struct work *work) {
     return status ? status : plan(work);
 }
 
-// After a kill retrainings may lack their report.
-static bool lacks_report(const struct work *work) {
-    char *path = vw_path_join(work->params->out, "report.html");
-    bool held = path && vw_file_exists(path);
-    free(path);
-    return work->params->retrainings && !held;
+// Tells whether a kill left retrainings without their report, or without the list that is written after it.
+static bool lacks_outputs(const struct work *work) {
+    const char *out = work->params->out;
+    return work->params->retrainings &&
+           (!vw_file_exists_inside(out, "report.html") || !vw_file_exists_inside(out, VW_CHECKSUMS_FILE));
 }
 
 static enum vw_status make(struct work *work) {
@@ -217,7 +216,7 @@ static enum vw_status make(struct work *work) {
     if (!status) status = open_run(work);
     if (status) return status;
     bool trains = result->scoring.retraining_count < work->params->retrainings;
-    bool writes = trains || work->params->payout || work->params->sign_key_path || lacks_report(work);
+    bool writes = trains || work->params->payout || lacks_outputs(work);
     if (writes) status = open_session(work);
     if (!status && trains) status = open_retrainer(work);
     if (!status && trains) status = retrain(work);
@@ -233,7 +232,7 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
     if (params->until_accuracy < 0 || !(params->until_accuracy < 1))
         return vw_fail(VW_ERROR_USAGE, "--until-accuracy: must lie from 0 to below 1");
     enum vw_status status = params->payout ? vw_attribution_read_payout(params->payout, NULL, &cents) : VW_OK;
-    return !status && params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : status;
+    return status;
 }
 
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result) {

@@ -18,8 +18,7 @@ struct vw_worth_run_params {
     double until_accuracy;           // stop where the lower end of the accuracy's interval reaches it; 0: never
     uint32_t together;               // retrainings that take their steps together on each device; 0: by it
     struct vw_report_options report;
-    const char *payout;        // an amount to divide among the providers; NULL: none
-    const char *sign_key_path; // NULL: the run is not signed
+    const char *payout; // an amount to divide among the providers; NULL: none
     struct vw_interrupt interrupt;
 };
 
@@ -33,13 +32,13 @@ struct vw_worth_run {
     char head[VW_HASH_HEX_BYTES];
 };
 
-// What can be refused before the run is trained, which takes longest: --until-accuracy, an amount that is none, a key
-// that cannot be read. VW_ERROR_USAGE or VW_ERROR_INPUT.
+// Refuses, before the run is trained, --until-accuracy out of range and a payout that is not an amount: VW_ERROR_USAGE
+// or VW_ERROR_INPUT.
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params);
-// With retrainings to make, or with a payout or a signature to write, opens the scene. Retrainings that were made are
+// With retrainings to make, or with a payout to write, opens the scene. Retrainings that were made are
 // kept in OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the
-// same bits as one without interruption. Writes scores.csv, the tables and the report again; a signature and a payout
-// of the run before are removed. VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT where the
+// same bits as one without interruption. Writes scores.csv, the tables, the report and SHA256SUMS again; a payout
+// of the run before is removed. VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT where the
 // photos have fewer subsets. Free the result also after a failure.
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result);
 void vw_worth_run_free(struct vw_worth_run *result);

@@ -13,12 +13,11 @@
 #include "report/page.h"
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
 #include "run/run_private.h"
-#include "run/sign.h"
-#include "run/signature.h"
 #include "value/ranking.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -206,12 +205,18 @@ static enum vw_status write_tables(struct vw_run *run) {
     return status;
 }
 
+static enum vw_status write_checksums(const struct vw_run *run) {
+    char head[VW_HASH_HEX_BYTES];
+    vw_ledger_chain_head(run->ledger, head);
+    return vw_checksums_write(run->out, head);
+}
+
 enum vw_status vw_run_finish(struct vw_run *run) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: run is NULL; open one by vw_run_open");
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
     if (!status && run->validate) status = write_tables(run);
-    if (!status && run->sign_key_path) status = vw_run_sign(run->out, run->sign_key_path, run->providers_path);
+    if (!status) status = write_checksums(run);
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;

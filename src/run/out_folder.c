@@ -9,8 +9,8 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "run/lasting/lasting_file.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/residuals.h"
-#include "run/signature.h"
 
 enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 
@@ -73,7 +73,7 @@ enum vw_status vw_run_remove_outdated(const char *out) {
 }
 
 enum vw_status vw_run_remove_outdated_scores(const char *out) {
-    static const char *const names[] = {VW_SIGNATURE_FILE, "scores.csv",        "report.html",   "providers.csv",
+    static const char *const names[] = {VW_CHECKSUMS_FILE, "scores.csv",        "report.html",   "providers.csv",
                                         "payout.csv",      "payout_photos.csv", "duplicates.csv"};
     return remove_outdated(out, names, VW_ARRAY_COUNT(names));
 }

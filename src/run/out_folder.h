@@ -7,9 +7,9 @@
 // Writes a file of 1 MiB where --out is or would be made, and removes it again; the folder itself is not created.
 // VW_ERROR_USAGE when --out is a file, and when the place is not writable or full.
 enum vw_status vw_out_check(const char *out);
-// Removes the tables, the report, the signature and the stopped sweep of what the run was before further steps, or the
-// tables, the report and the signature of what it was before further scores of the same steps.
+// Removes what further steps make out of date: SHA256SUMS, tables, report and the state of a stopped lasting pass.
 enum vw_status vw_run_remove_outdated(const char *out);
+// Removes what further scores of the same steps make out of date: SHA256SUMS, tables and report.
 enum vw_status vw_run_remove_outdated_scores(const char *out);
 
 #endif

@@ -14,7 +14,6 @@
 #include "base/memory.h"
 #include "viewworth/log.h"
 
-static const char lock_name[] = ".viewworth.lock";
 enum { TRIES = 100 }; // of a file that others may remove
 
 struct vw_out_lock {
@@ -78,7 +77,7 @@ static void write_pid(const struct vw_out_lock *lock, const struct stat *info) {
     int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
     if (info->st_nlink != 1 || ftruncate(lock->file, 0)) return;
     if (pwrite(lock->file, text, (size_t)length, 0) < 0)
-        vw_log_warning("%s/%s: %s", lock->out, lock_name, strerror(errno));
+        vw_log_warning("%s/%s: %s", lock->out, VW_OUT_LOCK_FILE, strerror(errno));
 }
 
 static enum vw_status open_file(struct vw_out_lock *lock) {
@@ -86,23 +85,23 @@ static enum vw_status open_file(struct vw_out_lock *lock) {
     int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
     enum vw_status status = VW_OK;
     for (int tries = 0; !status && tries < TRIES; tries++) {
-        lock->file = openat(lock->folder, lock_name, flags, 0666);
+        lock->file = openat(lock->folder, VW_OUT_LOCK_FILE, flags, 0666);
         if (lock->file >= 0 || errno != ENOENT) break;
         status = create_folder(lock); // the one that was opened is removed
     }
     if (status) return status;
     if (lock->file < 0)
         return vw_fail(VW_ERROR_USAGE, "%s/%s: cannot open: %s; name another folder, or remove the file", lock->out,
-                       lock_name, strerror(errno));
+                       VW_OUT_LOCK_FILE, strerror(errno));
     if (!fstat(lock->file, &info) && S_ISREG(info.st_mode)) return VW_OK;
     return vw_fail(VW_ERROR_INPUT, "%s/%s: is another kind of file than viewworth puts there; remove it", lock->out,
-                   lock_name);
+                   VW_OUT_LOCK_FILE);
 }
 
 // Whether the locked file still has the name: the process that held the lock before may just have removed it.
 static bool is_current(const struct vw_out_lock *lock, struct stat *info) {
     struct stat named;
-    return !fstat(lock->file, info) && !fstatat(lock->folder, lock_name, &named, AT_SYMLINK_NOFOLLOW) &&
+    return !fstat(lock->file, info) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&
            named.st_dev == info->st_dev && named.st_ino == info->st_ino;
 }
 
@@ -149,7 +148,7 @@ static enum vw_status check_files(const char *out) {
 // `mine`: the file is locked, and may be removed.
 static void close_lock(struct vw_out_lock *lock, bool mine) {
     struct vw_saved_error why = vw_error_save();
-    if (mine) unlinkat(lock->folder, lock_name, 0);
+    if (mine) unlinkat(lock->folder, VW_OUT_LOCK_FILE, 0);
     remove_new_levels(lock);
     if (lock->file >= 0) close(lock->file); // the lock ends here
     if (lock->folder >= 0) close(lock->folder);

@@ -7,6 +7,8 @@
 
 #include "viewworth/status.h"
 
+#define VW_OUT_LOCK_FILE ".viewworth.lock"
+
 struct vw_out_lock;
 
 // Creates OUT if it is not there, locks it, and removes what a killed writer has left half-written. VW_ERROR_USAGE, at

@@ -8,7 +8,6 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/signing.h"
 #include "detect/effects_text.h"
 #include "run/checks.h"
 #include "run/devices.h"
@@ -65,13 +64,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->progress = params->progress;
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();
-    run->sign_key_path = params->sign_key_path ? vw_copy_text(params->sign_key_path) : NULL;
-    run->providers_path = params->scene.providers ? vw_copy_text(params->scene.providers) : NULL;
-    if (!run->out || !run->scene_options_json || (params->sign_key_path && !run->sign_key_path) ||
-        (params->scene.providers && !run->providers_path))
-        return VW_ERROR_MEMORY;
-    enum vw_status status = params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : VW_OK;
-    if (status) return vw_fail_context(status, "--sign");
+    if (!run->out || !run->scene_options_json) return VW_ERROR_MEMORY;
     return params->payout ? vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents) : VW_OK;
 }
 
@@ -246,8 +239,6 @@ void vw_run_close(struct vw_run **run) {
     free(closed->results.scores_path);
     free(closed->results.field_path);
     free(closed->scene_options_json);
-    free(closed->sign_key_path);
-    free(closed->providers_path);
     free(closed->out);
     free(closed);
     *run = NULL;

@@ -18,8 +18,6 @@ struct vw_run {
     struct vw_config config;  // its epochs follow a run that keeps a budget
     char *out;                // owned
     char *scene_options_json; // owned
-    char *sign_key_path;      // owned; NULL: the run is not signed
-    char *providers_path;     // owned; NULL: none was given
     bool resume, validate, wants_profile;
     struct vw_report_options report;
     struct vw_lasting_options lasting;

@@ -50,12 +50,6 @@ check "--kfold takes no sweep" fails 2 '--lasting is for a single training' valu
 check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --top 2
 check "but knows no zero of it" fails 2 'zero that means nothing: only differences do' select_photos --positive
 
-"$program" keygen --to "$folder/key" >/dev/null
-check "a signed run" run value signed --sign "$folder/key"
-check "is signed no more" eval 'run lasting signed --no-gate && [[ ! -e $folder/signed/signature.json ]]'
-check "until it is signed again" eval 'run value signed --resume --sign "$folder/key" &&
-    run "$program" verify "$folder/signed" --key "$folder/key.pub"'
-
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
 check "an imported run" run "$program" import-steps "$folder/log.csv" --out "$folder/imported"
 check "is refused" fails 2 'was imported, and its steps cannot be taken again' lasting imported

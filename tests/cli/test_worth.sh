@@ -120,9 +120,8 @@ check "more retrainings than there are subsets are refused" fails 2 '6 photos ha
 check "a run without scores is refused" eval 'run "$program" train "$scene" --out "$folder/trained" "${tiny[@]:0:14}" --quiet &&
     fails 2 "the run has no scores" worth trained --retrainings 8'
 check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
-check "what cannot be paid, reached or signed is refused before the run is trained" eval '
+check "what cannot be paid or reached is refused before the run is trained" eval '
     fails 2 "payout takes an amount" value refused --worth 8 --payout abc &&
-    fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 &&
-    fails 2 "no-key" value refused --worth 8 --sign "$folder/no-key" && [[ ! -e $folder/refused/ledger.db ]]'
+    fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 && [[ ! -e $folder/refused/ledger.db ]]'
 check "an accuracy of 1 is refused" fails 2 'until-accuracy' worth run --retrainings 30 --until-accuracy 1
 conclude "$@"

@@ -20,7 +20,6 @@ enum vw_status vw_command_tradeoff(const struct vw_options *options);
 enum vw_status vw_command_compare(const struct vw_options *options);
 enum vw_status vw_command_report(const struct vw_options *options);
 enum vw_status vw_command_verify(const struct vw_options *options);
-enum vw_status vw_command_keygen(const struct vw_options *options);
 enum vw_status vw_command_select(const struct vw_options *options);
 enum vw_status vw_command_import_steps(const struct vw_options *options);
 

@@ -25,8 +25,7 @@ static void print_text(const struct vw_import_result *result) {
 }
 
 enum vw_status vw_command_import_steps(const struct vw_options *options) {
-    const struct vw_import_params params = {
-        .log = options->operand, .out = options->out, .config = &options->config, .sign_key_path = options->sign};
+    const struct vw_import_params params = {.log = options->operand, .out = options->out, .config = &options->config};
     struct vw_import_result result = {0};
     enum vw_status status = vw_import_make(&params, &result);
     if (!status && options->json) status = vw_json_print(to_json(options->operand, &result));

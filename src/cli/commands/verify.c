@@ -9,17 +9,19 @@
 
 static json_t *to_json(const struct vw_verification *verification) {
     const char *log_sha256 = *verification->log_sha256 ? verification->log_sha256 : NULL;
-    json_t *items = json_array();
+    json_t *items = json_array(), *unlisted = json_array();
     for (uint32_t i = 0; i < verification->item_count; i++) {
         const struct vw_verify_item *item = &verification->items[i];
         vw_json_append(&items,
                        json_pack("{s:s, s:s, s:s}", "item", item->name, "result", item->result, "by", item->by));
     }
-    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:s, s:b, s:o}", "intact", 1, "run_id", verification->run_id,
+    for (uint32_t i = 0; i < verification->list.unlisted_count; i++)
+        vw_json_append(&unlisted, json_string(verification->list.unlisted[i]));
+    return json_pack("{s:b, s:s, s:s*, s:s, s:I, s:I, s:I, s:s, s:o, s:o}", "intact", 1, "run_id", verification->run_id,
                      "log_sha256", log_sha256, "status", verification->status, "steps", (json_int_t)verification->steps,
                      "scores", (json_int_t)verification->score_count, "replayed",
-                     (json_int_t)verification->replayed_steps, "head", verification->head, "signed",
-                     verification->is_signed, "checks", items);
+                     (json_int_t)verification->replayed_steps, "head", verification->head, "checks", items,
+                     "not_listed", unlisted);
 }
 
 static void print_text(const struct vw_verification *verification, bool replayed) {
@@ -37,12 +39,13 @@ static void print_text(const struct vw_verification *verification, bool replayed
         if (*item->by) vw_print("%-23s %-12s %s\n", item->name, item->result, item->by);
         else vw_print("%-23s %s\n", item->name, item->result);
     }
+    for (uint32_t i = 0; i < verification->list.unlisted_count; i++)
+        vw_print("%-23s %-12s nothing: not in SHA256SUMS\n", verification->list.unlisted[i], "not checked");
 }
 
 enum vw_status vw_command_verify(const struct vw_options *options) {
     struct vw_verify_params params = {.out = options->operand,
                                       .expect = options->expect,
-                                      .key = options->key,
                                       .providers = options->providers,
                                       .replay_steps = options->replay_steps,
                                       .device = options->device};

@@ -12,8 +12,7 @@ static struct vw_worth_run_params params_of(const struct vw_options *options, co
                                         .until_accuracy = options->until_accuracy,
                                         .together = options->together,
                                         .report = options->report,
-                                        .payout = options->payout,
-                                        .sign_key_path = options->sign};
+                                        .payout = options->payout};
 }
 
 enum vw_status vw_worth_check_options(const struct vw_options *options) {

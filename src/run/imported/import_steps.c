@@ -7,15 +7,14 @@
 
 #include "base/file.h"
 #include "base/hash.h"
-#include "base/signing.h"
 #include "base/utc.h"
 #include "ledger/step_log.h"
 #include "report/page.h"
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"
+#include "run/outputs/checksums.h"
 #include "run/scoring.h"
-#include "run/sign.h"
 #include "value/step_statistics.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
@@ -171,14 +170,13 @@ static enum vw_status tell(struct import *import, struct vw_import_result *resul
 
 enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_import_result *result) {
     struct import import = {.params = params};
-    enum vw_status status = params->sign_key_path ? vw_secret_key_check(params->sign_key_path) : VW_OK;
-    if (!status) status = open_import(&import);
+    enum vw_status status = open_import(&import);
     if (!status) warn(&import);
     if (!status) status = create_ledger(&import);
     if (!status) status = record(&import);
     if (status && import.ledger) mark_failed(&import);
-    if (!status && params->sign_key_path) status = vw_run_sign(params->out, params->sign_key_path, NULL);
     if (!status) status = tell(&import, result);
+    if (!status) status = vw_checksums_write(params->out, result->head);
     close_import(&import);
     return status;
 }

@@ -13,7 +13,6 @@ struct vw_import_params {
     const char *log;                // the CSV file
     const char *out;                // must not hold a run yet
     const struct vw_config *config; // burn_in_epochs and beta1 are read
-    const char *sign_key_path;      // sign the run with this secret key; NULL: do not
 };
 
 struct vw_import_result {

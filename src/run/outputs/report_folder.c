@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "run/imported/imported_run.h"
 #include "run/out_lock.h"
+#include "run/outputs/checksums.h"
 #include "run/outputs/report_files.h"
 #include "run/outputs/report_thumbnails.h"
 #include "run/recorded/recorded_run.h"
@@ -268,6 +269,15 @@ static enum vw_status write_report(struct gathering *gathering, const char *cons
     return status;
 }
 
+// Keeps the list of the folder that the report was written into true.
+static enum vw_status list_report(const char *to) {
+    const char *slash = strrchr(to, '/');
+    char *folder = vw_path_folder(to);
+    enum vw_status status = folder ? vw_checksums_update(folder, slash ? slash + 1 : to) : VW_ERROR_MEMORY;
+    free(folder);
+    return status;
+}
+
 enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count, const char *to,
                                const struct vw_report_params *params) {
     if (!folders || !folder_count || !to)
@@ -276,6 +286,7 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
     struct vw_out_lock *lock = NULL;
     enum vw_status status = vw_out_lock_take_for(to, folders, folder_count, &lock);
     if (!status) status = write_report(&gathering, folders, folder_count, to);
+    if (!status && lock) status = list_report(to);
     vw_out_lock_release(&lock);
     return status;
 }

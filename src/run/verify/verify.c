@@ -162,12 +162,12 @@ enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
 
 // A run that is finished has a field, whose hash its final_hash covers. Another one may keep that of an earlier end.
 static enum vw_status check_field(const struct vw_recorded_run *run, enum field_state *state) {
-    struct vw_signed_file file;
+    struct vw_checksum file;
     const char *recorded = run->row.field_sha256;
     if (!recorded && strcmp(run->row.status, "finished") == 0 && !vw_is_imported(&run->row))
         return vw_fail(VW_ERROR_MISMATCH, "%s: is finished, but has no hash of its field: the run row was edited",
                        run->ledger_path);
-    enum vw_status status = vw_signed_file_read(run->out, "field.vwf", &file);
+    enum vw_status status = vw_checksum_make(run->out, "field.vwf", &file);
     if (status) return status;
     *state = !file.present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
     if (*state != FIELD_INTACT || strcmp(file.sha256, recorded) == 0) return VW_OK;
@@ -182,7 +182,6 @@ struct checks {
     struct run_scores scores;
     struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT];
     enum field_state field;
-    bool signed_files[VW_SIGNED_FILE_COUNT];
 };
 
 static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
@@ -194,21 +193,16 @@ static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_H
     return status ? vw_fail_context(status, "%s", checks->run.ledger_path) : VW_OK;
 }
 
-static enum vw_status check_signature(struct checks *checks, const struct vw_verify_params *params,
-                                      const uint8_t key[VW_PUBLIC_KEY_BYTES], struct vw_verification *made) {
-    if (!params->key && !params->to_sign) return VW_OK;
-    enum vw_status status = vw_statement_make(params->out, checks->run.ledger, &made->statement);
-    if (!status && params->key) status = vw_statement_check(&made->statement, params->out, key, checks->signed_files);
-    made->is_signed = !status && params->key;
-    return status;
+static enum vw_status check_list(const struct vw_recorded_run *run, struct vw_checksums_found *list) {
+    char head[VW_HASH_HEX_BYTES];
+    vw_ledger_chain_head(run->ledger, head);
+    return vw_checksums_check(run->out, head, list);
 }
 
 static enum vw_status check_all(const struct vw_verify_params *params, struct checks *checks,
                                 struct vw_verification *made) {
     struct vw_recorded_run *run = &checks->run;
-    uint8_t key[VW_PUBLIC_KEY_BYTES] = {0};
     enum vw_status status = check_expected(params->expect);
-    if (!status && params->key) status = vw_public_key_read(params->key, key);
     if (status) return status;
     status = vw_recorded_open(params->out, run);
     if (run->row.run_id) { // also when the config cannot be read, for which an edit is the likely cause
@@ -220,7 +214,7 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
     if (!status) status = check_head(run, params->expect);
     if (!status) status = check_tables(run, params, &checks->scores, checks->tables);
     if (!status) status = check_field(run, &checks->field);
-    if (!status) status = check_signature(checks, params, key, made);
+    if (!status) status = check_list(run, &made->list);
     if (!status && params->replay_steps && vw_ledger_next_step(run->ledger) > 0)
         status = replay(run, params, is_validated(&checks->scores.computed.input), &made->replayed_steps);
     return status;
@@ -264,39 +258,27 @@ static void list_tables(const struct checks *checks, const struct vw_verify_para
     }
 }
 
-// Files that only a signature covers.
-static void list_signed(const struct checks *checks, const struct vw_verify_params *params, const char *name,
-                        const char *unsigned_by, struct vw_verification *made) {
-    bool is_signed = false;
-    for (size_t i = 0; i < VW_SIGNED_FILE_COUNT && made->is_signed; i++)
-        is_signed |= checks->signed_files[i] && strcmp(made->statement.files[i].name, name) == 0;
+// Adds a file that only the list covers. With a list, a result file that is there is listed.
+static void list_covered(const struct vw_verify_params *params, const char *name, struct vw_verification *made) {
     if (!vw_file_exists_inside(params->out, name)) add(made, name, "absent", "");
-    else if (is_signed) add(made, name, "intact", "the signature");
-    else add(made, name, "not checked", unsigned_by); // a signed run has no file that its signature does not name
+    else if (made->list.present) add(made, name, "intact", VW_CHECKSUMS_FILE);
+    else add(made, name, "not checked", "nothing without " VW_CHECKSUMS_FILE);
 }
 
 static void list_files(const struct checks *checks, const struct vw_verify_params *params,
                        struct vw_verification *made) {
     list_tables(checks, params, made);
-    list_signed(checks, params, "duplicates.csv", "nothing without --key: it needs the photos", made);
-    list_signed(checks, params, "report.html", "nothing without --key: it shows the head", made);
+    static const char *const names[] = {"duplicates.csv", "map.json", "residuals.json", "report.html"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) list_covered(params, names[i], made);
     if (checks->field == FIELD_INTACT) add(made, "field.vwf", "intact", "its SHA-256, in the hash chain");
-    else list_signed(checks, params, "field.vwf", "nothing: the run has not ended with it", made);
+    else list_covered(params, "field.vwf", made);
 }
 
 static void list_proofs(const struct vw_verify_params *params, struct vw_verification *made) {
-    bool there = vw_file_exists_inside(params->out, VW_SIGNATURE_FILE);
-    const char *by = "nothing without --expect or --key: a chain without a key can be rewritten whole";
-    if (made->is_signed) by = "--key: the signature names the head";
-    else if (params->expect) by = "--expect";
-    add(made, "chain as a whole", made->is_signed || params->expect ? "intact" : "not checked", by);
-    add(made, "signature",
-        made->is_signed ? "intact"
-        : there         ? "not checked"
-                        : "absent",
-        made->is_signed ? "--key"
-        : there         ? "nothing: give --key"
-                        : "");
+    add(made, VW_CHECKSUMS_FILE, made->list.present ? "intact" : "absent",
+        made->list.present ? "the files that it lists, and the chain head" : "");
+    add(made, "chain as a whole", params->expect ? "intact" : "not checked",
+        params->expect ? "--expect" : "nothing without --expect or a signature of " VW_CHECKSUMS_FILE);
 }
 
 static void tell(struct checks *checks, const struct vw_verify_params *params, struct vw_verification *made) {
@@ -320,6 +302,7 @@ enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_ve
     enum vw_status status = check_all(params, &checks, &made);
     if (!status) tell(&checks, params, &made);
     if (!status) *verification = made;
+    else vw_checksums_found_free(&made.list);
     vw_scoring_free(&checks.scores.computed);
     free(checks.scores.recorded);
     vw_recorded_close(&checks.run);
@@ -328,5 +311,6 @@ enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_ve
 
 void vw_verification_free(struct vw_verification *verification) {
     free(verification->ledger_path);
+    vw_checksums_found_free(&verification->list);
     *verification = (struct vw_verification){0};
 }

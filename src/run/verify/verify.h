@@ -7,18 +7,16 @@
 #include <stdint.h>
 
 #include "base/interrupt.h"
-#include "run/signature.h"
+#include "run/outputs/checksums.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
 struct vw_verify_params {
     const char *out;       // the folder of the run
     const char *expect;    // the chain head that an earlier command printed; NULL: not compared
-    const char *key;       // the file of the public key that must have signed the run; NULL: not checked
     const char *providers; // FILE.csv, by which providers.csv and payout.csv were made; NULL: those of the ledger
     uint64_t replay_steps; // so many first steps are taken again and compared bit for bit; 0: none
     const char *device;    // for that; NULL: the one that the ledger names
-    bool to_sign;          // fills `statement`
     struct vw_interrupt interrupt; // stops taking steps
 };
 
@@ -37,15 +35,14 @@ struct vw_verification {
     char log_sha256[VW_HASH_HEX_BYTES]; // of the log of an imported run; "" otherwise
     uint64_t steps, replayed_steps;
     uint32_t score_count;
-    bool is_signed; // by the key that was given
     struct vw_verify_item items[VW_VERIFY_ITEMS_MAX];
     uint32_t item_count;
-    struct vw_statement statement; // only with a key, or to sign
+    struct vw_checksums_found list; // names what OUT holds beside the files of SHA256SUMS
 };
 
 // Recomputes every hash and score, the identity, and the tables that follow from the ledger; compares the field with
-// its hash. Writes nothing. VW_ERROR_MISMATCH names the first difference. `*verification` is untouched on failure; free
-// it by vw_verification_free().
+// its hash, and all result files and the chain head with SHA256SUMS. Writes nothing. VW_ERROR_MISMATCH names the first
+// difference. `*verification` is untouched on failure; free it by vw_verification_free().
 enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_verification *verification);
 void vw_verification_free(struct vw_verification *verification);
 

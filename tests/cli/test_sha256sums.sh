@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# SHA256SUMS of a finished run, by sha256sum and by verify: what it lists, when it is written, and that verify finds a listed file that
+# was changed or removed, a file that was added, and another chain head. Takes the program's path.
+# label: once
+set -uo pipefail
+. "$(dirname "$0")/../support/program_test.sh"
+scene=$root/tests/support/tiny.json
+
+value() { "$program" value "$scene" --out "$folder/$1" "${small[@]}" --epochs 3 --quiet "${@:2}"; }
+verify() { "$program" verify "$folder/$1" "${@:2}"; }
+row() { prints "^$1 +$2( |$)" verify "${@:3}"; } # row ITEM RESULT OUT [OPTION]...: of verify's table
+# listed OUT: sha256sum takes every line but the comment, and the comment is the ledger's chain head.
+listed() {
+    (cd "$folder/$1" && sha256sum -c --strict --quiet SHA256SUMS) &&
+        [[ $(head -n 1 "$folder/$1/SHA256SUMS") == "# viewworth chain head $(query "$1" 'SELECT final_hash FROM run')" ]]
+}
+names() { tail -n +2 "$folder/$1/SHA256SUMS" | cut -c67- | tr '\n' ' '; }
+files() { (cd "$folder/$1" && sha256sum -- * .[!.]* 2>/dev/null); }
+copy() { rm -rf "${folder:?}/copy" && cp -r "$folder/run" "$folder/copy"; }
+
+# ---- When it is written, and what it lists ------------------------------------------------------------------------------
+
+check "value" run value run
+check "leaves a list that sha256sum takes, with the chain head" listed run
+check "of all results, sorted" test "$(names run)" = \
+    "duplicates.csv field.vwf ledger.db map.json matrix.csv report.html residuals.json scores.csv "
+check "a finished run is listed again" eval 'run value run --resume && listed run'
+check "train lists" eval 'run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet && listed trained'
+check "without tables" test "$(names trained)" = "field.vwf ledger.db "
+printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
+check "import-steps lists" eval 'run "$program" import-steps "$folder/log.csv" --out "$folder/imported" && listed imported'
+check "more epochs are listed" eval 'run value more && run value more --resume --epochs 4 && listed more'
+check "lasting lists again" eval 'run "$program" lasting "$folder/more" --no-gate --quiet && listed more && row SHA256SUMS intact more'
+check "worth lists again" eval 'run "$program" worth "$folder/more" --retrainings 8 --quiet && listed more && row SHA256SUMS intact more'
+check "report lists its file again" eval 'echo >>"$folder/more/report.html"
+    run "$program" report "$folder/more" --no-thumbnails && listed more'
+check "and no other" eval 'echo >>"$folder/more/duplicates.csv"; run "$program" report "$folder/more" &&
+    fails 1 "duplicates.csv: is not the file that SHA256SUMS lists" verify more'
+check "steps that are not finished have no list" eval '
+    timeout --signal=INT 3 "$program" value "$scene" --out "$folder/stopped" "${small[@]}" --epochs 100000 --quiet 2>/dev/null
+    [[ -e $folder/stopped/ledger.db && ! -e $folder/stopped/SHA256SUMS ]]'
+
+# ---- What verify finds --------------------------------------------------------------------------------------------------
+
+before=$(files run)
+check "an intact run" row SHA256SUMS intact run
+check "with its report" row report.html intact run
+check "verify writes nothing" test "$(files run)" = "$before"
+for name in $(names run); do
+    copy && printf x >>"$folder/copy/$name"
+    check "a byte more of $name is found" eval '! verify copy 2>&1 | grep -q intact'
+    copy && rm "$folder/copy/$name"
+    check "$name is missed" eval '! verify copy 2>&1 | grep -q intact'
+done
+copy && echo 'name,amount' >"$folder/copy/payout.csv"
+check "a table that was added is refused" eval '! verify copy 2>&1 | grep -q intact'
+copy && touch "$folder/copy/keep.txt"
+check "a file of the user is named" row keep.txt 'not checked' copy
+check "and in JSON" eval 'verify copy --json >"$folder/answer.json" && [[ $(sqlite3 :memory: "SELECT json_extract(
+    CAST(readfile('"'$folder/answer.json'"') AS TEXT), '"'\$.not_listed[#-1]'"')") == keep.txt ]]'
+copy && sed -i '1s/head ./head x/' "$folder/copy/SHA256SUMS"
+check "a head that is none is found" fails 1 'SHA256SUMS: was edited' verify copy
+copy && sed -i '1s/[0-9a-f]\{64\}/'"$(printf '%064d' 1)"'/' "$folder/copy/SHA256SUMS"
+check "another head is found" fails 1 'SHA256SUMS: is of another state of the run' verify copy
+copy && sha256sum "$folder/log.csv" >>"$folder/copy/SHA256SUMS"
+check "another line is found" fails 1 'SHA256SUMS: was edited' verify copy
+copy && rm "$folder/copy/SHA256SUMS"
+check "a list that is not there is told" row SHA256SUMS absent copy
+check "and covers no report" row report.html 'not checked' copy
+copy && ln -sf "$folder/run/matrix.csv" "$folder/copy/matrix.csv"
+check "a link in place of a table is not followed" eval '! verify copy 2>&1 | grep -q intact'
+check "a folder that cannot be written is verified" eval 'chmod 500 "$folder/run"; row scores.csv intact run; chmod 700 "$folder/run"'
+check "a replay settles what the ledger claims" row 'scene, shaders, device' intact run --replay 3
+check "without one it is a claim" row 'scene, shaders, device' claimed run
+sqlite3 "$folder/trained/ledger.db" "UPDATE image SET sha256 = replace(sha256, '1', '2')"
+check "an edited photo is found" fails 1 'image row was edited' verify trained
+
+# The box that an effect chooses, on which run_id depends.
+check "the identity of an unbounded run follows from its ledger" eval 'run value far --effects unbounded; row identity intact far'
+check "so does that of a run in a wide box" eval 'run value wide --effects wide_box; row identity intact wide'
+conclude "$@"
