@@ -13,12 +13,12 @@ VW_PUBLIC_BEGIN
 
 struct vw_gpu;
 
-// What a device can do, as far as viewworth asks. Sizes in bytes unless named otherwise.
+// The limits of a device that viewworth needs. Sizes are in bytes unless named otherwise.
 struct vw_gpu_limits {
     uint64_t storage_binding_bytes; // largest range of one storage-buffer binding
     uint64_t buffer_bytes;          // largest single buffer (and memory allocation)
     uint32_t texel_elements;        // most texels of one texel-buffer view
-    uint32_t shared_memory_bytes;   // of one workgroup
+    uint32_t shared_memory_bytes;   // per workgroup
     uint32_t push_constant_bytes;
     uint32_t workgroup_invocations; // most invocations of one workgroup
     uint32_t workgroup_size_x;
@@ -47,8 +47,8 @@ enum vw_gpu_kind {
     VW_GPU_CPU
 }; // in order of preference
 
-// What the bits of a run depend on beside the device's name and driver. Of float32 arithmetic: what a shader can
-// demand.
+// The properties, beside the device's name and driver, that decide the bits of a run: what a shader can demand of
+// float32 arithmetic.
 struct vw_gpu_arithmetic {
     bool keeps_nan; // and infinity and the sign of zero; the only one that viewworth demands
     bool keeps_denormals, flushes_denormals;
@@ -63,7 +63,7 @@ struct vw_gpu_info {
     enum vw_gpu_kind kind;
     char name[256];   // Vulkan deviceName; for a CPU device followed by " on <CPU model>", since its code depends on it
     char driver[600]; // "<driverName> <driverInfo> <driverVersion>", and ", loops kept" without unrolls_loops
-    uint64_t memory_bytes;               // of its largest device-local heap
+    uint64_t memory_bytes;               // size of its largest device-local heap
     struct vw_gpu_arithmetic arithmetic; // all 0 where it cannot be asked, before Vulkan 1.2
     char unsupported_reason[128];        // "" when it meets the floor, else the first limit that it misses
 };
@@ -82,8 +82,8 @@ struct vw_gpu_params {
 // `*infos` is owned by the caller (free). No device at all, or no loader, is VW_ERROR_NO_DEVICE.
 enum vw_status vw_gpu_list(struct vw_gpu_info **infos, uint32_t *count);
 
-// If LP_NATIVE_VECTOR_WIDTH is set and MESA_SHADER_CACHE_DIR is not, opening sets the latter: lavapipe would otherwise
-// read shaders from its cache that were compiled for another width.
+// Opens a device. If LP_NATIVE_VECTOR_WIDTH is set and MESA_SHADER_CACHE_DIR is not, it sets the latter: lavapipe would
+// otherwise read shaders from its cache that were compiled for another width.
 enum vw_status vw_gpu_open(const struct vw_gpu_params *params, struct vw_gpu **gpu);
 // Waits for the device. Returns VW_ERROR_DEVICE if validation complained since opening (the messages went to stderr).
 enum vw_status vw_gpu_close(struct vw_gpu **gpu);

@@ -54,18 +54,18 @@ struct vw_ledger_run {
     const char *scene_path;
     int64_t seed;
     const char *config_json;
-    const char *subset_hash; // of the names of the photos trained on
+    const char *subset_hash; // hash of the names of the photos trained on
     const char *device, *driver;
     const char *shader_hash;
-    const char *version; // of viewworth
+    const char *version; // version of viewworth
     const char *started_utc;
     const char *scene_options_json; // the options that the scene was opened with ("{}": none), or the hash of an
                                     // imported log
     const char *effects_json;       // the verdict on every effect, with its evidence (decision 7)
-    const char *plan_json;          // what --accuracy or --budget decided; "{}" or NULL: neither was given
+    const char *plan_json;          // the decisions of --accuracy or --budget; "{}" or NULL: neither was given
     const char *status;       // "running", "finished", "interrupted" or "failed"; vw_ledger_create writes "running"
     const char *finished_utc; // when the run last ended; NULL: not yet. vw_ledger_create ignores it
-    const char *field_sha256; // of the field file that this end wrote; NULL: none. vw_ledger_create ignores it
+    const char *field_sha256; // hash of the field file written at this end; NULL: none. vw_ledger_create ignores it
 };
 
 struct vw_ledger_image {
@@ -88,14 +88,14 @@ struct vw_ledger_score {
                                         // ledger
 };
 
-// What a step leaves behind at the end of the training, by the backward sweep of lasting credit (value.h).
+// The effect of a step on the end of the training, found by the backward pass of lasting credit (value.h).
 struct vw_lasting_step {
     uint64_t step;               // 1, 2, ...
     double psnr, loss;           // dB that the end gains by the step; mean absolute error that it loses
-    double size_psnr, size_loss; // length of the gradient of either by the params behind the step; 0 or more
+    double size_psnr, size_loss; // length of the gradient of either by the params after the step; 0 or more
 };
 
-// One photo of the gate: its steps behind from_step were scaled, in trainings from there on.
+// One photo of the gate: its steps after from_step were scaled in trainings from there on.
 struct vw_gate_check {
     uint32_t image_id;
     uint64_t from_step;
@@ -103,7 +103,7 @@ struct vw_gate_check {
     double predicted_loss, measured_loss; // the same in mean absolute error, more = better
 };
 
-// What a photo's camera tells of the field that the run ended with and the others do not (value.h).
+// The information about the final field that a photo's camera adds to that of the other cameras (value.h).
 struct vw_photo_coverage {
     uint32_t image_id;
     double coverage; // 0 or more
@@ -111,7 +111,7 @@ struct vw_photo_coverage {
 
 // A sweep. step_count 0: there is none.
 struct vw_lasting_sweep {
-    uint32_t rays;                       // of each step that the product takes; 0: all
+    uint32_t rays;                       // per step, that the product takes; 0: all
     uint32_t epochs, states;             // the end is the mean over at most so many states of the last epochs
     const struct vw_lasting_step *steps; // all steps of the run but step 0, in order
     uint64_t step_count;
@@ -128,7 +128,7 @@ struct vw_lasting_sweep {
 // A training on some of the run's photos after the run, at as many steps as the run, from which worth is computed.
 struct vw_ledger_retraining {
     bool whole_providers; // each provider's photos were in or out together
-    uint64_t seed;        // of order, pixels, jitter and initialisation
+    uint64_t seed;        // seed of order, pixels, jitter and initialisation
     uint32_t epochs;
     const uint32_t *image_ids; // trained on, ascending
     uint32_t image_count;
@@ -142,7 +142,7 @@ enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *ru
 // file is checked first, since it may come from someone who wants to harm. VW_ERROR_INPUT if it is not exactly a ledger
 // of this version, or if a killed process left a write unfinished, which vw_ledger_open_to_append puts right.
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
-// The same, to append after its last step.
+// Opens the ledger in the same way, to append after its last step.
 enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
@@ -173,7 +173,8 @@ enum vw_status vw_ledger_set_field(struct vw_ledger *ledger, const char *sha256)
 // with the next append or finish.
 enum vw_status vw_ledger_extend(struct vw_ledger *ledger, const char *config_json);
 uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the step that the next append must begin with
-// The chain head, which covers everything in the ledger: final_hash after the run has ended, else the last row_hash.
+// Writes the chain head, which covers everything in the ledger: final_hash after the run has ended, before that the
+// last row_hash.
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
 // Compares repeated steps with the recorded ones, bit for bit. records[0].step + count must be at most
 // vw_ledger_next_step. VW_ERROR_MISMATCH names the first step that differs.
@@ -184,22 +185,22 @@ enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_
 // with one noted elsewhere, or repeat the steps and use vw_ledger_compare.
 enum vw_status vw_ledger_verify(struct vw_ledger *ledger);
 
-// The run row; the strings belong to the ledger and live until it is closed.
+// Returns the run row; the strings belong to the ledger and live until it is closed.
 enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run *run);
-// The image rows by image_id; array and strings belong to the ledger and live until it is closed.
+// Returns the image rows by image_id; array and strings belong to the ledger and live until it is closed.
 enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_ledger_image **images, uint32_t *count);
-// All step rows in order, without view rows (`views` is NULL); `*records` is owned by the caller (free). NULL columns
-// become NaN.
+// Returns all step rows in order, without view rows (`views` is NULL). The caller frees `*records`. NULL columns become
+// NaN.
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count);
-// All probe rows by step and index, and all score rows by method (in the order in which they were written) and image.
-// The arrays are owned by the caller (free), their strings by the ledger.
+// Returns all probe rows by step and index, and all score rows by method (in the order in which they were written) and
+// image. The caller frees the arrays; their strings belong to the ledger.
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
-// The sweep of lasting credit; step_count 0: there is none. VW_ERROR_INPUT when its rows are not such a sweep. The
-// arrays are owned by the caller (vw_lasting_sweep_free).
+// Returns the backward pass of lasting credit; without one, step_count is 0. VW_ERROR_INPUT: its rows are inconsistent.
+// The caller frees the arrays (vw_lasting_sweep_free).
 enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep);
 void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep);
-// All retraining rows in order; `*retrainings` and what it points to is one array, owned by the caller (free).
+// Returns all retraining rows in order; `*retrainings` and what it points to is one array, owned by the caller (free).
 enum vw_status vw_ledger_get_retrainings(struct vw_ledger *ledger, struct vw_ledger_retraining **retrainings,
                                          uint32_t *count);
 // Calls `take` with every row of table view, by step and image. The rows are not kept in memory, because there is one

@@ -1,4 +1,4 @@
-// What the library tells while it works. It prints nothing by itself: every message goes to the sink of its thread.
+// Messages of the library during its work. The library does not print: every message goes to the sink of its thread.
 #ifndef VIEWWORTH_LOG_H
 #define VIEWWORTH_LOG_H
 

@@ -23,9 +23,9 @@ VW_PUBLIC_BEGIN
 struct vw_run;
 
 struct vw_run_state {
-    uint64_t step, total_steps; // the last step on disk; steps that the run will have, as far as is known
+    uint64_t step, total_steps; // the last step on disk; steps that the run will have, if known
     uint32_t epoch, epochs;     // epoch counts from 0
-    double val_psnr_db;         // of the last validated step on disk; NaN: unknown
+    double val_psnr_db;         // value of the last validated step on disk; NaN: unknown
     bool finished;              // all steps are taken
     bool sweeping;              // the sweep for lasting credit: its own steps, replayed and swept
 };
@@ -46,7 +46,7 @@ enum {
 // Lasting credit (value.h): one backward pass through the finished training.
 struct vw_lasting_options {
     bool wanted;   // compute it, unless OUT has it
-    uint32_t rays; // of each step that the backward pass uses; 0: all, or those of the result that OUT has
+    uint32_t rays; // per step, that the backward pass uses; 0: all, or those of the result that OUT has
     bool no_gate;  // do not check the result by trainings
     bool matrix;   // also credit each validation photo's own PSNR; each costs up to half a backward pass more
 };
@@ -83,14 +83,14 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
 // "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. Last,
 // lists the files in SHA256SUMS; also for a run that was finished before.
 enum vw_status vw_run_finish(struct vw_run *run);
-// The scores of one method, one per train photo, best first. NULL: vw_value_default_method. After vw_run_finish() only.
-// The array and its strings are owned by the run. A method without scores gives count 0.
+// Returns the scores of one method, one per train photo, best first. NULL: vw_value_default_method. Call it only after
+// vw_run_finish(). The array and its strings are owned by the run. A method without scores gives count 0.
 enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
                              uint32_t *count);
-// The photos of the run in the order of their image_id, which scores name. Once steps are recorded. The array and its
-// strings are owned by the run.
+// Returns the photos of the run in the order of their image_id, which scores name. Call it once steps are recorded. The
+// array and its strings are owned by the run.
 enum vw_status vw_run_images(const struct vw_run *run, const struct vw_ledger_image **images, uint32_t *count);
-// A run that was not finished keeps its steps, and `resume` continues it.
+// Closes a run. A run that was not finished keeps its steps, and `resume` continues it.
 void vw_run_close(struct vw_run **run);
 
 VW_PUBLIC_END

@@ -19,7 +19,7 @@ VW_PUBLIC_BEGIN
 enum vw_split { VW_SPLIT_TRAIN, VW_SPLIT_VAL, VW_SPLIT_TEST, VW_SPLIT_EXCLUDED };
 const char *vw_split_name(enum vw_split split); // "train", "val", "test", "excluded"
 
-// Whether a pixel of a photo is used, as bytes of vw_view.mask.
+// The use of a pixel of a photo, as bytes of vw_view.mask.
 enum {
     VW_MASK_HIDE = 0,        // hidden by the mask file
     VW_MASK_BEYOND_LENS = 1, // the lens model has no inverse there
@@ -38,7 +38,7 @@ enum {
 enum vw_lens { VW_LENS_POLYNOMIAL, VW_LENS_FISHEYE };
 
 struct vw_camera {
-    uint32_t width_px, height_px;    // of the photo as loaded (after --downscale); intrinsics match it
+    uint32_t width_px, height_px;    // size of the photo as loaded (after --downscale); intrinsics match it
     double focal_x_px, focal_y_px;   // > 0
     double centre_x_px, centre_y_px; // principal point
     enum vw_lens lens;
@@ -57,7 +57,7 @@ struct vw_view {
     struct vw_image image;
     bool has_mask; // the view has a mask file
     uint8_t *mask; // owned; VW_MASK_*, a byte per pixel of image, rows top to bottom; NULL: VW_MASK_KEEP everywhere
-    uint8_t sha256[VW_HASH_BYTES]; // of the image file; of the 8-bit pixels for a recipe and a corrupted photo
+    uint8_t sha256[VW_HASH_BYTES]; // hash of the image file; of the 8-bit pixels for a recipe and a corrupted photo
 };
 
 // A surface point and the views that see it, as structure from motion produces them.
@@ -99,11 +99,12 @@ struct vw_scene {
     uint32_t note_count;
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
-    uint8_t hash[VW_HASH_BYTES];    // of everything above that training depends on: names, splits, image hashes, masks,
-                                    // cameras, poses, near and far, box, background, downscale; not of the path
+    // Hash of everything above that training depends on: names, splits, image hashes, masks, cameras, poses, near and
+    // far, box, background, downscale; not of the path.
+    uint8_t hash[VW_HASH_BYTES];
 };
 
-// How many observations (tracks) are of points outside a box.
+// Counts the observations (tracks) of points outside a box.
 uint32_t vw_scene_count_outside(const struct vw_scene *scene, const struct vw_box *box);
 
 struct vw_gpu;
@@ -142,38 +143,38 @@ void vw_scene_close(struct vw_scene **scene);
 enum vw_status vw_scene_decode(const struct vw_scene *scene, const uint32_t *views, uint32_t count);
 enum vw_status vw_scene_decode_all(const struct vw_scene *scene);
 
-// How much memory the pixels of a scene opened from now on may take; 0, the default: half of the machine's. Never more
-// than the machine has.
+// Limits the memory that the pixels of scenes opened from now on may take; 0, the default: half of the machine's. It is
+// never more than the machine has.
 void vw_scene_set_memory(uint64_t size_bytes);
 
-// The views of a split, as ascending scene indices. `*views` and `*count` must be zero before; the caller frees
+// Lists the views of a split as ascending scene indices. `*views` and `*count` must be zero before; the caller frees
 // `*views`, also after a failure.
 enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views,
                                    uint32_t *count);
 
-// Whether a pixel is used for training and validation: it is not masked, the lens model has an inverse there, and its
-// value in the file is neither NaN, infinite nor negative.
+// Returns whether a pixel is used for training and validation: it is not masked, the lens model has an inverse there,
+// and its value in the file is neither NaN, infinite nor negative.
 bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
-// The same without mask files.
+// Returns the same without regard to mask files.
 bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px);
 
-// Depths along a view's axis (world units, > 0) of the points that it sees, by its tracks. Those of view v are
+// Depths along a view's axis (world units, > 0) of the points that it sees, by its tracks. The depths of view v are
 // (*depths)[(*ends)[v - 1]] to (*depths)[(*ends)[v] - 1], unsorted; view 0 begins at 0. `counts` says which tracks
 // count; NULL: all. The caller frees both arrays.
 typedef bool vw_track_filter(const void *context, const struct vw_track *track);
 enum vw_status vw_scene_depths(const struct vw_scene *scene, vw_track_filter *counts, const void *context,
                                uint32_t **ends, double **depths);
 
-// The direction in camera axes (OpenGL, not normalised, z = -1) of the ray through image position (x_px, y_px).
-// Newton's method in double inverts the lens distortion. Returns false if the distortion has no inverse there, or if
-// the ray of a fisheye is 1.55 radians or more off the axis.
+// Computes the direction in camera axes (OpenGL, not normalised, z = -1) of the ray through image position (x_px,
+// y_px). Newton's method in double inverts the lens distortion. Returns false if the distortion has no inverse there,
+// or if the ray of a fisheye is 1.55 radians or more off the axis.
 bool vw_camera_unproject(const struct vw_camera *camera, double x_px, double y_px, double direction_camera[3]);
-// The image position of a direction in camera axes (OpenGL); false when it points backwards (z >= 0).
+// Computes the image position of a direction in camera axes (OpenGL); returns false when it points backwards (z >= 0).
 bool vw_camera_project(const struct vw_camera *camera, const double direction_camera[3], double *x_px, double *y_px);
-// The distance from the principal point, in focal lengths, up to which the lens model has an inverse; infinite if it
-// has one everywhere. Ignores the tangential terms, which are small.
+// Returns the distance from the principal point, in focal lengths, up to which the lens model has an inverse; infinite
+// if it has one everywhere. Ignores the tangential terms, which are small.
 double vw_camera_reach(const struct vw_camera *camera);
-// Whether the lens distorts; a fisheye always does.
+// Returns whether the lens distorts; a fisheye always does.
 bool vw_camera_is_distorted(const struct vw_camera *camera);
 
 VW_PUBLIC_END

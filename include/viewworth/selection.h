@@ -16,10 +16,10 @@ VW_PUBLIC_BEGIN
 // 1981).
 #define VW_SELECTION_OUTLIER_Z (-3.0)
 enum vw_selection_rule {
-    VW_SELECT_OUTLIERS,    // all train photos but the robust outliers; without a method: of dv_psnr, of dv_loss and of
-                           // quality, as far as these have scores. Keeps photos without a score. No photo is an outlier
-                           // among fewer than 5, or if the spread is 0
-    VW_SELECT_POSITIVE,    // value above zero
+    VW_SELECT_OUTLIERS, // all train photos but the robust outliers; without a method: of those of dv_psnr, dv_loss and
+                        // quality that have scores. Keeps photos without a score. No photo is an outlier
+                        // among fewer than 5, or if the spread is 0
+    VW_SELECT_POSITIVE, // value above zero
     VW_SELECT_SIGNIFICANT, // lower end of the interval above zero; drops scores without an interval
     VW_SELECT_NOT_HARMFUL, // upper end of the interval not below zero; keeps scores without an interval
     VW_SELECT_TOP,         // the best `amount`
@@ -31,7 +31,7 @@ struct vw_selection_params {
     enum vw_selection_rule rule;
     double amount; // for VW_SELECT_TOP and VW_SELECT_DROP: a number of photos (whole, at least 1), or a percentage in
                    // (0,100] if `percent`
-    bool percent;  // of the photos that have a score, rounded to whole photos; at least 1 is kept
+    bool percent;  // relative to the photos that have a score, rounded to whole photos; at least 1 is kept
 };
 
 // A train photo that VW_SELECT_OUTLIERS leaves out because of a method's score.
@@ -43,7 +43,7 @@ struct vw_selection_outlier {
 
 struct vw_selection {
     uint32_t *image_ids;                   // owned: the train photos kept, best first, ties by image_id
-    uint32_t count;                        // of image_ids, at least 1
+    uint32_t count;                        // length of image_ids, at least 1
     uint32_t scored_count;                 // train photos that have a score
     struct vw_selection_outlier *outliers; // owned: method by method, worst first
     uint32_t outlier_count;

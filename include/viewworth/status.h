@@ -44,12 +44,13 @@ enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) _
 #define vw_fail_context(status, ...) (vw_fail_context(status, __VA_ARGS__), (status))
 #endif
 
-// Replaces line ends, other control characters, changes of the writing direction and what is no UTF-8 by '?', in place,
-// so that a name from a file cannot break the line, control the terminal or pass for another one. All messages and log
+// Replaces line ends, other control characters, changes of the writing direction and invalid UTF-8 by '?', in place, so
+// that a name from a file cannot break the line, control the terminal or pass for another one. All messages and log
 // lines have passed it.
 void vw_text_make_line(char *text);
 
-// The message of this thread's last failure; "" if there was none. Valid until the next failure of this thread.
+// Returns the message of this thread's last failure; "" if there was none. It is valid until the next failure of this
+// thread.
 const char *vw_error_message(void);
 
 // Saves and restores the recorded message around a clean-up that may itself fail, so that the first failure is
@@ -71,7 +72,7 @@ void vw_first_failure_note(struct vw_first_failure *failure, enum vw_status stat
 // Returns the kept status and makes its message the recorded one again.
 enum vw_status vw_first_failure_report(const struct vw_first_failure *failure);
 
-// The program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
+// Returns the program's exit code for a status: 0 done, 1 failed at run time, 2 wrong usage or input.
 int vw_exit_code(enum vw_status status);
 
 VW_PUBLIC_END

@@ -20,15 +20,15 @@ enum vw_optimizer {
     VW_OPTIMIZER_SGD,        // plain gradient descent on the mean gradient
 };
 
-// What transparent training pixels are composited on when the effect `background` is on and `sky` is off. Validation
-// and rendering use the scene's colour.
+// The background of transparent training pixels when the effect `background` is on and `sky` is off. Validation and
+// rendering use the scene's colour.
 enum vw_background_form {
     VW_BACKGROUND_FIXED,  // the scene's colour
     VW_BACKGROUND_RANDOM, // a colour drawn for every ray and step, so that floaters of the scene's colour cannot hide
 };
 
-// What a run's seed decides (decision 12). When it decides one kind of draws only, the base seed decides the others.
-// The pixels that validation looks at are the same in all runs, whatever their seeds, unless they are named.
+// The draws that a run's seed decides (decision 12). When it decides one kind of draws only, the base seed decides the
+// others. The pixels that validation uses are the same in all runs, whatever their seeds, unless they are named.
 enum vw_vary {
     VW_VARY_ALL,    // order, pixels and initial params
     VW_VARY_ORDER,  // the order of the photos in every epoch
@@ -38,21 +38,21 @@ enum vw_vary {
     VW_VARY_ALL_VALIDATION, // all, and the validation pixels
 };
 
-// What turns samples of rays into colour and density.
+// The model that turns samples of rays into colour and density.
 enum vw_field {
     VW_FIELD_HASH, // a multiresolution hash grid and two small networks (instant-ngp)
     VW_FIELD_MLP,  // positional encodings and one deep network (NeRF)
     VW_FIELD_COUNT,
 };
 
-// What looks at the even samples to place importance samples.
+// The model evaluated at the even samples to place importance samples.
 enum vw_coarse_network {
     VW_COARSE_NETWORK_SHARED, // the field itself
     VW_COARSE_NETWORK_OWN,    // a network of its shape, trained beside it by its own colours (NeRF); of VW_FIELD_MLP
 };
 
-// How the hash grid's features are stored and read; there is no other copy of them. Arithmetic and moments are float32
-// in both.
+// The number format in which the hash grid's features are stored and read; there is no other copy of them. Arithmetic
+// and moments are float32 in both.
 enum vw_table_precision {
     VW_TABLE_FLOAT32,
     VW_TABLE_FLOAT16, // an update is rounded to the nearest half; an entry stays when it would leave the range (65504)
@@ -81,7 +81,7 @@ struct vw_config {
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double beta_min;     // least uncertainty of a colour with the effect transient, 0.001 to 10
-    double consistency_weight; // of that loss beside the effect appearance_encoder, 0 to 1000; 0: none
+    double consistency_weight; // weight of that loss next to the effect appearance_encoder, 0 to 1000; 0: none
     enum vw_optimizer optimizer;
     double learning_rate; // 1e-12 to 1e6; at the first step
     // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6
@@ -90,28 +90,29 @@ struct vw_config {
     double beta1; // [0,1); 0: no momentum
     double beta2; // [0,1)
     enum vw_field field;
-    uint32_t mlp_depth;       // of VW_FIELD_MLP: layers of its trunk, 1 to 16; 8 with the other
+    uint32_t mlp_depth;       // layers of the trunk of VW_FIELD_MLP, 1 to 16; 8 with the other field
     uint32_t frequencies;     // likewise: of the encoding of positions, 0 to 16; 10 with the other
-    uint32_t levels;          // of the hash grid, 1 to 16; levels * features is a multiple of 4
+    uint32_t levels;          // levels of the hash grid, 1 to 16; levels * features is a multiple of 4
     uint32_t features;        // per entry, 2 or 4
     uint32_t log2_table;      // a level has at most 2^log2_table entries, 0 to 22
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
-    uint32_t width;           // of the hidden layers: 16, 32 or 64; of VW_FIELD_MLP a multiple of 8, 16 to 512
+    uint32_t width;           // width of the hidden layers: 16, 32 or 64; for VW_FIELD_MLP a multiple of 8, 16 to 512
     enum vw_background_form background;
     enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
-    // Of each pilot that decides on effects; 0: no pilots; VW_PILOT_STEPS_AUTO: by the length of the run. Not part of
-    // the run's identity, which names the effects that are on.
+    // Steps of each pilot that decides on effects; 0: no pilots; VW_PILOT_STEPS_AUTO: by the length of the run. It does
+    // not belong to the run's identity, which names the effects that are on.
     uint32_t pilot_steps;
     // Probes, which need validation (see vw_step_record.probes).
     bool noise_floor;    // probe some of every photo's steps for measurement noise
-    uint32_t same_state; // states, at ends of epochs spread evenly behind burn-in, from which a step on every photo is
+    uint32_t same_state; // states, at ends of epochs spread evenly after burn-in, from which a step on every photo is
                          // probed; at most one per epoch; 0: none. Makes `epochs` part of the run's identity
 };
 
 extern const struct vw_config vw_config_default;
-// The same with what another field is by default: for VW_FIELD_MLP NeRF's width of 256 and learning rate of 5e-4.
+// Returns the default config with another field's defaults: for VW_FIELD_MLP, NeRF's width of 256 and learning rate of
+// 5e-4.
 struct vw_config vw_config_of_field(enum vw_field field);
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
@@ -119,16 +120,16 @@ enum vw_status vw_config_check(const struct vw_config *config);
 // when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };
 bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
-// The seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS, VW_VARY_INIT or VW_VARY_VALIDATION, which is 0 unless
-// validation pixels vary.
+// Returns the seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS, VW_VARY_INIT or VW_VARY_VALIDATION, which is 0
+// unless validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
-// The same training without its probes: it makes the same field.
+// Returns the same training without its probes: it makes the same field.
 struct vw_config vw_config_without_probes(const struct vw_config *config);
-// Canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of effects.
-// Without `vary` and `base_seed` everything varies; without `table_precision` it is float32;
-// without `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are
-// absent; without `importance_samples` there are none, without `coarse_network` it is shared, without
-// `consistency_weight` it is 0, without `learning_rate_decay` the rate is constant.
+// Returns canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of
+// effects. Without `vary` and `base_seed` everything varies; without `table_precision` it is float32; without
+// `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are absent;
+// without `importance_samples` there are none, without `coarse_network` it is shared, without `consistency_weight` it
+// is 0, without `learning_rate_decay` the rate is constant.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
@@ -147,17 +148,17 @@ enum { VW_EFFECT_COUNT_MAX = 16, VW_MEASURED_ON_BYTES = 240 };
 struct vw_effect_verdict {
     const char *name;       // "distortion", "background"
     bool called_for;        // evidence_low >= threshold, and beside the effects that were chosen before
-    double evidence;        // what was measured of the scene; NaN: unknown, which calls for nothing
-    double evidence_stderr; // of a gain; NaN of a fact
-    double evidence_low;    // of a gain, the lower end of its one-sided 95 % interval; of a fact, the evidence
-    double threshold;       // of a gain, the price that it must reach; NaN: nothing was measured
-    double ms_per_step, device_bytes; // what the effect costs, in pilots; NaN: unknown. They decide nothing
-    const char *meaning;              // what the evidence is, with its unit
+    double evidence;        // measured on the scene; NaN: unknown, which calls for nothing
+    double evidence_stderr; // standard error of a gain; NaN for a fact
+    double evidence_low;    // for a gain, the lower end of its one-sided 95 % interval; for a fact, the evidence
+    double threshold;       // for a gain, the price that it must reach; NaN: nothing was measured
+    double ms_per_step, device_bytes; // cost of the effect in pilots; NaN: unknown. Costs decide nothing
+    const char *meaning;              // description of the evidence, with its unit
     char measured_on[VW_MEASURED_ON_BYTES];
     bool on; // after --effects
 };
 
-// Every known effect, in registry order, with nothing measured and nothing on.
+// Lists every known effect, in registry order, with nothing measured and nothing on.
 void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 // Switches effects on as they are called for and as `effects` (--effects) says. An effect that +a,-b does not name goes
 // off without the effect that it requires, and beside one that it conflicts with. VW_ERROR_USAGE when `effects` names
@@ -167,12 +168,12 @@ enum vw_status vw_effects_choose(const char *effects, struct vw_effect_verdict *
 // config->effects names it.
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count);
-// Whether the effect of that name is on; false for one that is not in the list.
+// Returns whether the effect of that name is on; false for one that is not in the list.
 bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, const char *name);
-// Whether an effect is on that fits each measured view on its left half, so that only the right half is scored.
+// Returns whether an effect is on that fits each measured view on its left half, so that only the right half is scored.
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count);
-// Whether errors of whole views are of right halves: where such an effect is on, or appearance_encoder, which then sees
-// the left halves alone.
+// Returns whether errors of whole views are of right halves: such an effect is on, or appearance_encoder, which then
+// sees only the left halves.
 bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count);
 
 VW_PUBLIC_END

@@ -20,8 +20,8 @@
 //       how well the photo fits: the mean of two ranks, each scaled to [0,1] (ties share their mean): that of dv_loss,
 //       and that of minus the mean training loss over the photo's visits in the last third of the E epochs (rounded
 //       up). 1 fits best. It finds photos that do not fit, such as those with occluders, exposure, blur or a wrong
-//       pose; it does not say what they are worth. It is no sum, and its zero means nothing. A photo without both has
-//       no quality. Its standard error is that of a block bootstrap (Kuensch, "The jackknife and the bootstrap for
+//       pose; it does not say what they are worth. It is not a sum, and its zero means nothing. A photo without both
+//       has no quality. Its standard error is that of a block bootstrap (Kuensch, "The jackknife and the bootstrap for
 //       general stationary observations", Annals of Statistics 1989), seeded: 400 times, blocks of neighbouring epochs
 //       (E^(1/3) long, at most half of the late third; circular) are drawn anew, within the late third and within the
 //       epochs before it, for both ranks and all photos alike. The variance is divided by the share that such blocks
@@ -29,34 +29,34 @@
 //       src/value/uncertainty.h). The 95 % interval is that of Student with E - 1 degrees of freedom, cut to [0,1]; NaN
 //       below four epochs
 //   lasting_psnr, lasting_loss
-//       what the steps on the photo leave behind at the end of the training: the sum, over all steps t on the photo
+//       the effect of the steps on the photo at the end of the training: the sum, over all steps t on the photo
 //       (those of burn-in too), of lambda(t) . s(t), where s(t) is the step's change of the params and lambda(t) the
-//       gradient by the params behind step t of U, the mean over states of the last epochs of the validation PSNR
+//       gradient by the params after step t of U, the mean over states of the last epochs of the validation PSNR
 //       (dB), or of minus the mean absolute error. lambda is carried back from the end step by step: lambda <- lambda
 //       - H P lambda, with P the preconditioner of Adam and H the Gauss-Newton product (Martens, "Deep learning via
 //       Hessian-free optimization", ICML 2010). So a step is credited with what U gains by it, to first order, with
 //       all that later steps repair or undo (Hara et al., "Data cleansing for models trained with SGD", NeurIPS 2019;
-//       Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). Scores of several photos can be added. Their zero means
-//       nothing: only differences do. Only for runs with a sweep (viewworth lasting). A sweep is of one seed, and says
-//       nothing about others: there is no standard error and no interval; reproduce --lasting measures them over seeds
+//       Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). Scores of several photos can be added. Compare photos with
+//       each other; zero has no meaning. Only for runs with a backward pass (viewworth lasting). The pass covers one
+//       seed, so there is no standard error and no interval; reproduce --lasting measures them over seeds
 //   worth_psnr
-//       what a training on all photos loses in validation PSNR without the photo, at equal steps and over seeds: below
+//       the loss of validation PSNR of a training on all photos without the photo, at equal steps and over seeds: below
 //       0 the photo harms. Only for runs with retrainings (`worth`). Their outcomes U(S), means over the ends of the
 //       last epochs, are fitted by U(S) = c + g log s + sum over photos of b_i (x_i / s - 1), where s is the share of
-//       photos in S and x_i is 1 in S, else 0: at equal steps the members share the training. Worth is the fit's
+//       photos in S and x_i is 1 in S, otherwise 0: at equal steps the members share the training. Worth is the fit's
 //       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B - B0|^2, where f
-//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage, as far as every
-//       photo has them, and B0 takes lasting_psnr at its word, in dB, and nothing else. Fits of 64 (lambda, rho) are
+//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage that every photo
+//       has, and B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are
 //       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
 //       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
 //       2022). A provider's worth is fitted likewise, with providers as players
 //   coverage
-//       what the photo's camera tells of the field that the run ended with and the other cameras do not: the sum, over
+//       the information about the final field that the photo's camera adds to that of the others: the sum, over
 //       the entries e of the field's grid, of log((l + I(e)) / (l + I(e) - I_i(e))). I_i(e) is the Fisher information
 //       of the photo (its diagonal: FisherRF, arXiv 2311.17874), the sum over its pixels and channels of (d rendered
 //       colour / d e)^2, I the sum over all train photos, and l a tenth of the mean of I. No colour of a photo enters.
-//       Copies share it: each gets less than the photo by itself. It has no unit, its zero means nothing, and it is
-//       meant as a prior of worth. Only for runs with a sweep; no interval
+//       Copies share it: each gets less than a single photo. It has no unit, its zero means nothing, and it is
+//       meant as a prior of worth. Only for runs with a backward pass; no interval
 //   same_state_psnr
 //       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //
@@ -104,10 +104,9 @@ struct vw_value_method {
     bool additive;                     // the scores of several photos can be added
     bool has_zero;                     // 0 means something: scores may be compared with it
 };
-// All methods but those of vw_value_input.paper_methods, in the order of the scores. The array is static. A run without
-// momentum has no momentum_psnr, a run without such probes no same_state_psnr.
+// Lists all methods but those of vw_value_input.paper_methods, in the order of the scores. The array is static.
 const struct vw_value_method *vw_value_methods(uint32_t *count);
-// NULL: not in vw_value_methods.
+// Returns NULL for a name that is not in vw_value_methods.
 const struct vw_value_method *vw_value_method_find(const char *name);
 // The method that tables show first: "dv_psnr".
 extern const char vw_value_default_method[];
@@ -134,8 +133,8 @@ struct vw_noise_floor {
     // validation is a pure function of the params (decision 1).
     double repeated_db, zero_learning_rate_db;
     // Root mean square, over the probed steps, of the standard deviation of the delta when pixels are resampled.
-    double resampled_db; // of val_psnr
-    double resampled_l1; // of val_l1
+    double resampled_db; // rows by val_psnr
+    double resampled_l1; // rows by val_l1
 };
 void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_floor *floor);
 

@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_VERSION_H
 #define VIEWWORTH_VERSION_H
 
-// Around the declarations of every public header: C linkage, and visible outside the shared library, which hides all
-// else.
+// Brackets of the declarations in every public header: C linkage, and visible outside the shared library, which hides
+// everything else.
 #ifdef __cplusplus
 #define VW_PUBLIC_BEGIN                                                                                                \
     extern "C" {                                                                                                       \

@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "base/text_stream.h"
 
-// Whether a spreadsheet would evaluate the text, with or without its leading apostrophes.
+// Tells whether a spreadsheet would evaluate the text, with or without its leading apostrophes.
 static bool looks_like_formula(const char *text) {
     text += strspn(text, "'");
     return *text && strchr("=+-@\t\r\n", *text);
@@ -39,12 +39,12 @@ void vw_csv_close(struct vw_csv *csv) {
     *csv = (struct vw_csv){0};
 }
 
-// The number of bytes of the line end here; 0: no line end, or the end of the file.
+// Returns the number of bytes of the line end here; 0: no line end, or the end of the file.
 static size_t line_end_bytes(const char *text) {
     return text[0] == '\n' ? 1 : text[0] == '\r' && text[1] == '\n' ? 2 : 0;
 }
 
-// Reads a field that begins after a quote, in place, and moves csv->next behind the closing quote.
+// Reads a field that begins after a quote, in place, and moves csv->next past the closing quote.
 static enum vw_status take_quoted(struct vw_csv *csv) {
     char *from = csv->next, *to = csv->next;
     uint32_t line = csv->next_line;

@@ -19,7 +19,7 @@ struct vw_csv {
     char *text;       // owned: the file; fields of all records point into it
     size_t size_bytes;
     char **fields;        // owned array: fields of the current record, without quotes
-    uint32_t field_count; // of the current record
+    uint32_t field_count; // fields of the current record
     uint32_t line;        // first line of the current record, from 1
     // private
     char *next;
@@ -30,8 +30,8 @@ struct vw_csv {
 // Reads a file of at most `limit_bytes`. VW_ERROR_INPUT if it cannot be opened or has a zero byte. Close it also after
 // a failure.
 enum vw_status vw_csv_open(const char *path, size_t limit_bytes, struct vw_csv *csv);
-// The same of a file that is read already; `text`, with a zero byte after its end, is owned by `csv` from now on, also
-// after a failure. `path` is for messages.
+// Opens a table that is already in memory. `csv` owns `text`, which ends with a zero byte, from now on, also after a
+// failure. `path` is for messages.
 enum vw_status vw_csv_take(const char *path, void *text, size_t size_bytes, struct vw_csv *csv);
 // Reads the next record; `*found` is false after the last one. VW_ERROR_INPUT names file and line of a quote that is
 // misplaced or not closed, and of a record of more than VW_CSV_FIELDS_MAX fields.

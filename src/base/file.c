@@ -14,8 +14,8 @@
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// To open a pipe may wait for ever, and to open a device may do something: so the kind is asked first, and asked again
-// of what was opened, which may have been exchanged meanwhile.
+// Checks the kind before opening, since opening a pipe may wait for ever and opening a device may have effects, and
+// again after it, since the file may have been exchanged meanwhile.
 enum vw_status vw_file_open(const char *path, int *descriptor) {
     struct stat info;
     int opened = -1, cause = stat(path, &info) ? errno : 0;
@@ -84,7 +84,7 @@ enum {
     TEMPORARY_NAME_BYTES = sizeof TEMPORARY_PREFIX - 1 + RANDOM_DIGITS + sizeof TEMPORARY_SUFFIX
 };
 
-// The cause of a failure, or 0.
+// Returns the cause of a failure, or 0.
 static int make_temporary_name(char name[TEMPORARY_NAME_BYTES]) {
     uint64_t random[2];
     if (getentropy(random, sizeof random)) return errno;
@@ -111,7 +111,7 @@ static bool write_all(int descriptor, const void *data, size_t size_bytes) {
     return fsync(descriptor) == 0;
 }
 
-// The cause of a failure, or 0. After a failure nothing remains.
+// Returns the cause of a failure, or 0. After a failure no file remains.
 static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes) {
     int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor < 0) return errno;
@@ -134,7 +134,7 @@ static int publish(int folder, const char *temporary, const char *name, bool rep
     return cause;
 }
 
-// The cause of a failure, or 0.
+// Returns the cause of a failure, or 0.
 static int write_in_folder(const char *folder_path, const char *name, const void *data, size_t size_bytes,
                            bool replaces) {
     char temporary[TEMPORARY_NAME_BYTES];

@@ -14,13 +14,13 @@ enum vw_status vw_file_open(const char *path, int *descriptor);
 // Reads a whole plain file of at most `limit_bytes`; `*data` is owned by the caller (free) and has a zero byte after
 // its end.
 enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, size_t *size_bytes);
-// The same of an opened file, which stays open. `path` is for messages.
+// Reads an opened file, which stays open. `path` is for messages.
 enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
 // Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
 // every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
-// The same, but VW_ERROR_USAGE if `path` exists.
+// Writes a new file; VW_ERROR_USAGE if `path` exists.
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes);
 // Opens a new file without a name in a folder, to be written and read; the caller closes it, which also removes it.
 // Where the file system has no such files it has a name for a moment. -1 with errno.
@@ -32,9 +32,9 @@ bool vw_file_exists(const char *path); // a plain file: not a folder, and not a 
 bool vw_folder_exists(const char *path);
 // Creates a folder and its parents; an existing folder is fine.
 enum vw_status vw_folder_create(const char *path);
-// "folder/name", owned by the caller; NULL if memory is short. An absolute `name` is returned unchanged.
+// Returns "folder/name", owned by the caller; NULL if memory is short. An absolute `name` is returned unchanged.
 char *vw_path_join(const char *folder, const char *name);
-// The folder part of a path ("." if it has none), owned by the caller.
+// Returns the folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
 
 #endif

@@ -10,7 +10,7 @@
 #include "viewworth/types.h"
 
 enum vw_status vw_sha256_file(const char *path, uint8_t hash[VW_HASH_BYTES]);
-// The same of an opened file, whose position stays as it is. `path` is for messages.
+// Hashes an opened file, whose position does not change. `path` is for messages.
 enum vw_status vw_sha256_descriptor(int descriptor, const char *path, uint8_t hash[VW_HASH_BYTES]);
 void vw_sha256(const void *data, size_t size_bytes, uint8_t hash[VW_HASH_BYTES]);
 
@@ -28,7 +28,7 @@ void vw_hasher_add_null(struct vw_hasher *hasher);
 void vw_hasher_end(struct vw_hasher *hasher, uint8_t hash[VW_HASH_BYTES]);
 
 void vw_hash_to_hex(const uint8_t hash[VW_HASH_BYTES], char hex[VW_HASH_HEX_BYTES]);
-// Whether `hex` is what vw_hash_to_hex() writes: 64 digits, in lower case.
+// Reads 64 digits as vw_hash_to_hex() writes them, in lower case; returns false for any other text.
 bool vw_hash_from_hex(const char *hex, uint8_t hash[VW_HASH_BYTES]);
 
 #endif

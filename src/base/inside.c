@@ -42,7 +42,7 @@ static int open_part(int folder, const char *part, int flags) {
     return opened;
 }
 
-// Opens every part of `name` by itself, and the last one with `flags`.
+// Opens every part of `name` separately, and the last one with `flags`.
 static int walk_below(int folder, const char *name, int flags) {
     char *parts = strdup(name), *rest = parts;
     int at = parts ? fcntl(folder, F_DUPFD_CLOEXEC, 0) : -1;
@@ -56,7 +56,7 @@ static int walk_below(int folder, const char *name, int flags) {
     return at;
 }
 
-// The descriptor, or -1 with errno. Containers may forbid openat2 (EPERM), and old kernels lack it (ENOSYS).
+// Returns the descriptor, or -1 with errno. Containers may forbid openat2 (EPERM), and old kernels lack it (ENOSYS).
 static int open_below(int folder, const char *name, int flags) {
     const struct open_how how = {.flags = (uint64_t)(flags | O_NOFOLLOW | O_CLOEXEC),
                                  .resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS};
@@ -67,8 +67,8 @@ static int open_below(int folder, const char *name, int flags) {
     return (int)opened;
 }
 
-// What is there, without opening it, since to open a pipe may wait for ever. The mode of a link is that of a link. 0
-// with errno: nothing is there, or a part of the way is a link.
+// Returns the mode without opening the file, since opening a pipe may wait for ever. For a link it is the mode of the
+// link. 0 with errno: nothing is there, or a part of the way is a link.
 static mode_t mode_below(int folder, const char *name) {
     struct stat info;
     int place = open_below(folder, name, O_PATH);
@@ -80,7 +80,7 @@ static mode_t mode_below(int folder, const char *name) {
 
 // ---- Plain files ---------------------------------------------------------------------------------------------------
 
-enum problem { FINE, MISSING, LINKED, OTHER_KIND, FAILED }; // of a name; FAILED: errno says why
+enum problem { FINE, MISSING, LINKED, OTHER_KIND, FAILED }; // problem with a name; FAILED: errno says why
 
 static enum problem problem_of(int cause) {
     if (cause == ENOENT) return MISSING;
@@ -95,8 +95,8 @@ static enum problem find_below(int folder, const char *name, mode_t kind) {
     return (mode & S_IFMT) == kind ? FINE : OTHER_KIND;
 }
 
-// The kind is asked before the opening and after it, when it may be another file. O_NONBLOCK: what became a pipe
-// meanwhile does not wait either.
+// Checks the kind before opening and after it, since the file may have changed. O_NONBLOCK: opening a file that became
+// a pipe meanwhile does not wait either.
 static enum problem open_file_below(int folder, const char *name, int *descriptor) {
     struct stat info;
     enum problem problem = find_below(folder, name, S_IFREG);
@@ -151,7 +151,7 @@ enum vw_status vw_file_read_inside(const char *folder, const char *name, size_t 
 
 static enum problem find_in(const char *folder, const char *name, mode_t kind) {
     int place = open_folder(folder);
-    if (place < 0) return errno == ENOENT || errno == ENOTDIR ? MISSING : FAILED; // the caller sees that by itself
+    if (place < 0) return errno == ENOENT || errno == ENOTDIR ? MISSING : FAILED; // the caller sees the cause itself
     enum problem problem = vw_path_leaves_folder(name) ? LINKED : find_below(place, name, kind);
     close_keeping_errno(place);
     return problem;
@@ -171,7 +171,7 @@ enum vw_status vw_folder_check_inside(const char *folder, const char *name) {
     return problem == MISSING ? VW_OK : fail(folder, name, problem, errno);
 }
 
-// The cause of a failure, or 0.
+// Returns the cause of a failure, or 0.
 static int create_below(int folder, const char *name) {
     char *parts = strdup(name), *rest = parts;
     int at = parts ? fcntl(folder, F_DUPFD_CLOEXEC, 0) : -1, cause = at < 0 ? errno : 0;
@@ -201,7 +201,8 @@ enum vw_status vw_folder_create_inside(const char *folder, const char *name) {
 
 // ---- Links that stay inside ----------------------------------------------------------------------------------------
 
-// The name of a file below a folder after all links of both are followed, owned by the caller; NULL with the problem.
+// Returns the name of a file below a folder after all links of both are followed, owned by the caller; NULL with the
+// problem.
 static char *resolve(const char *folder, const char *name, char **real_folder, enum problem *problem) {
     char *path = vw_path_join(folder, name), *real = path ? realpath(path, NULL) : NULL, *rest = NULL;
     if (path && !real) *problem = problem_of(errno);
@@ -215,8 +216,7 @@ static char *resolve(const char *folder, const char *name, char **real_folder, e
     return rest;
 }
 
-// The links are followed first, and what they give is opened without links: a link that is put there meanwhile is
-// refused.
+// Follows the links first and opens the result without links, so that a link put there meanwhile is refused.
 enum vw_status vw_file_open_inside(const char *folder, const char *name, int *descriptor) {
     char *real_folder = NULL;
     enum problem problem = vw_path_leaves_folder(name) ? LINKED : FAILED;

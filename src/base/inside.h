@@ -9,7 +9,7 @@
 
 #include "viewworth/status.h"
 
-// Whether a path leaves the folder that it is relative to: it is absolute or has a part "..".
+// Returns whether a path leaves the folder that it is relative to: it is absolute or has a part "..".
 bool vw_path_leaves_folder(const char *name);
 
 // Opens the plain file `name` of a scene folder for reading; the caller closes it. Links are followed as long as they
@@ -19,19 +19,19 @@ enum vw_status vw_file_open_inside(const char *folder, const char *name, int *de
 
 // For a folder of results, where every name is one that viewworth gave: no part of `name` may be a link.
 
-// As vw_file_read(). VW_ERROR_INPUT also for a link.
+// Reads a file like vw_file_read(), but returns VW_ERROR_INPUT also for a link.
 enum vw_status vw_file_read_inside(const char *folder, const char *name, size_t limit_bytes, void **data,
                                    size_t *size_bytes);
 bool vw_file_exists_inside(const char *folder, const char *name); // a plain file, reached without links
-// VW_OK for a plain file and for a name that is not taken; VW_ERROR_INPUT for links, folders, pipes and devices. For
-// those who open by path.
+// Returns VW_OK for a plain file and for a name that is not taken; VW_ERROR_INPUT for links, folders, pipes and
+// devices. It is for callers that open by path.
 enum vw_status vw_file_check_inside(const char *folder, const char *name);
-// The same for a folder.
+// Returns the same for a folder.
 enum vw_status vw_folder_check_inside(const char *folder, const char *name);
 // Creates a folder below a folder that exists, and those between them; existing folders are fine, links are not.
 enum vw_status vw_folder_create_inside(const char *folder, const char *name);
 
-// For tests: opens part by part, as on kernels without openat2.
+// Makes tests open part by part, as on kernels without openat2.
 void vw_inside_force_walk(bool walk);
 
 #endif

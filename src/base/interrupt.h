@@ -1,4 +1,4 @@
-// Whether somebody asked to stop. Long work asks between two pieces of it and returns VW_ERROR_INTERRUPTED.
+// The request to stop. Long work asks for it between two of its parts and returns VW_ERROR_INTERRUPTED.
 #ifndef VIEWWORTH_BASE_INTERRUPT_H
 #define VIEWWORTH_BASE_INTERRUPT_H
 

@@ -11,8 +11,8 @@
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// What jansson and malloc take at most, with a place in the container that holds the value. Containers grow by
-// doubling, and keep the smaller one until the larger one is filled.
+// The most memory that jansson and malloc take, with a place in the container that contains the value. Containers grow
+// by doubling, and keep the smaller one until the larger one is filled.
 enum { ARRAY_BYTES = 152, OBJECT_BYTES = 248, NUMBER_BYTES = 56, TEXT_BYTES = 104 };
 
 // A text while its values are counted.
@@ -75,7 +75,7 @@ json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_err
 
 json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 
-// The number of bytes of the UTF-8 character at `text`; 0 if it is invalid, as jansson decides.
+// Returns the number of bytes of the UTF-8 character at `text`; 0 if it is invalid, as jansson decides.
 static size_t character_bytes(const char *text) {
     for (size_t count = 1; count <= 4 && text[count - 1]; count++) {
         json_t *character = json_stringn(text, count);
@@ -112,7 +112,7 @@ static void drop(json_t **container) {
     *container = NULL;
 }
 
-// jansson drops a value that it cannot add, and refuses a NULL container.
+// Relies on jansson, which drops a value that it cannot add, and refuses a NULL container.
 void vw_json_append(json_t **array, json_t *value) {
     if (json_array_append_new(*array, value)) drop(array);
 }

@@ -18,7 +18,7 @@ void vw_log_set_sink(vw_log_sink *sink, void *context) {
     target.context = context;
 }
 
-// A message that does not fit is cut when there is no memory for it.
+// Sends a message; one that does not fit the buffer is cut when memory is short.
 static void send(enum vw_log_level level, const char *format, va_list arguments) {
     char line[LINE_BYTES], *longer = NULL;
     va_list again;

@@ -4,7 +4,7 @@
 
 #define VW_MSE_FLOOR 1e-10 // 100 dB
 
-// -10 log10(max(mse, VW_MSE_FLOOR)) in dB; NaN stays NaN.
+// Returns -10 log10(max(mse, VW_MSE_FLOOR)) in dB; NaN stays NaN.
 double vw_psnr_db(double mse);
 
 #endif

@@ -19,15 +19,15 @@ enum vw_random_purpose {
     VW_RANDOM_GIVEN_PHOTO,    // step = step; of the consistency loss
 };
 
-// Four 32-bit words. Key: the seed's two halves. Counter: (step's low word, step's high word | purpose << 24, a, b);
-// step < 2^56.
+// Draws four 32-bit words. Key: the seed's two halves. Counter: (step's low word, step's high word | purpose << 24, a,
+// b); step < 2^56.
 void vw_random_words(uint64_t seed, enum vw_random_purpose purpose, uint64_t step, uint32_t a, uint32_t b,
                      uint32_t words[4]);
-// The top 24 bits as a float in [0,1), the same on host and device.
+// Returns the top 24 bits as a float in [0,1), the same on host and device.
 float vw_random_unit(uint32_t word);
-// A number in [0, limit) with negligible bias: (word * limit) >> 32.
+// Returns a number in [0, limit) with negligible bias: (word * limit) >> 32.
 uint32_t vw_random_below(uint32_t word, uint32_t limit);
-// A permutation of 0..count-1 (Fisher-Yates) into `order`.
+// Writes a permutation of 0..count-1 (Fisher-Yates) into `order`.
 void vw_random_order(uint64_t seed, uint64_t epoch, uint32_t count, uint32_t *order);
 
 #endif

@@ -93,7 +93,7 @@ enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, dou
     return status;
 }
 
-// The expansion about the normal quantile z.
+// Expands the quantile about the normal quantile z.
 static double expand_student(double z, double n) {
     const double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z, z9 = z7 * z * z;
     return z + (z3 + z) / 4 / n + (5 * z5 + 16 * z3 + 3 * z) / 96 / (n * n) +

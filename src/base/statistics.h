@@ -15,25 +15,26 @@ struct vw_ordered {
 };
 // Lists the values in ascending order; of equal values the earlier one first.
 void vw_order(const double *values, uint32_t count, struct vw_ordered *ordered);
-// The quantile of sorted values, linear between neighbours; count > 0, share in [0,1].
+// Returns the quantile of sorted values, linear between neighbours; count > 0, share in [0,1].
 double vw_quantile_of_sorted(const double *sorted, uint32_t count, double share);
 double vw_median(double *values, uint32_t count); // sorts the values; NaN if there are none
 // Standard deviation / median absolute deviation of normal values.
 #define VW_NORMAL_SPREAD 1.4826
-// VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN if there are none.
+// Returns VW_NORMAL_SPREAD times the median absolute deviation from the median. Overwrites the values; NaN if there are
+// none.
 double vw_robust_spread(double *values, uint32_t count);
 
-// Pearson's correlation. NaN for fewer than two values, or if one side does not vary.
+// Returns Pearson's correlation. NaN for fewer than two values, or if one side does not vary.
 double vw_pearson(const double *a, const double *b, uint32_t count);
-// Spearman's correlation: Pearson's of the ranks. VW_ERROR_MEMORY.
+// Computes Spearman's correlation: Pearson's of the ranks. VW_ERROR_MEMORY.
 enum vw_status vw_spearman(const double *a, const double *b, uint32_t count, double *correlation);
 // Ranks from 1 for the smallest; equal values share the mean of their ranks. VW_ERROR_MEMORY.
 enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 
-// Student's t, 97.5 % quantile (95 % are within +-t), for `degrees` >= 1 of freedom: exact for 1 and 2, otherwise by
-// the expansion of Cornish and Fisher, with an error of at most 0.2 %.
+// Returns the 97.5 % quantile of Student's t (95 % are within +-t), for `degrees` >= 1 of freedom: exact for 1 and 2,
+// otherwise by the expansion of Cornish and Fisher, with an error of at most 0.2 %.
 double vw_student_quantile(double degrees);
-// The same for the 95 % quantile (90 % are within +-t).
+// Returns the 95 % quantile in the same way (90 % are within +-t).
 double vw_student_quantile_95(double degrees);
 
 #endif

@@ -6,10 +6,10 @@
 
 static _Thread_local char message[VW_ERROR_MESSAGE_BYTES];
 
-#undef vw_fail // what the header says to the analyzer
+#undef vw_fail // the header's macro, which serves the analyzer
 #undef vw_fail_context
 
-// Memory runs out, and files were edited, in many places; the remedy is the same in most.
+// Adds the remedy, which is the same in most of the many places where memory runs out or a file was edited.
 static void add_remedy(enum vw_status status, char text[VW_ERROR_MESSAGE_BYTES]) {
     const char *remedy = status == VW_ERROR_MEMORY     ? "; close other programs or use --downscale"
                          : status == VW_ERROR_MISMATCH ? "; get the folder again from a copy or from where it was made"

@@ -14,8 +14,8 @@ static const uint32_t acting_characters[][2] = {{0x00, 0x1f},      {0x7f, 0x9f},
                                                 {0x2060, 0x206f},  {0x3164, 0x3164}, {0xfeff, 0xfeff}, {0xfff9, 0xfffb},
                                                 {0xe0000, 0xe007f}};
 
-// The number of bytes of the UTF-8 character at `text`, and the character; 0 if it is invalid (overlong, a surrogate,
-// or beyond U+10FFFF).
+// Returns the number of bytes of the UTF-8 character at `text`, and the character; 0 if it is invalid (overlong, a
+// surrogate, or beyond U+10FFFF).
 static int decode_utf8(const unsigned char *text, uint32_t *character) {
     static const uint32_t smallest[] = {0, 0, 0x80, 0x800, 0x10000};
     int length = text[0] < 0x80 ? 1 : text[0] >= 0xf0 ? 4 : text[0] >= 0xe0 ? 3 : text[0] >= 0xc0 ? 2 : 0;
@@ -29,7 +29,7 @@ static int decode_utf8(const unsigned char *text, uint32_t *character) {
     return *character < smallest[length] || surrogate || *character > 0x10ffff ? 0 : length;
 }
 
-// The number of bytes of the character at `text` if it may be shown, otherwise 0.
+// Returns the number of bytes of the character at `text` if it may be shown, otherwise 0.
 static int shown_bytes(const char *text) {
     uint32_t character = 0;
     int length = decode_utf8((const unsigned char *)text, &character);
@@ -47,7 +47,7 @@ bool vw_text_is_clean(const char *text) {
     return true;
 }
 
-// A character that may not be shown becomes one '?', and so does each byte that is no part of a character.
+// Replaces a character that may not be shown, and each byte that does not belong to a character, by one '?'.
 static void make_harmless(char *text, bool keep_line_ends) {
     char *to = text;
     while (*text) {

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 
-// A stream takes 0 bytes written as a failure, which it remembers.
+// Appends to the text. A stream takes 0 bytes written as a failure, which it remembers.
 static ssize_t append(void *cookie, const char *bytes, size_t size_bytes) {
     struct vw_text_stream *text = cookie;
     if (vw_grow((void **)&text->text, &text->capacity_bytes, text->size_bytes + size_bytes + 1, 1)) return 0;

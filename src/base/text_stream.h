@@ -14,9 +14,9 @@ struct vw_text_stream {
     size_t size_bytes, capacity_bytes;
 };
 
-// The stream to print to, which is text->stream; `text` must stay where it is until it is closed.
+// Returns the stream to print to, which is text->stream; `text` must not move until it is closed.
 FILE *vw_text_stream_open(struct vw_text_stream *text);
-// Gives what was printed, with a zero byte behind it; `*printed` is owned by the caller. VW_ERROR_MEMORY, which names
+// Returns the printed text with a zero byte after it; `*printed` is owned by the caller. VW_ERROR_MEMORY, which names
 // `what`, if anything is missing.
 enum vw_status vw_text_stream_close(struct vw_text_stream *text, const char *what, char **printed, size_t *size_bytes);
 

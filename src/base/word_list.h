@@ -15,7 +15,7 @@ struct vw_word {
 // it is NULL.
 bool vw_word_list_next(const char **rest, struct vw_word *word);
 bool vw_word_is(struct vw_word word, const char *name);
-// Whether a list has a word; false if the list is NULL.
+// Returns whether a list has a word; false if the list is NULL.
 bool vw_word_list_has(const char *list, const char *name);
 
 #endif

@@ -23,9 +23,9 @@ static const double LOCKED_WAIT_S = 30;
 
 // Jobs of one process. Each is the first one of its process, or names it.
 struct child {
-    pid_t process; // of the first; 0: none
+    pid_t process; // process of the first; 0: none
     uint32_t first;
-    double begun_s; // of the first
+    double begun_s; // time at which the first began
     bool alone;     // a process of several jobs has failed: the next one takes no other
 };
 
@@ -46,7 +46,7 @@ struct queue {
 
 static const struct vw_job *job_at(const struct queue *queue, uint32_t job) { return &queue->batch->jobs->jobs[job]; }
 
-// Which device a job takes may change its bits, so that it must not depend on what ends first (decision 2).
+// Returns a job's device, which may change its bits, so that it must not depend on which job ends first (decision 2).
 static uint32_t device_of(const struct queue *queue, uint32_t job) { return job % queue->device_count; }
 
 static void report(const struct queue *queue, const struct vw_job *ended) {
@@ -77,7 +77,7 @@ static enum vw_status write_states(const struct vw_batch *batch, const char *out
     return status;
 }
 
-// Merged are the jobs that are done, in their order.
+// Merges the jobs that are done, in their order.
 struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch) {
     struct vw_summary_row *rows = vw_allocate(batch->jobs->count, sizeof *rows);
     uint32_t merged = 0;
@@ -98,7 +98,7 @@ struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch) {
 
 enum { OWN_WORDS = 3 };
 
-// Those that depend on where jobs run: owned texts, of which the last ones may be left out.
+// Writes the words that depend on where jobs run: owned texts, of which the last ones may be left out.
 static enum vw_status make_own_words(const struct queue *queue, const struct group *group, char *own[OWN_WORDS]) {
     const struct vw_batch_params *params = queue->params;
     uint32_t first = group->jobs[0], count = 0;
@@ -110,7 +110,7 @@ static enum vw_status make_own_words(const struct queue *queue, const struct gro
     return made ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// The program's name, the first job's words, and its own. The array is owned by the caller.
+// Joins the program's name, the first job's words, and its own. The array is owned by the caller.
 static char **make_words(const struct vw_job *job, char *const own[OWN_WORDS]) {
     char **words = vw_allocate(job->word_count + OWN_WORDS + 3, sizeof *words), **next = words;
     if (!words) return NULL;
@@ -122,7 +122,7 @@ static char **make_words(const struct vw_job *job, char *const own[OWN_WORDS]) {
     return words;
 }
 
-// "0,1,2" for vw_child_start(), owned by the caller; of a single job none.
+// Returns "0,1,2" for vw_child_start(), owned by the caller; "" for a single job.
 static char *list_seeds(const struct queue *queue, const struct group *group) {
     char *list = vw_copy_text("");
     for (uint32_t i = 0; list && group->count > 1 && i < group->count; i++) {
@@ -167,8 +167,8 @@ static enum vw_status start_process(struct queue *queue, const struct group *gro
     return status;
 }
 
-// Whether another process still writes into the job's folder. One that is not there is not made: a process beside this
-// one may be about to.
+// Returns whether another process still writes into the job's folder. It does not create a missing folder: another
+// process may be about to.
 static bool is_locked(const struct queue *queue, uint32_t job) {
     struct vw_out_lock *lock = NULL;
     if (vw_folder_check_inside(queue->params->out, job_at(queue, job)->name)) return false; // start() says why
@@ -184,7 +184,7 @@ static bool can_start(const struct queue *queue, uint32_t job) {
     return wanted && queue->batch->results[job].state == VW_JOB_WAITING && !is_locked(queue, job);
 }
 
-// A job, and those after it that can be taken with it. They have its device, as they have it alone.
+// Finds a job and those after it that can run together with it. They have its device, as if each ran alone.
 static struct group find_group(const struct queue *queue, uint32_t first) {
     struct group group = {{first}, 1};
     uint32_t most = queue->children[first].alone ? 1 : queue->params->together;
@@ -223,7 +223,7 @@ static enum vw_status start_waiting(struct queue *queue) {
 
 // ---- Ending -------------------------------------------------------------------------------------------------------
 
-// The last line of a job's log; NULL where there is none. Owned by the caller.
+// Returns the last line of a job's log, owned by the caller; NULL if there is none.
 static char *read_last_line(const char *out, const struct vw_job *job) {
     static const char own[] = "viewworth: ";
     char text[LOG_END_BYTES + 1], *name = vw_format_text("%s.log", job->name), *line = text;
@@ -274,7 +274,8 @@ static enum vw_status end_job(struct queue *queue, uint32_t job, int exit_code, 
     return status;
 }
 
-// Which of several jobs failed is not known: each says so by itself. One that is done has nothing left to do then.
+// Runs each job of a failed group alone, since it is not known which of them failed. A job that is done then ends at
+// once.
 static void try_alone(struct queue *queue, uint32_t job, double seconds) {
     queue->children[job].alone = true;
     queue->batch->results[job].state = VW_JOB_WAITING;
@@ -282,7 +283,7 @@ static void try_alone(struct queue *queue, uint32_t job, double seconds) {
     count_states(queue->batch);
 }
 
-// The time of a process is shared out among its jobs.
+// Divides the time of a process among its jobs.
 static enum vw_status end_process(struct queue *queue, uint32_t first, int wait_status) {
     struct group group = {.count = 0};
     enum vw_status status = VW_OK;
@@ -316,7 +317,7 @@ static enum vw_status end_finished(struct queue *queue) {
     return status;
 }
 
-// Not SIGINT, which a shell's background processes begin with ignored.
+// Sends a signal other than SIGINT, which a shell's background processes ignore from the start.
 static void stop_all(struct queue *queue) {
     if (queue->stopping) return;
     queue->stopping = true;
@@ -334,7 +335,7 @@ static bool has_waiting(const struct queue *queue) {
     return false;
 }
 
-// After a failure of its own, such as a full disk, it starts nothing more, and stops what runs.
+// Stops all jobs and starts no more after a failure of its own, such as a full disk.
 static enum vw_status run_queue(struct queue *queue) {
     enum vw_status status = VW_OK;
     queue->started_s = vw_now_s();
@@ -369,7 +370,7 @@ static enum vw_status read_records(struct vw_batch *batch, const char *out) {
     return status;
 }
 
-// A job that failed is tried again.
+// Clears failures, so that a job that failed is tried again.
 static void forget_failures(struct vw_batch *batch) {
     for (uint32_t i = 0; i < batch->jobs->count; i++) {
         struct vw_job_result *result = &batch->results[i];
@@ -455,7 +456,7 @@ enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_bat
     if (!status) status = run_jobs(params, batch);
     if (!status && !params->only) status = merge(params, batch);
     vw_out_lock_release(&lock);
-    if (!status && !params->only) vw_merge_report(params->out, &batch->merged); // locks OUT by itself
+    if (!status && !params->only) vw_merge_report(params->out, &batch->merged); // locks OUT
     return !status && batch->failed ? fail_jobs(params, batch) : status;
 }
 

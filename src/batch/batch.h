@@ -22,7 +22,7 @@ enum vw_job_state {
 
 struct vw_job_result {
     enum vw_job_state state;
-    int exit_code;  // of its last process; 128 + N where signal N ended it; -1: none has ended
+    int exit_code;  // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
     double seconds; // that its processes took together
     char *message;  // owned: the last line of its log, where it failed; else NULL
 };
@@ -31,7 +31,7 @@ struct vw_batch {
     const struct vw_jobs *jobs;    // borrowed
     struct vw_job_result *results; // owned; by job
     uint32_t done, failed, running;
-    struct vw_merged_runs merged; // of the jobs that are done; none until all others have ended
+    struct vw_merged_runs merged; // the jobs that are done; empty until all others have ended
 };
 
 // Called as often as something can have changed. `ended` is the job that has just ended; NULL: none.
@@ -53,18 +53,19 @@ struct vw_batch_params {
     void *context;
 };
 
-// Runs the jobs that are not done. Where a process takes several and one of them fails, each is tried once more by
-// itself, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
+// Runs the jobs that are not done. If a process runs several and one of them fails, each is run once more
+// alone, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
 // (job_record.h). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with null
-// for what there is not, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`, writes
+// for missing values, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`, writes
 // none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others have
 // ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch);
-// Which jobs are done in OUT, which failed at last (with `message`), and which wait. Free it also after a failure.
+// Finds which jobs are done in OUT, which failed at last (with `message`), and which wait. Free it also after a
+// failure.
 enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch);
 void vw_batch_free(struct vw_batch *batch);
 
-// A row per job. Owned by the caller (free); NULL if memory is short.
+// Returns a row per job, owned by the caller (free); NULL if memory is short.
 struct vw_summary_row *vw_summary_of_batch(const struct vw_batch *batch);
 
 #endif

@@ -27,7 +27,7 @@ static void free_environment(char **environment) {
     free(environment);
 }
 
-// The environment with the variables of a child: an owned array whose first OWN_VARIABLES texts are owned.
+// Builds the environment with the variables of a child: an owned array whose first OWN_VARIABLES texts are owned.
 static char **make_environment(const char *seeds) {
     size_t count = 0, used = OWN_VARIABLES;
     while (environ && environ[count]) count++;
@@ -36,13 +36,13 @@ static char **make_environment(const char *seeds) {
     made[0] = vw_format_text(VW_CHILD_PARENT_VARIABLE "=%ld", (long)getpid());
     made[1] = vw_format_text(VW_CHILD_SEEDS_VARIABLE "=%s", seeds);
     for (size_t i = 0; i < count; i++)
-        if (!is_own_variable(environ[i])) made[used++] = environ[i]; // those that this process has itself
+        if (!is_own_variable(environ[i])) made[used++] = environ[i]; // without those given to this process
     if (made[0] && made[1]) return made;
     free_environment(made);
     return NULL;
 }
 
-// One job alone has its log as stdout and stderr only.
+// Opens the log; a job that runs alone has it only as stdout and stderr.
 static int add_files(const struct vw_child_params *params, posix_spawn_file_actions_t *files) {
     const int to_log = O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY;
     int count = (int)params->job_count, kept = count > 1 ? count : 0;
@@ -93,7 +93,7 @@ static int spawn_into_pipe(char *const *words, int end, pid_t *process) {
     return error;
 }
 
-// To its end, so that nobody who writes is stopped by a full pipe.
+// Reads to the end, so that a full pipe does not stop the writer.
 static void read_all(int end, char *text, size_t size) {
     char dropped[256];
     size_t used = 0;

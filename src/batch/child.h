@@ -20,8 +20,8 @@ enum { VW_CHILD_LOG = 3, VW_CHILD_JOBS_MAX = 16 };
 struct vw_child_params {
     const char *program;
     char *const *words;           // the first is its name; NULL ends them
-    const char *seeds;            // of the jobs; "" of one
-    const char *const *log_paths; // of each; stdout and stderr are added to the first. None may be a link.
+    const char *seeds;            // seeds of the jobs; "" for one job
+    const char *const *log_paths; // one per job; stdout and stderr are added to the first. None may be a link.
     uint32_t job_count;           // up to VW_CHILD_JOBS_MAX
 };
 

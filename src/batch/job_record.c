@@ -10,7 +10,7 @@
 
 enum { RECORD_BYTES_MAX = 1 << 20 };
 
-// The scene as the file names it: a batch is the same from wherever its file is named.
+// Writes the scene as the file names it: a batch is the same wherever its file is named from.
 static json_t *words_to_json(const struct vw_job *job) {
     json_t *words = json_array();
     for (uint32_t i = 0; i < job->word_count; i++)

@@ -13,7 +13,7 @@
 #include "base/text.h"
 #include "base/word_list.h"
 
-enum { SEED_WORD = 2 }; // of a job, after "value" and the scene
+enum { SEED_WORD = 2 }; // index in a job's words, after "value" and the scene
 
 // A name with options, as the file has it: a config, or a scene. Texts and objects are borrowed from the file.
 struct entry {
@@ -28,7 +28,7 @@ struct entries {
 
 struct file {
     const char *folder;
-    const json_t *options, *seeds; // of all jobs
+    const json_t *options, *seeds; // common to all jobs
     struct entries configs, scenes;
     struct vw_jobs *jobs;
     size_t capacity;
@@ -59,7 +59,7 @@ static void read_scene(struct vw_json_reader *reader, const json_t *object, cons
 
 static bool is_seed(const json_t *seed) { return json_is_integer(seed) && json_integer_value(seed) >= 0; }
 
-// Seeds of a job, or of all jobs; `*seeds` is unchanged where there are none.
+// Reads the seeds of a job, or of all jobs; without any, `*seeds` is unchanged.
 static void read_seeds(struct vw_json_reader *reader, const json_t *object, const json_t **seeds) {
     const json_t *array = json_object_get(object, "seeds");
     size_t count = json_array_size(array);
@@ -84,7 +84,7 @@ static bool is_option_value(const json_t *value) {
 static void check_option(struct vw_json_reader *reader, const char *key, const json_t *value) {
     static const char own[] = "out,seed,resume,device,devices,json,quiet,help,help-all,kfold";
     if (!*key || strspn(key, "abcdefghijklmnopqrstuvwxyz0123456789-") != strlen(key) || *key == '-')
-        vw_json_refuse(reader, "options", "a key is no option of value, written without its two dashes");
+        vw_json_refuse(reader, "options", "a key is not an option of value, written without its two dashes");
     else if (vw_word_list_has(own, key))
         vw_json_refuse(reader, key, "no option of a job: batch has its own way for it, or none; remove it");
     else if (!is_option_value(value))
@@ -149,7 +149,7 @@ static void read_file(struct vw_json_reader *reader, const json_t *root, struct 
 
 // ---- The jobs -----------------------------------------------------------------------------------------------------
 
-// "--epochs=16", owned by the caller; NULL if memory is short.
+// Returns "--epochs=16", owned by the caller; NULL if memory is short.
 static char *write_option(const char *key, const json_t *value) {
     if (json_is_true(value)) return vw_format_text("--%s", key);
     if (json_is_string(value)) return vw_format_text("--%s=%s", key, json_string_value(value));
@@ -162,7 +162,7 @@ static char *write_option(const char *key, const json_t *value) {
     return vw_format_text("--%s=%s", key, number);
 }
 
-// Options of all jobs, then those of the config, then those of the scene: later ones win.
+// Writes the options of all jobs, then those of the config, then those of the scene: later ones win.
 static enum vw_status write_words(const struct file *file, const struct entry *scene, const struct entry *config,
                                   json_int_t seed, struct vw_job *job) {
     const json_t *parts[] = {file->options, config->options, scene->options};
@@ -241,7 +241,7 @@ enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs) {
     return reader.status;
 }
 
-// The name without its seed.
+// Compares names without their seeds.
 static bool have_one_folder(const struct vw_job *a, const struct vw_job *b) {
     size_t length = (size_t)(strrchr(a->name, '/') - a->name);
     return !strncmp(a->name, b->name, length + 1) && !strchr(b->name + length + 1, '/');

@@ -34,7 +34,7 @@ struct vw_jobs {
 // file and field. What the options of a job mean is not checked here: words are for the command line. Free the jobs
 // also after a failure.
 enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs);
-// Whether one process can take the steps of both together: they differ by their seed alone, and so do their names.
+// Returns whether one process can run both together: they differ only by their seed, and so do their names.
 bool vw_jobs_fit(const struct vw_job *a, const struct vw_job *b);
 void vw_jobs_free(struct vw_jobs *jobs);
 

@@ -22,7 +22,7 @@
 
 // ---- Which runs ---------------------------------------------------------------------------------------------------
 
-enum { DEPTH_MAX = 4, RUNS_MAX = 1 << 16 }; // of folders below one; of runs
+enum { DEPTH_MAX = 4, RUNS_MAX = 1 << 16 }; // levels of folders below one; number of runs
 
 enum vw_status vw_merged_runs_add(struct vw_merged_runs *runs, const char *job, const char *folder) {
     if (runs->count == RUNS_MAX) return vw_fail(VW_ERROR_USAGE, "%s: more than %d runs; merge fewer", folder, RUNS_MAX);
@@ -39,7 +39,7 @@ static int by_name(const struct dirent **left, const struct dirent **right) {
     return strcmp((*left)->d_name, (*right)->d_name);
 }
 
-// `job` is the path from the folder that was named; "" for that folder.
+// Adds the runs below a folder. `job` is the path from the folder that was named; "" for that folder.
 static enum vw_status find_runs(struct vw_merged_runs *runs, const char *folder, const char *job, int depth) {
     struct dirent **entries = NULL;
     if (*job && vw_file_exists_inside(folder, "ledger.db")) return vw_merged_runs_add(runs, job, folder);
@@ -64,7 +64,7 @@ static enum vw_status find_runs(struct vw_merged_runs *runs, const char *folder,
 
 enum vw_status vw_merged_runs_find(struct vw_merged_runs *runs, const char *folder) {
     uint32_t before = runs->count;
-    char *resolved = realpath(folder, NULL); // whose last part is a name, also of "." and "out/"
+    char *resolved = realpath(folder, NULL); // its last part is a name, also for "." and "out/"
     const char *slash = resolved ? strrchr(resolved, '/') : NULL;
     enum vw_status status = VW_OK;
     if (slash && vw_file_exists_inside(folder, "ledger.db")) status = vw_merged_runs_add(runs, slash + 1, folder);
@@ -120,7 +120,7 @@ static enum vw_status read_steps(struct vw_ledger *ledger, struct vw_merged_run 
     return status;
 }
 
-// The fields that the rows of a run begin with. Owned by the caller.
+// Prints the fields that the rows of a run begin with. Owned by the caller.
 static enum vw_status print_columns(const struct vw_merged_run *run, char **columns) {
     struct vw_text_stream text;
     size_t size_bytes = 0;

@@ -13,7 +13,7 @@ struct vw_merged_run {
     char *folder; // owned
     // Filled by vw_merge_write():
     char *scene;     // owned: where the scene lies, as the run was told
-    char status[16]; // of the run: "finished", ...
+    char status[16]; // status of the run: "finished", ...
     int64_t seed;
     uint64_t steps;
     uint32_t epochs, photos;     // epochs that were begun; train photos
@@ -34,7 +34,8 @@ enum vw_status vw_merged_runs_add(struct vw_merged_runs *runs, const char *job, 
 enum vw_status vw_merged_runs_find(struct vw_merged_runs *runs, const char *folder);
 void vw_merged_runs_free(struct vw_merged_runs *runs);
 
-// Whether OUT can be written in, and holds no run, whose scores.csv and report.html would be lost. VW_ERROR_USAGE.
+// Checks that OUT can be written in, and contains no run, whose scores.csv and report.html would be lost.
+// VW_ERROR_USAGE.
 enum vw_status vw_merge_check_out(const char *out);
 
 // Verifies every ledger and writes to OUT, whose lock the caller holds: merged.db (ledger/merge.h), and scores.csv with

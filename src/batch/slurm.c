@@ -17,14 +17,14 @@ static const char digits[] = "0123456789",
                   words[] = "0123456789_.,-abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ",
                   times[] = "0123456789:-";
 
-// Where everything is, from wherever a job begins; all owned.
+// The absolute places that a job needs, wherever it begins; all owned.
 struct places {
     char *folder, *jobs_path, *out, *program;
 };
 
 // ---- The scripts --------------------------------------------------------------------------------------------------
 
-// As one word of a shell, whatever it holds.
+// Quotes any text as one word of a shell.
 static void quote(FILE *stream, const char *text) {
     fputc('\'', stream);
     for (; *text; text++) {
@@ -34,7 +34,7 @@ static void quote(FILE *stream, const char *text) {
     fputc('\'', stream);
 }
 
-// The jobs that are not done, as "1,3-5".
+// Writes the numbers of the jobs that are not done, as "1,3-5".
 static void write_array(FILE *stream, const struct vw_batch *batch) {
     const char *separator = "";
     for (uint32_t i = 0; i < batch->jobs->count; i++) {
@@ -98,7 +98,7 @@ static void write_merge(FILE *stream, const struct vw_slurm_params *params, cons
 
 typedef void write_script(FILE *stream, const struct vw_slurm_params *params, const struct places *places);
 
-// OUT/NAME. Owned by the caller.
+// Writes the script of the jobs OUT/NAME. Owned by the caller.
 static enum vw_status make_script(const struct vw_slurm_params *params, const struct places *places, const char *name,
                                   write_script *write, char **path) {
     struct vw_text_stream text;
@@ -116,7 +116,7 @@ static enum vw_status make_script(const struct vw_slurm_params *params, const st
 
 // ---- Submitting ---------------------------------------------------------------------------------------------------
 
-// "NUMBER" or "NUMBER;CLUSTER"; before it there may be lines of what the cluster has to say.
+// Reads "NUMBER" or "NUMBER;CLUSTER"; messages of the cluster may precede it.
 static enum vw_status read_number(char *answer, int code, char number[VW_SLURM_NUMBER_BYTES]) {
     size_t length = strlen(answer);
     while (length && answer[length - 1] == '\n') answer[--length] = 0;
@@ -155,7 +155,7 @@ static enum vw_status submit_script(const struct places *places, char *script, c
     return status;
 }
 
-// Where only this fails, the array is there already.
+// Submits the merge. If only this fails, the array is already submitted.
 static enum vw_status submit_merge(const struct places *places, char *script, struct vw_slurm_numbers *numbers) {
     enum vw_status status = submit_script(places, script, numbers->array, numbers->merge);
     if (!status || !*numbers->array) return status;
@@ -178,7 +178,7 @@ static enum vw_status submit_all(const struct vw_slurm_params *params, const str
 
 // ---- What it is given ---------------------------------------------------------------------------------------------
 
-// Into a line of a script goes nothing that could end it.
+// Refuses text that could end a line of a script.
 static enum vw_status check_text(const char *option, const char *text, const char *letters, const char *what) {
     if (!text || (*text && strlen(text) <= TEXT_BYTES_MAX && strspn(text, letters) == strlen(text))) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "%s takes %s", option, what);

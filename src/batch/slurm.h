@@ -12,11 +12,11 @@ enum { VW_SLURM_NUMBER_BYTES = 32 };
 
 // All texts are borrowed.
 struct vw_slurm_params {
-    const struct vw_batch *batch; // of vw_batch_look(): the jobs that are not done are submitted
+    const struct vw_batch *batch; // result of vw_batch_look(): the jobs that are not done are submitted
     const char *jobs_path, *out, *program;
     const char *devices;    // as --devices takes them; NULL: the preferred one of a node
     const char *partition;  // letters, digits and _ . , -; NULL: the cluster's default
-    const char *time_limit; // of a job: digits and : -, as sbatch takes it; NULL: the partition's
+    const char *time_limit; // per job: digits and : -, as sbatch takes it; NULL: the partition's
     uint32_t gpus;          // that a job asks for
 };
 

@@ -16,7 +16,7 @@ struct vw_summary_row {
     const char *message;             // NULL: none
 };
 
-// The rows of runs whose jobs are not known. Owned by the caller (free); NULL if memory is short.
+// Returns the rows of runs whose jobs are not known. Owned by the caller (free); NULL if memory is short.
 struct vw_summary_row *vw_summary_of_runs(const struct vw_merged_runs *runs);
 
 // Writes OUT/summary.csv: job,state,exit_code,seconds,photos,steps,epochs,first_psnr,val_psnr,report,message. `report`

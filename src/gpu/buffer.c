@@ -11,7 +11,7 @@ enum { STAGING_BYTES = 16 << 20 };
 
 // ---- Memory ---------------------------------------------------------------------------------------------------------
 
-// The first memory type of `type_bits` that has all `wanted` properties, or -1.
+// Returns the first memory type of `type_bits` that has all `wanted` properties, or -1.
 static int find_memory_type(const struct vw_gpu *gpu, uint32_t type_bits, VkMemoryPropertyFlags wanted) {
     for (uint32_t i = 0; i < gpu->memory.memoryTypeCount; i++)
         if ((type_bits >> i & 1) && (gpu->memory.memoryTypes[i].propertyFlags & wanted) == wanted) return (int)i;
@@ -80,7 +80,7 @@ static enum vw_status copy_and_wait(struct vw_buffer *from, uint64_t from_offset
     return vw_transfer_finish(from->gpu, object);
 }
 
-// Host-cached, since it serves both directions.
+// Creates the staging buffer, host-cached since it serves both directions.
 static enum vw_status need_staging(struct vw_gpu *gpu) {
     if (gpu->staging) return VW_OK;
     return vw_buffer_create(

@@ -120,7 +120,7 @@ static void write_command(const struct vw_command *command, const uint8_t *pushe
     else vkCmdCopyBuffer(commands, command->from->handle, command->to->handle, 1, &command->region);
 }
 
-// The end of the epoch that begins at command `first`.
+// Returns the end of the epoch that begins at command `first`.
 static size_t find_end(const struct vw_command_list *list, size_t first, bool *indirect) {
     size_t end = first;
     for (*indirect = false; end < list->count && list->commands[end].epoch == list->commands[first].epoch; end++)

@@ -6,7 +6,7 @@
 #include "gpu/pass.h"
 #include "gpu/timer.h"
 
-// How many workgroups a dispatch has: x and y, or as a buffer says when it starts.
+// The number of workgroups of a dispatch: x and y, or the content of a buffer when it starts.
 struct vw_workgroups {
     uint32_t x, y;
     struct vw_buffer *listed; // NULL: as above
@@ -18,7 +18,7 @@ struct vw_command {
     uint32_t number;            // in the order of recording
     const struct vw_pass *pass; // NULL: a copy
     struct vw_workgroups groups;
-    size_t push_offset_bytes; // of its push constants
+    size_t push_offset_bytes; // place of its push constants
     struct vw_buffer *from, *to;
     VkBufferCopy region;
 };
@@ -36,12 +36,12 @@ struct vw_command_list {
 void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one);
 void vw_command_list_free(struct vw_command_list *list);
 
-// `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
+// Adds a dispatch; `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
 enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
                                             struct vw_workgroups groups);
 enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
                                         VkBufferCopy region);
-// Writes all commands, epoch by epoch, with barriers between, and one behind the last for the host.
+// Writes all commands, epoch by epoch, with barriers between, and one after the last for the host.
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer);
 
 #endif

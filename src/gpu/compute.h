@@ -1,12 +1,12 @@
-// The GPU layer: one Vulkan device and one compute queue behind buffers, passes and batches.
+// The GPU layer: one Vulkan device and one compute queue, with buffers, passes and submissions.
 //
 // A *pass* is one compute shader with its specialization and its buffers bound; its name is the shader's file stem and
-// is used as debug label, object name and timer name. A *batch* is a command buffer that records many passes and is
-// submitted once. Barriers are derived: a pass declares, by the `readonly`/`writeonly` qualifiers of its GLSL buffers
-// (read back from the SPIR-V), what it reads and writes; buffers remember their last access. No caller writes a
+// is used as debug label, object name and timer name. A *submission* is a command buffer that records many passes and
+// is submitted once. Barriers are derived: a pass declares, by the `readonly`/`writeonly` qualifiers of its GLSL
+// buffers (read back from the SPIR-V), what it reads and writes; buffers remember their last access. No caller writes a
 // barrier.
 //
-// Recording functions return void: the first failure sticks to the batch and vw_submission_submit() reports it.
+// Recording functions return void: the first failure sticks to the submission and vw_submission_submit() reports it.
 #ifndef VIEWWORTH_GPU_COMPUTE_H
 #define VIEWWORTH_GPU_COMPUTE_H
 
@@ -23,7 +23,7 @@ struct vw_submission;
 
 // ---- Buffers -------------------------------------------------------------------------------------------------------
 
-uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu); // of all live buffers
+uint64_t vw_gpu_buffer_bytes(const struct vw_gpu *gpu); // bytes of all live buffers
 
 enum vw_buffer_memory {
     VW_BUFFER_DEVICE,   // device memory; the host goes through vw_buffer_write/read
@@ -37,15 +37,15 @@ struct vw_buffer_params {
     enum vw_buffer_memory memory;
 };
 
-// A new buffer's bytes are zero.
+// Creates a buffer; its bytes are zero.
 enum vw_status vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params, struct vw_buffer **buffer);
-// The caller makes sure that no submitted batch still uses it.
+// Destroys a buffer. The caller makes sure that no submission still uses it.
 void vw_buffer_destroy(struct vw_buffer **buffer);
 uint64_t vw_buffer_size_bytes(const struct vw_buffer *buffer);
-// The mapped, coherent memory of an UPLOAD or READBACK buffer; NULL for DEVICE. Valid until destroy. The caller leaves
-// it alone while a submitted batch uses it.
+// Returns the mapped, coherent memory of an UPLOAD or READBACK buffer; NULL for DEVICE. It is valid until destroy. The
+// caller must not touch it while a submission uses it.
 void *vw_buffer_map(struct vw_buffer *buffer);
-// Copy between host and any buffer, waiting for the GPU; ordered after everything submitted before.
+// Copies between host and any buffer and waits for the GPU; ordered after everything submitted before.
 enum vw_status vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_bytes, const void *data, uint64_t size_bytes);
 enum vw_status vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
 
@@ -126,7 +126,7 @@ enum vw_status vw_submission_wait(struct vw_submission *batch);
 // ---- Timers --------------------------------------------------------------------------------------------------------
 
 struct vw_gpu_timer {
-    const char *name, *role; // of the pass
+    const char *name, *role; // name and role of the pass
     uint64_t dispatches;
     double total_ms; // device time of finished batches; timers may drop a dispatch, never block
 };
@@ -134,15 +134,15 @@ struct vw_gpu_timer {
 // timers.
 const struct vw_gpu_timer *vw_gpu_timers(const struct vw_gpu *gpu, uint32_t *count);
 
-// A line for each pass created so far: "forward_field: registers 64; spills 0". "" unless the device was opened for it
-// and its driver tells. Belongs to `gpu` and is valid until the next pass is created.
+// Returns a line for each pass created so far: "forward_field: registers 64; spills 0". "" unless the device was opened
+// for it and its driver tells. It belongs to `gpu` and is valid until the next pass is created.
 const char *vw_gpu_pipeline_statistics(const struct vw_gpu *gpu);
 
 // ---- Peak throughput ------------------------------------------------------------------------------------------------
 
-// What the device reaches when it does nothing else, measured in about a second: what times can be compared with.
+// The device's peak rates when it does nothing else, measured in about a second, as a reference for times.
 struct vw_gpu_peaks {
-    double multiply_adds_per_s; // of floats in registers
+    double multiply_adds_per_s; // fused, of floats in registers
     double copy_bytes_per_s;    // read plus written, of buffers larger than caches
 };
 enum vw_status vw_gpu_measure_peaks(struct vw_gpu *gpu, struct vw_gpu_peaks *peaks);

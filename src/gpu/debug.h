@@ -4,7 +4,7 @@
 
 #include "gpu/state.h"
 
-// VW_OK, or VW_ERROR_DEVICE once validation has complained.
+// Returns VW_OK, or VW_ERROR_DEVICE once validation has complained.
 enum vw_status vw_gpu_check_validation(struct vw_gpu *gpu);
 void vw_gpu_set_name(struct vw_gpu *gpu, VkObjectType type, uint64_t handle, const char *name);
 

@@ -13,8 +13,8 @@
 
 // ---- Listing and choosing -------------------------------------------------------------------------------------------
 
-// Most preferred first; devices of one kind stay in the driver's order, which info.index holds until the list is
-// ranked.
+// Orders devices by preference; devices of one kind stay in the driver's order, which info.index contains until the
+// list is ranked.
 static int by_preference(const void *left, const void *right) {
     const struct vw_gpu_info *a = &((const struct vw_candidate *)left)->info;
     const struct vw_gpu_info *b = &((const struct vw_candidate *)right)->info;
@@ -22,7 +22,7 @@ static int by_preference(const void *left, const void *right) {
     return a->index < b->index ? -1 : 1;
 }
 
-// `*candidates` is for the caller to free.
+// Lists the devices; the caller frees `*candidates`.
 static enum vw_status list_candidates(const struct vw_instance *instance, struct vw_candidate **candidates,
                                       uint32_t *count) {
     enum vw_status status = VW_OK;
@@ -191,7 +191,7 @@ static void finish_work(struct vw_gpu *gpu) {
     vw_error_restore(&why);
 }
 
-// A hung device may still use everything: it stays open, and only what is the host's alone is freed.
+// Frees only what belongs to the host alone: a hung device may still use everything else, so it stays open.
 static void abandon(struct vw_gpu *gpu) {
     static struct vw_gpu *hung; // the program can still find them, so that searches for leaks pass over them
     gpu->hung_before = hung;

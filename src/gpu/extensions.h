@@ -1,4 +1,4 @@
-// Which Vulkan extensions are enabled: those that viewworth uses where they are offered.
+// The choice of Vulkan extensions: those that viewworth uses are enabled if they are offered.
 #ifndef VIEWWORTH_GPU_EXTENSIONS_H
 #define VIEWWORTH_GPU_EXTENSIONS_H
 
@@ -8,7 +8,7 @@
 
 enum { VW_EXTENSIONS_MAX = 4 };
 
-// What a VkInstanceCreateInfo or VkDeviceCreateInfo takes. `names` are static texts.
+// The extensions for a VkInstanceCreateInfo or VkDeviceCreateInfo. `names` are static texts.
 struct vw_extension_choice {
     const char *names[VW_EXTENSIONS_MAX];
     uint32_t count;
@@ -19,12 +19,13 @@ struct vw_extension_choice {
 
 bool vw_extension_is_offered(const VkExtensionProperties *offered, uint32_t offered_count, const char *name);
 
-// Of an instance. `offered`: by the loader; `validation`: with what the validation layer has. Drivers on top of another
-// interface, such as MoltenVK, are listed only for a program that enables portability enumeration.
+// Chooses those of an instance. `offered`: by the loader; `validation`: with those that the validation layer needs.
+// Drivers on top of another interface, such as MoltenVK, are listed only for a program that enables portability
+// enumeration.
 struct vw_extension_choice vw_extensions_of_instance(const VkExtensionProperties *offered, uint32_t offered_count,
                                                      bool validation);
 
-// Of a device. Where portability subset is offered, the specification demands that it is enabled.
+// Chooses those of a device. If portability subset is offered, the specification demands that it is enabled.
 struct vw_extension_choice vw_extensions_of_device(const VkExtensionProperties *offered, uint32_t offered_count,
                                                    bool statistics);
 

@@ -8,7 +8,7 @@
 
 enum { // SPIR-V 1.5, sections 2.3, 3.6, 3.31, 3.52
     HEADER_WORDS = 5,
-    VERSION_1_4 = 0x10400, // from which on no extension has to be named
+    VERSION_1_4 = 0x10400, // since this version no extension has to be named
     OP_ENTRY_POINT = 15,
     OP_EXECUTION_MODE = 16,
     OP_CAPABILITY = 17,
@@ -19,7 +19,7 @@ enum { // SPIR-V 1.5, sections 2.3, 3.6, 3.31, 3.52
 
 static uint32_t instruction(uint32_t words, uint32_t operation) { return words << 16 | operation; }
 
-// The word behind the entry point, and the entry point's id.
+// Returns the place of the word after the entry point, and the entry point's id.
 static size_t find_entry_end(const uint32_t *code, size_t words, uint32_t *entry) {
     for (size_t at = HEADER_WORDS; at < words && code[at] >> 16; at += code[at] >> 16)
         if ((code[at] & 0xFFFF) == OP_ENTRY_POINT) {

@@ -1,7 +1,7 @@
-// Which commands of a batch may run side by side. An *epoch* is what runs between two full barriers. Buffers remember,
-// by the ranges that are bound or copied, the last epochs that read and wrote them. A command belongs into the earliest
-// epoch that its ranges allow, also before commands that were recorded earlier. All work runs on one queue, where any
-// barrier drains the device in practice, so a full barrier between epochs serves every buffer at once.
+// The commands of a submission that may run side by side. An *epoch* is the work between two full barriers. Buffers
+// remember, by the ranges that are bound or copied, the last epochs that read and wrote them. A command belongs into
+// the earliest epoch that its ranges allow, also before commands that were recorded earlier. All work runs on one
+// queue, where any barrier drains the device in practice, so a full barrier between epochs serves every buffer at once.
 #ifndef VIEWWORTH_GPU_HAZARD_H
 #define VIEWWORTH_GPU_HAZARD_H
 
@@ -21,10 +21,10 @@ struct vw_ranges {
     size_t count, capacity;
 };
 
-// The index of a range, which is added when it is new. VW_ERROR_MEMORY.
+// Finds the index of a range, which is added when it is new. VW_ERROR_MEMORY.
 enum vw_status vw_ranges_find(struct vw_ranges *ranges, uint64_t offset_bytes, uint64_t size_bytes, uint32_t *index);
-// The earliest epoch in which the range may be read or written: behind every write of what overlaps, and behind every
-// read of it if it is written. 0: any.
+// Returns the earliest epoch in which the range may be read or written: after every overlapping write, and, if it is
+// written, after every read of it. 0: any.
 uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool writes);
 void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t epoch);
 

@@ -31,7 +31,8 @@ static const VkDebugUtilsMessengerCreateInfoEXT messenger_info = {
     .pfnUserCallback = on_validation_message,
 };
 
-// What the loader, or `layer` when not NULL, offers; owned by the caller. NULL and none when that cannot be asked.
+// Lists the extensions of the loader, or of `layer` when not NULL; owned by the caller. NULL and none when they cannot
+// be queried.
 static VkExtensionProperties *list_extensions(const char *layer, uint32_t *count) {
     *count = 0;
     if (vkEnumerateInstanceExtensionProperties(layer, count, NULL) != VK_SUCCESS) *count = 0;

@@ -16,7 +16,7 @@ struct vw_instance {
     atomic_uint complaints;
 };
 
-// `instance` must stay where it is until vw_instance_close(), which accepts a half-open or zeroed one.
+// Opens an instance, which must not move until vw_instance_close(); that accepts a half-open or zeroed one.
 enum vw_status vw_instance_open(struct vw_instance *instance, bool validation);
 void vw_instance_close(struct vw_instance *instance);
 

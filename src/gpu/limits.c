@@ -5,9 +5,9 @@
 
 #include "gpu/loop_controls.h"
 
-// Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe has or leaves
-// a limit alone, the Vulkan 1.2 minimum stands. Of storage buffers it asks for 30; passes whose effects need more than
-// these are refused when they are created.
+// The floor. Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe
+// has or leaves a limit alone, the Vulkan 1.2 minimum stands. It asks for 30 storage buffers; passes whose effects need
+// more than these are refused when they are created.
 const struct vw_gpu_limits vw_gpu_floor_limits = {
     .storage_binding_bytes = 1u << 27,
     .buffer_bytes = 1u << 30,
@@ -63,7 +63,7 @@ const char *vw_limits_missed(const struct vw_gpu_limits *limits) {
     return NULL;
 }
 
-// Puts " on <model name>" behind a CPU device's name: the code it generates depends on the processor.
+// Appends " on <model name>" to a CPU device's name: the code it generates depends on the processor.
 static void append_processor(struct vw_gpu_info *info) {
     char line[256];
     char model[128] = "an unnamed processor";
@@ -95,7 +95,7 @@ static uint64_t largest_device_heap_bytes(VkPhysicalDevice physical) {
     return bytes;
 }
 
-// The first queue family that computes; false when there is none.
+// Finds the first queue family that computes; returns false when there is none.
 static bool find_queue_family(struct vw_candidate *candidate) {
     VkQueueFamilyProperties families[32];
     uint32_t count = 32;
@@ -127,7 +127,7 @@ static struct vw_gpu_limits limits_of(const VkPhysicalDeviceLimits *device, uint
     };
 }
 
-// MoltenVK wrote its version as decimal digits, two for each part, from its first release on.
+// Decodes versions with MoltenVK's own rule: decimal digits, two for each part, from its first release on.
 const char *vw_driver_missed(VkDriverId driver, uint32_t version) {
     enum { MOLTENVK_1_3_0 = 10300 };
     if (driver == VK_DRIVER_ID_MOLTENVK && version < MOLTENVK_1_3_0)
@@ -146,7 +146,7 @@ static struct vw_gpu_arithmetic arithmetic_of(const VkPhysicalDeviceVulkan11Prop
     };
 }
 
-// What can only be asked of a Vulkan 1.2 device.
+// Queries the properties that only a Vulkan 1.2 device has.
 static void query_core(struct vw_candidate *candidate) {
     struct vw_gpu_info *info = &candidate->info;
     VkPhysicalDeviceVulkan12Properties core12 = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES};

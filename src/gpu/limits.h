@@ -1,4 +1,4 @@
-// What a physical device can do, and whether that meets the floor.
+// The limits of a physical device, compared with the floor.
 #ifndef VIEWWORTH_GPU_LIMITS_H
 #define VIEWWORTH_GPU_LIMITS_H
 
@@ -20,9 +20,9 @@ struct vw_candidate {
 void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate);
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp);
-// The name of the first limit that is below the floor, NULL when none is.
+// Returns the name of the first limit that is below the floor, NULL when none is.
 const char *vw_limits_missed(const struct vw_gpu_limits *limits);
-// The release that a driver with a known bug has to be replaced by, NULL when there is none.
+// Returns the release that must replace a driver with a known bug, NULL when there is none.
 const char *vw_driver_missed(VkDriverId driver, uint32_t version);
 
 #endif

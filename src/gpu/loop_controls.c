@@ -6,7 +6,7 @@
 enum { // SPIR-V 1.5, sections 2.3, 3.23, 3.52.17
     HEADER_WORDS = 5,
     OP_LOOP_MERGE = 246,
-    CONTROL_WORD = 3, // of OP_LOOP_MERGE
+    CONTROL_WORD = 3, // index in OP_LOOP_MERGE
     CONTROL_UNROLL = 1,
     CONTROL_DONT_UNROLL = 2,
 };

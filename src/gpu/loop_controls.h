@@ -1,4 +1,5 @@
-// Whether the driver may unroll the loops of the shaders, and how to tell it not to: for compilers that take too long.
+// The choice whether the driver may unroll the loops of the shaders, for compilers that take too long, and how to
+// forbid it.
 #ifndef VIEWWORTH_GPU_LOOP_CONTROLS_H
 #define VIEWWORTH_GPU_LOOP_CONTROLS_H
 
@@ -8,11 +9,11 @@
 
 #include "viewworth/status.h"
 
-// What the environment variable VIEWWORTH_LOOPS says: "unrolled", which it is by default, or "kept". Never measured,
-// since the two forms may differ in bits.
+// Reads the environment variable VIEWWORTH_LOOPS: "unrolled", the default, or "kept". It is never decided by a
+// measurement, since the two forms may differ in bits.
 bool vw_loops_unroll(void);
 
-// An error where VIEWWORTH_LOOPS says something else.
+// Fails if VIEWWORTH_LOOPS has any other value.
 enum vw_status vw_loops_check_choice(void);
 
 // Turns the wish to unroll of every loop of the shader into the wish not to.

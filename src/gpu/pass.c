@@ -67,7 +67,7 @@ static enum vw_status check_range(const char *pass, const struct vw_binding *bin
                        "pass %s, slot %u: %llu bytes of %s are more than one binding's %llu; bind windows of it", pass,
                        binding->slot, (unsigned long long)size, buffer->name, (unsigned long long)limit);
     if (alignment && binding->offset_bytes % alignment)
-        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: offset %llu in %s is no multiple of %u bytes", pass,
+        return vw_fail(VW_ERROR_DEVICE, "pass %s, slot %u: offset %llu in %s is not a multiple of %u bytes", pass,
                        binding->slot, (unsigned long long)binding->offset_bytes, buffer->name, alignment);
     *size_bytes = size;
     return VW_OK;
@@ -159,7 +159,7 @@ static enum vw_status bind_slot(struct vw_pass *pass, const struct vw_spirv_slot
     return VW_OK;
 }
 
-// A buffer of the pass's own, so that passes which leave it alone need not wait for each other.
+// Binds a buffer of the pass's own, so that passes which do not use it need not wait for each other.
 static enum vw_status bind_unused(struct vw_pass *pass, const struct vw_binding *binding, struct vw_binding *stand_in) {
     const struct vw_buffer_params params = {.name = "unused", .size_bytes = UNUSED_BYTES};
     *stand_in = (struct vw_binding){.slot = binding->slot, .size_bytes = UNUSED_BYTES, .texel = binding->texel};

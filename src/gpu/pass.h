@@ -7,9 +7,9 @@
 
 struct vw_pass_slot {
     struct vw_buffer *buffer;
-    uint32_t range;    // of the buffer
+    uint32_t range;    // range in the buffer
     bool writes;       // else it only reads
-    VkBufferView view; // of a texel buffer
+    VkBufferView view; // view of a texel buffer
 };
 
 struct vw_pass {

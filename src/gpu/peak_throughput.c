@@ -20,9 +20,9 @@ enum {
     ROUNDS_MAX = 5,
 };
 
-static const double BUDGET_S = 0.25; // of the rounds of one measurement, beyond the least number
+static const double BUDGET_S = 0.25; // time for the rounds of one measurement, beyond the least number
 
-// What the device's own timer has counted for the pass; 0 without timers.
+// Returns the seconds that the device's own timer has counted for the pass; 0 without timers.
 static double timed_s(const struct vw_gpu *gpu, const struct vw_pass *pass) {
     uint32_t count = 0;
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
@@ -31,8 +31,8 @@ static double timed_s(const struct vw_gpu *gpu, const struct vw_pass *pass) {
     return 0.0;
 }
 
-// The shortest of a few rounds, after one to warm up: a peak is what was once reached. By the device's clock where it
-// has one, since a fast device is done before the host has noticed.
+// Measures the shortest of a few rounds, after one to warm up: a peak is the best that was reached. It uses the
+// device's clock if there is one, since a fast device is done before the host has noticed.
 static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_submission *batch, struct vw_pass *const *passes,
                                   uint32_t count, const struct vw_push_peak *push, uint64_t invocations,
                                   double *shortest_s) {
@@ -106,7 +106,7 @@ static void destroy_copy(struct copy *copy) {
     vw_buffer_destroy(&copy->to);
 }
 
-// Other programs may hold what the device's memory seems to have room for: then fewer bytes are copied.
+// Retries with fewer bytes, since other programs may use memory that the device reports as free.
 static enum vw_status create_buffers(struct vw_gpu *gpu, struct copy *copy) {
     enum vw_status status;
     copy->size_bytes = vw_peak_copy_bytes(vw_gpu_get_info(gpu), vw_gpu_get_limits(gpu), cache_bytes());

@@ -1,4 +1,4 @@
-// How much vw_gpu_measure_peaks() copies; compute.h has the rest.
+// The amount that vw_gpu_measure_peaks() copies; compute.h has the rest.
 #ifndef VIEWWORTH_GPU_PEAK_THROUGHPUT_H
 #define VIEWWORTH_GPU_PEAK_THROUGHPUT_H
 
@@ -6,7 +6,7 @@
 
 #include "viewworth/gpu.h"
 
-// Bytes of each of the two buffers: more than caches hold, as far as the device's memory and limits allow.
+// Returns the bytes of each of the two buffers: more than caches contain, within the device's memory and limits.
 // `cache_bytes`: the processor's largest cache, for devices that are one.
 uint64_t vw_peak_copy_bytes(const struct vw_gpu_info *info, const struct vw_gpu_limits *limits, uint64_t cache_bytes);
 

@@ -48,7 +48,7 @@ static uint32_t *copy_code(const struct vw_shader *shader, size_t *code_bytes) {
     return code;
 }
 
-// The shader's code, owned by the caller, with what this device's driver has to be told.
+// Copies the shader's code, owned by the caller, with the changes that this device's driver needs.
 static uint32_t *code_for_device(const struct vw_shader *shader, const struct vw_gpu_limits *limits,
                                  size_t *code_bytes) {
     uint32_t *code = limits->keeps_nan ? vw_spirv_keep_nan(shader, code_bytes) : copy_code(shader, code_bytes);

@@ -13,11 +13,11 @@ struct vw_pipeline {
     // private
     const struct vw_shader *shader;
     uint32_t *constants, constant_count; // owned
-    struct vw_pipeline *next;            // of the device's
+    struct vw_pipeline *next;            // list of the device's pipelines
 };
 
-// The pipeline of a shader with these constants, borrowed: one that is there, or a new one. `spirv` is what the shader
-// declares.
+// Returns the pipeline of a shader with these constants, borrowed: an existing one, or a new one. `spirv` is what the
+// shader declares.
 enum vw_status vw_pipeline_find(struct vw_gpu *gpu, const struct vw_pass_params *params, const struct vw_spirv *spirv,
                                 const struct vw_pipeline **pipeline);
 uint32_t vw_gpu_pipeline_count(const struct vw_gpu *gpu);

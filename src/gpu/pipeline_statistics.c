@@ -39,7 +39,7 @@ static enum vw_status add_line(struct vw_gpu *gpu, const char *name, const char 
     return VW_OK;
 }
 
-// A compute pipeline has one executable.
+// Reads the statistics of the only executable that a compute pipeline has.
 enum vw_status vw_statistics_collect(struct vw_gpu *gpu, VkPipeline pipeline, const char *name, const char *role) {
     if (!gpu->has_statistics) return VW_OK;
     const VkPipelineExecutableInfoKHR executable = {.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR,

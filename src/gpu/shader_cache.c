@@ -26,7 +26,7 @@ void vw_shader_cache_separate_widths(void) {
     free(path);
 }
 
-// The file for this device, driver and vector width.
+// Names the file for this device, driver and vector width.
 static char *name_file(struct vw_gpu *gpu) {
     VkPhysicalDeviceProperties device;
     struct vw_hasher hasher;
@@ -45,7 +45,7 @@ static char *name_file(struct vw_gpu *gpu) {
     return vw_cache_path(name);
 }
 
-// A SHA-256, then what it is of: drivers trust what they are given.
+// Reads a SHA-256 and the data that it covers: drivers do not check the data that they load.
 static void read_file(struct vw_gpu *gpu, void **file, size_t *data_bytes) {
     size_t size_bytes = 0;
     *data_bytes = 0;
@@ -75,7 +75,7 @@ enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
     return result ? vw_gpu_fail(result, "vkCreatePipelineCache", gpu->chosen.info.name) : VW_OK;
 }
 
-// The file's bytes; NULL when there is nothing new.
+// Returns the file's bytes; NULL when there is nothing new.
 static uint8_t *make_file(struct vw_gpu *gpu, size_t *size_bytes) {
     size_t data_bytes = 0;
     if (vkGetPipelineCacheData(gpu->device, gpu->pipeline_cache, &data_bytes, NULL) || !data_bytes ||

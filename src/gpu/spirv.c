@@ -87,7 +87,7 @@ struct module {
 static uint32_t operation_of(const uint32_t *instruction) { return instruction[0] & 0xffff; }
 static uint32_t length_of(const uint32_t *instruction) { return instruction[0] >> 16; }
 
-// The instruction after `instruction`, the first one after NULL, NULL after the last.
+// Returns the instruction after `instruction`, the first one after NULL, NULL after the last.
 static const uint32_t *next(const struct module *module, const uint32_t *instruction) {
     const uint32_t *following = instruction ? instruction + length_of(instruction) : module->words + HEADER_WORDS;
     return following < module->words + module->count ? following : NULL;
@@ -99,7 +99,7 @@ static enum vw_status fail_broken(const struct module *module) {
     return vw_fail(VW_ERROR_DEVICE, "shader %s: broken SPIR-V; build viewworth again", module->name);
 }
 
-// Which word of an instruction is the id it defines; 0 for one that we never look up.
+// Returns which word of an instruction is the id it defines; 0 for one that we never look up.
 static uint32_t result_word(uint32_t operation) {
     if (operation >= OP_TYPE_VOID && operation < OP_TYPE_FORWARD_POINTER) return 1;
     if (operation >= OP_CONSTANT_TRUE && operation <= OP_SPEC_CONSTANT_OP) return 2;
@@ -174,7 +174,7 @@ static uint64_t evaluate(const struct module *module, const uint32_t *at) {
     }
 }
 
-// The specialised value of a 32-bit integer or boolean constant; 0 for what is none.
+// Returns the specialised value of a 32-bit integer or boolean constant; 0 for any other id.
 static uint64_t constant_value(const struct module *module, uint32_t id) {
     const uint32_t *at = module->definition[id];
     uint32_t spec_id;
@@ -199,7 +199,7 @@ struct layout {
     uint64_t scalar;    // bytes of the widest scalar in it, the alignment in C
 };
 
-// A type without a size, as broken modules have, needs no rounding.
+// Rounds up to a multiple; a type without a size, as broken modules have, needs no rounding.
 static uint64_t round_up(uint64_t value, uint64_t multiple) {
     return multiple ? (value + multiple - 1) / multiple * multiple : value;
 }
@@ -211,7 +211,7 @@ static struct layout repeat(struct layout item, uint64_t count, uint64_t stride)
     return item;
 }
 
-// At the offsets that the members are decorated with, or one after the other.
+// Places the members at their decorated offsets, or one after the other.
 static struct layout layout_of_struct(const struct module *module, const uint32_t *at) {
     struct layout whole = {0, 4, 4};
     for (uint32_t member = 0; member + 2 < length_of(at); member++) {
@@ -260,7 +260,8 @@ static void read_capability(uint32_t capability, struct vw_spirv *spirv) {
     spirv->needs_int64_atomics |= capability == CAPABILITY_INT64_ATOMICS;
 }
 
-// The constant decorated as gl_WorkGroupSize, which specialization reaches, wins over the execution mode.
+// Reads the size; the constant decorated as gl_WorkGroupSize, which specialization reaches, wins over the execution
+// mode.
 static void read_workgroup_size(const struct module *module, struct vw_spirv *spirv) {
     for (const uint32_t *at = next(module, NULL); at; at = next(module, at)) {
         if (operation_of(at) == OP_EXECUTION_MODE && at[2] == MODE_LOCAL_SIZE)
@@ -274,7 +275,7 @@ static void read_workgroup_size(const struct module *module, struct vw_spirv *sp
     }
 }
 
-// By a decoration on the variable, or on every member of its block, which is where glslang puts a block's qualifiers.
+// Looks for a decoration on the variable, or on every member of its block, where glslang puts a block's qualifiers.
 static bool is_read_only(const struct module *module, uint32_t variable, const uint32_t *block) {
     if (find_decoration(module, variable, DECORATION_NON_WRITABLE, NULL)) return true;
     for (uint32_t member = 0; member + 2 < length_of(block); member++)

@@ -28,7 +28,8 @@ struct vw_spirv {
     bool needs_int64_atomics;
 };
 
-// `specialization[i]` replaces the value of constant_id i, for i below `specialization_count`.
+// Reads a shader's declarations. `specialization[i]` replaces the value of constant_id i, for i below
+// `specialization_count`.
 enum vw_status vw_spirv_read(const struct vw_shader *shader, const uint32_t *specialization,
                              uint32_t specialization_count, struct vw_spirv *spirv);
 

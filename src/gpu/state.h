@@ -19,15 +19,15 @@ struct vw_gpu {
     char *statistics_text; // owned; NULL: none so far
     double wait_limit_s;
     bool hung;                  // see wait.h
-    struct vw_gpu *hung_before; // of hung devices, which are never freed
+    struct vw_gpu *hung_before; // list of hung devices, which are never freed
     VkPipelineCache pipeline_cache;
     char *pipeline_cache_path;                  // owned; NULL: not kept
-    uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // of the file as it was read
+    uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // hash of the file as it was read
     VkCommandPool transfer_pool;
     VkCommandBuffer transfer;        // for copies that the host waits for
     VkFence transfer_fence;          // signalled when they are done
     struct vw_buffer *staging;       // made at the first such copy
-    uint64_t buffer_bytes;           // of all live buffers
+    uint64_t buffer_bytes;           // sum over all live buffers
     uint64_t epoch;                  // the newest one given out
     struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
     struct vw_submission *recording; // one batch records at a time, so that recording order is submission order

@@ -33,7 +33,7 @@ static void keep_failure(struct vw_submission *batch, enum vw_status status) {
     snprintf(batch->message, sizeof batch->message, "%s", vw_error_message());
 }
 
-// False once something failed; everything later is skipped then.
+// Returns false once something failed; all later commands are then skipped.
 static bool can_record(struct vw_submission *batch) {
     if (!batch->status && batch->gpu->recording != batch)
         keep_failure(
@@ -68,7 +68,7 @@ void vw_submission_begin(struct vw_submission *batch) {
     keep_failure(batch, begin(batch));
 }
 
-// As few rows as the device allows, of even length.
+// Chooses as few rows as the device allows, of even length.
 static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, struct vw_workgroups *groups) {
     const struct vw_gpu_limits *limits = &pass->gpu->chosen.limits;
     uint64_t count = invocations / pass->workgroup_invocations + (invocations % pass->workgroup_invocations != 0);

@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 
-enum { TIMED_DISPATCHES = 2048 }; // of one batch; later ones are dropped
+enum { TIMED_DISPATCHES = 2048 }; // per submission; later ones are dropped
 
 enum vw_status vw_submission_timer_create(struct vw_gpu *gpu, struct vw_submission_timer *timer) {
     if (!gpu->timers_wanted) return VW_OK;
@@ -43,7 +43,7 @@ void vw_submission_timer_stop(struct vw_submission_timer *timer, VkCommandBuffer
 
 static bool same_text(const char *a, const char *b) { return a && b ? !strcmp(a, b) : a == b; }
 
-// The device's timer of that pass, made at first use; NULL when memory is short.
+// Returns the device's timer of that pass, made at first use; NULL when memory is short.
 static struct vw_gpu_timer *find_timer(struct vw_gpu *gpu, const struct vw_timed_pass *pass) {
     for (size_t i = 0; i < gpu->timer_count; i++)
         if (!strcmp(gpu->timers[i].name, pass->name) && same_text(gpu->timers[i].role, pass->role))

@@ -12,7 +12,7 @@ struct vw_timed_pass {
 // Timestamps of one batch: two queries around each dispatch, as many as fit.
 struct vw_submission_timer {
     VkQueryPool queries;              // VK_NULL_HANDLE: not timed
-    struct vw_timed_pass *dispatches; // those that are timed
+    struct vw_timed_pass *dispatches; // the timed ones
     uint32_t count;
 };
 

@@ -37,7 +37,7 @@ enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object) {
     return result ? vw_gpu_fail(result, "vkBeginCommandBuffer", object) : VW_OK;
 }
 
-// The fence comes behind all that was submitted before; without `info` nothing else does.
+// Submits a fence that follows all earlier submissions; without `info` it submits nothing else.
 static enum vw_status submit_and_wait(struct vw_gpu *gpu, const VkSubmitInfo *info, const char *object) {
     enum vw_status status = vw_wait_check(gpu, object);
     if (status) return status;

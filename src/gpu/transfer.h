@@ -6,7 +6,7 @@
 
 enum vw_status vw_transfer_open(struct vw_gpu *gpu);
 void vw_transfer_close(struct vw_gpu *gpu);
-// Record into gpu->transfer in between. `object` is what messages name.
+// Begins a transfer, which the caller records into gpu->transfer. `object` is what messages name.
 enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object);
 // Submits and waits; ordered after everything submitted before.
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object);

@@ -14,7 +14,8 @@ enum vw_status vw_wait_choose_limit(struct vw_gpu *gpu) {
     char *end;
     gpu->wait_limit_s = strtod(text, &end);
     if (end != text && !*end && gpu->wait_limit_s > 0.0 && gpu->wait_limit_s <= LONGEST_LIMIT_S) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is no number of seconds above 0; set one or unset it", LIMIT_NAME, text);
+    return vw_fail(VW_ERROR_USAGE, "%s: \"%s\" is not a number of seconds above 0; set one or unset it", LIMIT_NAME,
+                   text);
 }
 
 static enum vw_status fail_hung(const struct vw_gpu *gpu, const char *work) {

@@ -15,9 +15,9 @@
 #include "image/decoder_server.h"
 
 enum { PARALLEL_MOST = 8, SHORTEST_TIME_OUT_S = 60, LONGEST_TIME_OUT_S = 1800 };
-// How many tasks of its kind a worker does before it is replaced. A photo has one of its own: a file that takes over
-// its worker must not touch the pixels of another photo, which may be another provider's. What headers say is held
-// against the photo; pixels that are written are ours.
+// The number of tasks of its kind after which a worker is replaced. Each photo has its own worker: a file that takes
+// over its worker must not reach the pixels of another photo, which may be another provider's. Headers are compared
+// with the photo later; pixels to write are ours.
 static const uint32_t tasks_of_worker[] = {
     [VW_DECODER_READ_HEADER] = 1024, [VW_DECODER_READ_PHOTO] = 1, [VW_DECODER_WRITE_PHOTO] = 16};
 static const uint64_t SMALLEST_MEMORY_BYTES = UINT64_C(512) << 20;
@@ -32,7 +32,7 @@ struct worker {
 
 struct vw_decoder_job {
     struct worker *worker;
-    uint64_t payload_left;    // of the answer, once it is there
+    uint64_t payload_left;    // left of the answer, once it has begun
     double time_out_s, end_s; // how long, and until when it is waited for
     bool answered;
 };
@@ -126,13 +126,14 @@ static enum vw_status start_worker(enum vw_decoder_task task, uint64_t memory_by
     return status ? status : vw_fail(VW_ERROR_IO, "viewworth-decode takes no order; run the command again");
 }
 
-// Whether an idle worker neither ended nor speaks unasked.
+// Returns whether an idle worker neither ended nor sent anything unasked.
 static bool is_quiet(const struct worker *worker) {
     struct pollfd polled = {worker->socket, POLLIN, 0};
     return !poll(&polled, 1, 0);
 }
 
-// Bounds are powers of two, so that an idle worker of that kind of task mostly has the bound that is needed.
+// Takes an idle worker or starts one. Bounds are powers of two, so that an idle worker of that kind of task mostly has
+// the bound that is needed.
 static enum vw_status take_worker(enum vw_decoder_task task, uint64_t memory_bytes, struct worker **worker) {
     uint64_t bound = SMALLEST_MEMORY_BYTES;
     while (bound < memory_bytes) bound *= 2;

@@ -28,7 +28,7 @@ void vw_decoder_configure(const struct vw_decoder_params *params);
 void vw_decoder_hold(void);
 void vw_decoder_release(void);
 
-// How many tasks should be under way at once.
+// Returns how many tasks should be under way at once.
 uint32_t vw_decoder_parallel_count(void);
 
 // Gives a task to a worker: the open file that it reads, if not -1 (it stays the caller's), and a payload that it is

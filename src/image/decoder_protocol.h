@@ -1,4 +1,4 @@
-// What the library and the program viewworth-decode say to each other. Both are of one build: the program's first
+// The protocol between the library and the program viewworth-decode. Both are of one build: the program's first
 // message is VW_DECODER_HELLO.
 //
 // The program is a server that has loaded OpenImageIO and never sees a photo. On its socket DECODER_SOCKET it takes
@@ -20,7 +20,7 @@ enum { VW_DECODER_SOCKET = 3, VW_DECODER_MESSAGE_BYTES = 400, VW_DECODER_WORKERS
 
 struct vw_decoder_order {
     uint64_t memory_bytes; // address space of the worker beyond what the server has
-    uint64_t cpu_s;        // of all its tasks
+    uint64_t cpu_s;        // for all its tasks
 };
 
 enum vw_decoder_task { VW_DECODER_READ_HEADER, VW_DECODER_READ_PHOTO, VW_DECODER_WRITE_PHOTO };
@@ -28,7 +28,7 @@ enum vw_decoder_task { VW_DECODER_READ_HEADER, VW_DECODER_READ_PHOTO, VW_DECODER
 struct vw_decoder_request {
     enum vw_decoder_task task;
     uint32_t photo_format;         // index in vw_photo_formats
-    uint32_t downscale;            // of a photo that is read
+    uint32_t downscale;            // factor for a photo that is read
     struct vw_image_header header; // READ_PHOTO: what READ_HEADER has found; WRITE_PHOTO: size and channels
     bool eight_bit;                // WRITE_PHOTO: 8 bit with straight alpha, otherwise float with premultiplied alpha
     char compression[16];          // WRITE_PHOTO: OpenImageIO's, for example "webp:70"; "": the format's default

@@ -28,7 +28,8 @@ enum { HELLO_TIME_OUT_MS = 120000, END_TIME_OUT_MS = 5000, ADDRESS_SPACE_MIB = 1
 // program viewworth has a longer way. Neither PATH nor another variable has a say.
 static const char *const program_folders[] = {".", "viewworth", VW_DECODER_FOLDER_FROM_PROGRAM};
 
-// The folder of the library that holds this code, or of the program when it is linked into that; owned by the caller.
+// Finds the folder of the library that contains this code, or of the program when it is linked into that; owned by the
+// caller.
 static char *find_own_folder(void) {
     Dl_info info;
     struct link_map *map = NULL;
@@ -41,7 +42,7 @@ static char *find_own_folder(void) {
     return vw_path_folder(program);
 }
 
-// The first that is there, owned by the caller; NULL where none is.
+// Finds the first program that exists, owned by the caller; NULL if none does.
 static char *find_program(void) {
     char *own_folder = find_own_folder(), *found = NULL;
     for (size_t i = 0; own_folder && i < VW_ARRAY_COUNT(program_folders) && !found; i++) {
@@ -57,7 +58,7 @@ static char *find_program(void) {
 
 // ---- Start ----
 
-// Of the user's variables it gets those that say where libraries are, and those of sanitizers: none that OpenImageIO
+// Passes on those of the user's variables that say where libraries are, and those of sanitizers: none that OpenImageIO
 // and its libraries read.
 static void choose_environment(char *chosen[8]) {
     static const char *const names[] = {"LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "LSAN_OPTIONS=", "UBSAN_OPTIONS="};
@@ -69,7 +70,7 @@ static void choose_environment(char *chosen[8]) {
     chosen[count] = NULL;
 }
 
-// The server gets no descriptor of ours but the socket, and no signal: it ends when the socket is closed.
+// Starts the server with no descriptor of ours but the socket, and no signal: it ends when the socket is closed.
 static int spawn(const char *path, int socket, bool without_seccomp, pid_t *process) {
     char *const arguments[] = {PROGRAM_NAME, without_seccomp ? "--without-seccomp" : NULL, NULL};
     char *environment[8];
@@ -139,7 +140,7 @@ enum vw_status vw_decoder_server_start(const char *given_path, bool without_secc
 
 // ---- End ----
 
-// The server ends its workers first. It may have been waited for already, by a program that waits for any child.
+// Stops the server, which ends its workers first. A program that waits for any child may have reaped it already.
 void vw_decoder_server_stop(struct vw_decoder_server *server) {
     close(server->socket);
     for (int waited_ms = 0; waited_ms < END_TIME_OUT_MS; waited_ms++) {

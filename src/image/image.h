@@ -23,7 +23,7 @@ enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_
 // Float values are clamped to [0,1] and counted. VW_ERROR_INPUT as vw_image_probe() and for more than 5 % masked
 // pixels; VW_ERROR_IO if the pixels cannot be decoded, or the file changes meanwhile.
 enum vw_status vw_image_load(const char *path, uint32_t downscale, struct vw_image *image);
-// What its pixels will be after that, and their bytes.
+// Returns the header that the pixels will have after that, and their bytes.
 struct vw_image_header vw_image_loaded_header(const struct vw_image_header *header, uint32_t downscale);
 uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t downscale);
 
@@ -56,9 +56,10 @@ enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t he
                                        void **data, size_t *size_bytes);
 void vw_image_clear(struct vw_image *image); // frees the pixels and zeroes the struct
 
-// One pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.
+// Reads one pixel as straight-alpha RGBA in [0,1]. x_px < width_px and y_px < height_px.
 void vw_image_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, float rgba[4]);
-// Luminance of a pixel as stored (weights of Rec. 709); transparent pixels are over `background` (RGB). Same limits.
+// Returns the luminance of a pixel as stored (weights of Rec. 709); transparent pixels are over `background` (RGB).
+// Same limits.
 double vw_image_luminance(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float background[3]);
 
 #endif

@@ -18,9 +18,9 @@
 #include "image/transfer.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28, FILE_LIMIT_BYTES = UINT64_C(1) << 32;
-static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30;     // of all channels: four of the largest image
+static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30;     // in all channels: four of the largest image
 static const uint32_t CHANNEL_LIMIT = 64;                  // renderers write depth, normals and more to EXR files
-static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // what decoders take, whatever the size of the image
+static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // for decoders, whatever the size of the image
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
@@ -118,7 +118,7 @@ enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_
 
 struct vw_image_load {
     struct photo_file file;
-    struct vw_image_header header; // of the pixels that are to come
+    struct vw_image_header header; // header of the pixels that are to come
     struct vw_decoder_job *job;
 };
 
@@ -135,7 +135,7 @@ uint64_t vw_image_loaded_bytes(const struct vw_image_header *header, uint32_t do
     return (uint64_t)loaded.width_px * loaded.height_px * loaded.channels * vw_pixel_channel_bytes(loaded.format);
 }
 
-// A decoder holds up to four copies of the channels as 32 bits, and we three of the colours.
+// Bounds the memory: a decoder keeps up to four copies of the channels as 32 bits, and we three of the colours.
 static uint64_t needed_bytes(const struct vw_image_header *header) {
     return DECODER_BYTES + (uint64_t)header->width_px * header->height_px * (16 * (uint64_t)header->channels + 48);
 }
@@ -175,7 +175,7 @@ void vw_image_load_cancel(struct vw_image_load **load) {
     *load = NULL;
 }
 
-// Nothing that the worker says about the pixels is believed: floats are checked, and counts are only for display.
+// Checks floats and treats counts as display only: nothing that the worker says about the pixels is trusted.
 static enum vw_status check_pixels(struct vw_image *image, size_t pixel_count) {
     for (size_t i = 0; image->unusable && i < pixel_count; i++) image->unusable[i] = image->unusable[i] != 0;
     const float *values = image->format == VW_PIXEL_FLOAT32 ? image->pixels : NULL;

@@ -22,9 +22,10 @@ enum { VW_PHOTO_FORMAT_COUNT = 8, VW_PHOTO_SIGNATURE_BYTES = 12 };
 #define VW_PHOTO_FORMAT_NAMES "PNG, JPEG, TIFF, OpenEXR, WebP, JPEG 2000, Radiance HDR and PNM"
 extern const struct vw_photo_format vw_photo_formats[VW_PHOTO_FORMAT_COUNT];
 
-// The format of a file with these first bytes (VW_PHOTO_SIGNATURE_BYTES are enough for any), as an index; false: none.
+// Finds the format of a file with these first bytes (VW_PHOTO_SIGNATURE_BYTES are enough for any), as an index; false:
+// none.
 bool vw_photo_format_of_bytes(const void *bytes, size_t count, uint32_t *format);
-// The format to write under a file name; false: none.
+// Finds the format to write under a file name; false: none.
 bool vw_photo_format_of_name(const char *name, uint32_t *format);
 
 #endif

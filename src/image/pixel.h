@@ -1,4 +1,4 @@
-// What a file holds, and channel values of every pixel format as floats in [0,1] (floats: as they are).
+// The pixel formats of files, and channel values of each as floats in [0,1] (floats: as they are).
 #ifndef VIEWWORTH_IMAGE_PIXEL_H
 #define VIEWWORTH_IMAGE_PIXEL_H
 
@@ -26,7 +26,8 @@ static inline float vw_pixel_get(enum vw_pixel_format format, const void *values
     }
 }
 
-// `value` is in [0,1]; integers are rounded to nearest, so that a value from vw_pixel_get is restored exactly.
+// Stores `value`, which is in [0,1]; integers are rounded to nearest, so that a value from vw_pixel_get is restored
+// exactly.
 static inline void vw_pixel_set(enum vw_pixel_format format, void *values, size_t index, float value) {
     switch (format) {
     case VW_PIXEL_UINT8: ((uint8_t *)values)[index] = (uint8_t)lrintf(value * 255.0f); break;

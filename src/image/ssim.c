@@ -39,7 +39,7 @@ static void add(struct moments *sum, double weight, const struct moments *moment
     sum->ab += weight * moments->ab;
 }
 
-// The moments along a row, for every position of a window.
+// Computes the moments along a row, for every position of a window.
 static void filter_row(const struct images *images, uint32_t y_px, uint32_t channel, const double weights[WINDOW],
                        struct moments *row) {
     for (uint32_t x = 0; x < images->columns; x++) {

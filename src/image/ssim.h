@@ -15,9 +15,9 @@
 
 enum { VW_SSIM_WINDOW_PX = 11 };
 
-// The mean over all windows of two RGB images (rows top to bottom; values should be in [0,1]), in double. `usable`: a
-// byte per pixel, 0 for pixels to ignore; NULL: use all. A window counts if all its pixels are usable. NaN if no window
-// counts, for example in images smaller than a window. VW_ERROR_MEMORY.
+// Computes the mean over all windows of two RGB images (rows top to bottom; values should be in [0,1]), in double.
+// `usable`: a byte per pixel, 0 for pixels to ignore; NULL: use all. A window counts if all its pixels are usable. NaN
+// if no window counts, for example in images smaller than a window. VW_ERROR_MEMORY.
 enum vw_status vw_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px,
                        double *ssim);
 

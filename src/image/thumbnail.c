@@ -8,7 +8,7 @@
 // covers. So the time does not grow with the photo, and is a tenth of that of a proper filter.
 enum { SEEN_PER_SIDE = 4, WIDEST = 4 };
 
-// The position of the `place`-th of `count` evenly spread samples along a side.
+// Returns the position of the `place`-th of `count` evenly spread samples along a side.
 static uint32_t place_on(uint32_t side_px, uint64_t place, uint64_t count) {
     return (uint32_t)((2 * place + 1) * side_px / (2 * count));
 }

@@ -51,7 +51,7 @@ static double determinant(const double m[3][3]) {
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// Cramer's rule; the caller knows that `divisor`, the determinant of m, is not small.
+// Solves by Cramer's rule; the caller knows that `divisor`, the determinant of m, is not small.
 static void solve(const double m[3][3], double divisor, const double right[3], double solution[3]) {
     for (int column = 0; column < 3; column++) {
         double replaced[3][3];
@@ -85,8 +85,8 @@ static void find_centroid(const struct vw_scene *scene, double centroid_world[3]
     for (int i = 0; i < 3; i++) centroid_world[i] = first_world[i] + mean[i];
 }
 
-// The normal equations of the point closest to all axes: the mean of (I - look look^T) times point = the mean of the
-// same times position.
+// Sums the normal equations of the point closest to all axes: the mean of (I - look look^T) times point = the mean of
+// the same times position.
 static struct axes measure_axes(const struct vw_scene *scene) {
     struct axes axes = {0};
     double matrix[3][3] = {{0}}, right[3] = {0}, square = 0;
@@ -117,7 +117,7 @@ static double half_view_tangent(const struct vw_camera *camera) {
     return 0.5 * fmax(camera->width_px / camera->focal_x_px, camera->height_px / camera->focal_y_px);
 }
 
-// The median over views of the half width seen at the focus.
+// Computes the median over views of the half width seen at the focus.
 static enum vw_status median_half_width(const struct vw_scene *scene, const struct axes *axes,
                                         double *half_width_world) {
     double *widths = vw_allocate(scene->view_count, sizeof *widths);
@@ -154,7 +154,7 @@ static enum vw_status box_of_cameras(const struct vw_scene *scene, const struct 
     return VW_OK;
 }
 
-// The range of the points along one axis plus one tenth at either end, relative to the cameras' centroid.
+// Returns the range of the points along one axis plus one tenth at either end, relative to the cameras' centroid.
 static void range_of_points(const struct vw_scene *scene, const struct axes *axes, int axis, double *sorted,
                             double range[2]) {
     for (uint32_t p = 0; p < scene->point_count; p++)
@@ -196,7 +196,7 @@ static struct vw_box box_of_ngp(const struct vw_ngp_box *declared) {
     return box;
 }
 
-// If a declared box misses what the cameras look at, it uses other coordinates than the poses.
+// Returns whether a declared box contains what the cameras look at; otherwise it uses other coordinates than the poses.
 static bool is_plausible(const struct vw_box *declared, const struct vw_box *seen) {
     for (int i = 0; i < 3; i++)
         if (fabs(seen->centre_world[i] - declared->centre_world[i]) > declared->half_extent_world) return false;

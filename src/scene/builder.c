@@ -68,7 +68,7 @@ struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *nam
     return vw_name_index_find(scene->names, name, &place) ? &scene->views[place] : NULL;
 }
 
-// The view with that name in a COLMAP model, whose names omit the folder of the photos.
+// Finds the view with that name in a COLMAP model, whose names omit the folder of the photos.
 static struct vw_view *find_in_model(const struct vw_scene *scene, const char *name) {
     static const char *const photo_folders[] = {"images/", "dense/images/"};
     struct vw_view *found = NULL;

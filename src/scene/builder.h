@@ -43,31 +43,31 @@ enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
 // Makes all views findable by name, once the loader has appended them.
 enum vw_status vw_scene_index_names(struct vw_scene *scene);
-// The view of that name; NULL when there is none. A leading "./" is ignored.
+// Finds the view of that name; NULL when there is none. A leading "./" is ignored.
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name);
-// The same for a name in a user's list, which may omit the folder of the photos, as in a COLMAP model, or all folders
-// if only one view has that file name.
+// Finds a name in a user's list, which may omit the folder of the photos, as in a COLMAP model, or all folders if only
+// one view has that file name.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
 
-// transforms_json.c
+// Loads transforms*.json (transforms_json.c).
 bool vw_transforms_probe(const char *path);
 enum vw_status vw_transforms_load(struct vw_scene_builder *builder);
-// phototourism.c
+// Loads NeRF-W's Phototourism scenes (phototourism.c).
 bool vw_phototourism_probe(const char *path);
 enum vw_status vw_phototourism_load(struct vw_scene_builder *builder);
-// sfm_evidence.c: takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the
-// scene.
+// Takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the scene
+// (sfm_evidence.c).
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
-// split.c: decides the splits: by lists, otherwise by the loader, otherwise by every eighth view.
+// Decides the splits: by lists, otherwise by the loader, otherwise by every eighth view (split.c).
 enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene);
-// provider.c
+// Reads the providers (provider.c).
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
-// photo.c: fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the
-// background.
+// Fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the background
+// (photo.c).
 enum vw_status vw_photos_read(struct vw_scene_builder *builder);
-// synthetic/injected_corruption.c: corrupts params->corrupt train photos and sets every view's ground_truth.
+// Corrupts params->corrupt train photos and sets every view's ground_truth (synthetic/injected_corruption.c).
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
-// scene_hash.c
+// Hashes everything that training depends on (scene_hash.c).
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);
 
 #endif

@@ -44,16 +44,16 @@ static int find_roots(const double *coefficients, int degree, double limit, doub
     return count;
 }
 
-// The least root in (0, limit); `fallback` if there is none.
+// Returns the least root in (0, limit); `fallback` if there is none.
 static double least_root(const double *coefficients, int degree, double limit, double fallback) {
     double roots[DEGREE_MAX];
     while (degree > 0 && coefficients[degree] == 0) degree--;
     return find_roots(coefficients, degree, limit, roots) ? roots[0] : fallback;
 }
 
-// With N and D, numerator and denominator of the radial factor, as polynomials in s = r2, the slope of the distorted
-// radius r N / D is (N D + 2 s (N' D - N D')) / D^2. Gives the squared radius where it first vanishes or D does;
-// infinite when neither happens.
+// Returns the squared radius where the slope of the distorted radius first vanishes or its denominator does; infinite
+// when neither happens. With N and D, numerator and denominator of the radial factor, as polynomials in s = r2, the
+// slope of the distorted radius r N / D is (N D + 2 s (N' D - N D')) / D^2.
 static double fold_radius2(const struct vw_camera *camera) {
     const double top[4] = {1, camera->k1, camera->k2, camera->k3}, bottom[4] = {1, camera->k4, camera->k5, camera->k6};
     double slope[DEGREE_MAX + 1] = {0};
@@ -103,7 +103,8 @@ static struct guess guess_at(const struct vw_camera *camera, double x, double y,
 
 static double determinant(const struct distorted *at) { return at->dx_dx * at->dy_dy - at->dx_dy * at->dy_dx; }
 
-// One Newton step, halved until it reduces the distance without crossing the fold; false if there is no such step.
+// Takes one Newton step, halved until it reduces the distance without crossing the fold; false if there is no such
+// step.
 static bool improve(const struct vw_camera *camera, double fold2, const double target[2], struct guess *guess) {
     const struct distorted *at = &guess->at;
     double right_x = target[0] - at->x, right_y = target[1] - at->y;
@@ -118,7 +119,8 @@ static bool improve(const struct vw_camera *camera, double fold2, const double t
     return false;
 }
 
-// Newton's method, started at the distorted position moved inside the fold, until the distance no longer falls.
+// Iterates Newton's method, started at the distorted position moved inside the fold, until the distance no longer
+// falls.
 static bool undistort(const struct vw_camera *camera, double *x, double *y) {
     const double target[2] = {*x, *y};
     double length = hypot(*x, *y), fold2 = fold_radius2(camera);
@@ -139,16 +141,16 @@ static double distort_angle(const struct vw_camera *camera, double theta, double
     return theta * (1 + t2 * (camera->k1 + t2 * (camera->k2 + t2 * (camera->k3 + t2 * camera->k4))));
 }
 
-// The angle up to which the distorted angle increases with the true one.
+// Returns the angle up to which the distorted angle increases with the true one.
 static double fold_angle(const struct vw_camera *camera) {
     const double slopes[5] = {1, 3 * camera->k1, 5 * camera->k2, 7 * camera->k3,
-                              9 * camera->k4}; // of the square of the angle
+                              9 * camera->k4}; // coefficients in the square of the angle
     const double limit = FISHEYE_ANGLE_MAX * FISHEYE_ANGLE_MAX;
     return sqrt(least_root(slopes, 4, limit, limit));
 }
 
-// The true angle of a distorted angle: Newton's method within shrinking bounds. Below the fold there is at most one
-// solution.
+// Finds the true angle of a distorted angle by Newton's method within shrinking bounds. Below the fold there is at most
+// one solution.
 static bool undistort_angle(const struct vw_camera *camera, double target, double *theta) {
     double low = 0, high = fold_angle(camera), slope;
     if (!(target < distort_angle(camera, high, &slope))) return false;

@@ -20,12 +20,12 @@ struct fingerprint {
 
 // ---- What photos show ----
 
-// The pixel of sample `index` along a side.
+// Returns the pixel of sample `index` along a side.
 static uint32_t pixel_of(uint32_t index, uint32_t side_px) {
     return (uint32_t)(((uint64_t)2 * index + 1) * side_px / (2 * CELLS * SAMPLES));
 }
 
-// Mean over a grid of samples whose size does not depend on the photo's; 0 if no pixel can be used.
+// Averages over a grid of samples whose size does not depend on the photo's; 0 if no pixel can be used.
 static double mean_of_cell(const struct vw_view *view, uint32_t cell_x, uint32_t cell_y) {
     static const float black[3] = {0, 0, 0};
     double sum = 0;
@@ -64,7 +64,8 @@ static double distance(const double a[3], const double b[3]) {
     return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
 }
 
-// The distance of the nearest thing in the view: its near depth if known, otherwise the distance of the box's centre.
+// Returns the distance of the nearest thing in the view: its near depth if known, otherwise the distance of the box's
+// centre.
 static double depth_of(const struct vw_scene *scene, const struct vw_view *view) {
     if (view->near_world > 0) return view->near_world;
     const double position[3] = {view->camera_to_world[0][3], view->camera_to_world[1][3], view->camera_to_world[2][3]};
@@ -93,7 +94,7 @@ static double similarity_of(const struct vw_scene *scene, const struct fingerpri
     return stand_together(scene, first, second) ? correlate(&prints[a], &prints[b]) : 0;
 }
 
-// leaders[v]: the first view that v is a near-duplicate of; v itself if there is none.
+// Sets leaders[v] to the first view that v is a near-duplicate of; v itself if there is none.
 static void find_leaders(const struct vw_scene *scene, const struct fingerprint *prints, uint32_t *leaders,
                          double *similarities) {
     for (uint32_t v = 0; v < scene->view_count; v++) {

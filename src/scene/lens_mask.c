@@ -9,7 +9,7 @@ static double distance_of(const struct vw_camera *camera, double x_px, double y_
     return hypot((x_px - camera->centre_x_px) / camera->focal_x_px, (y_px - camera->centre_y_px) / camera->focal_y_px);
 }
 
-// The pixel farthest from the principal point is in a corner.
+// Returns the distance from the principal point to the farthest pixel, which is in a corner.
 static double farthest(const struct vw_camera *camera) {
     double distance = 0;
     for (int corner = 0; corner < 4; corner++)

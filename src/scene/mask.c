@@ -12,7 +12,7 @@
 
 // ---- Finding ----
 
-// The last "/images/" in the part of the path below the folder; NULL: none.
+// Finds the last "/images/" in the part of the path below the folder; NULL: none.
 static const char *find_images_folder(const char *folder, const char *image_path) {
     const char *found = NULL, *next = image_path + strlen(folder) - (*folder && folder[strlen(folder) - 1] == '/');
     while ((next = strstr(next, "/images/"))) found = next++;
@@ -64,7 +64,7 @@ struct masking {
     uint32_t width_px, height_px;             // after --downscale
 };
 
-// The pixel of `to_px` that contains the centre of pixel `at` of `from_px`.
+// Returns the pixel of `to_px` that contains the centre of pixel `at` of `from_px`.
 static uint32_t nearest(uint32_t at, uint32_t from_px, uint32_t to_px) {
     return (uint32_t)((2 * (uint64_t)at + 1) * to_px / (2 * (uint64_t)from_px));
 }
@@ -76,7 +76,7 @@ static bool keeps_photo_pixel(const struct masking *masking, uint32_t x_px, uint
     return (rgba[0] + rgba[1] + rgba[2]) * rgba[3] >= 1.5f;
 }
 
-// The photo pixels [first, end) that pixel `at` of the downscaled photo covers at least in part.
+// Bounds the photo pixels [first, end) that pixel `at` of the downscaled photo covers at least in part.
 static uint32_t first_covered(uint32_t at, uint32_t photo_px, uint32_t small_px) {
     return (uint32_t)((uint64_t)at * photo_px / small_px);
 }

@@ -24,7 +24,7 @@ static unsigned char from_end(const struct vw_indexed_name *entry, size_t i) {
 
 static int compare_lengths(size_t a, size_t b) { return (a > b) - (a < b); }
 
-// From their ends; of two names of which one ends the other, the shorter is first.
+// Compares from the ends; if one name ends with the other, the shorter is first.
 static int compare_texts(const struct vw_indexed_name *a, const struct vw_indexed_name *b) {
     size_t shorter = a->length < b->length ? a->length : b->length;
     for (size_t i = 1; i <= shorter; i++) {
@@ -57,7 +57,7 @@ void vw_name_index_clear(struct vw_name_index *index) {
     *index = (struct vw_name_index){0};
 }
 
-// The first entry that is not before `wanted`, or the count.
+// Returns the first entry that is not before `wanted`, or the count.
 static size_t find_first(const struct vw_name_index *index, const struct vw_indexed_name *wanted) {
     size_t begin = 0, end = index->count;
     while (begin < end) {

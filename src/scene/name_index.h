@@ -22,11 +22,11 @@ enum vw_status vw_name_index_make(vw_name_at *name_at, const void *context, size
                                   struct vw_name_index *index);
 void vw_name_index_clear(struct vw_name_index *index); // accepts a zeroed one
 
-// The first place that has this name. False: none.
+// Finds the first place that has this name. False: none.
 bool vw_name_index_find(const struct vw_name_index *index, const char *name, size_t *place);
-// The only place whose name ends with a slash and this name. False: there is none, or there are more.
+// Finds the only place whose name ends with a slash and this name. False: there is none, or there are more.
 bool vw_name_index_find_ending(const struct vw_name_index *index, const char *name, size_t *place);
-// `name` without leading "./".
+// Skips leading "./" of `name`.
 const char *vw_view_name_of(const char *name);
 
 #endif

@@ -13,8 +13,8 @@
 #include "scene/safe_path.h"
 #include "viewworth/log.h"
 
-static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // of a scene's pixels
-static const uint64_t AHEAD_LIMIT_BYTES = UINT64_C(1) << 30; // of photos that are decoded before it is their turn
+static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // for all pixels of a scene
+static const uint64_t AHEAD_LIMIT_BYTES = UINT64_C(1) << 30; // for photos that are decoded before it is their turn
 static const uint64_t ALIGNMENT_BYTES = 64;
 static const double PROGRESS_S = 5;
 
@@ -143,7 +143,7 @@ static void tell_progress(struct vw_photo_reading *reading, uint32_t place) {
                     reading->scene->view_count - reading->scene->split_count[VW_SPLIT_EXCLUDED]);
 }
 
-// What fails ahead of its turn fails again when that comes.
+// Starts decodings ahead. One that fails ahead of its turn fails again at its turn.
 enum vw_status vw_photo_reading_advance(struct vw_photo_reading *reading, uint32_t place) {
     uint32_t ahead = vw_decoder_parallel_count() + 1;
     enum vw_status status = reading->begun > place ? VW_OK : begin_view(reading, place);
@@ -186,7 +186,7 @@ void vw_photo_reading_end(struct vw_photo_reading *reading) {
 
 // ---- Decoding what is needed ----------------------------------------------------------------------------------------
 
-// The file must be the one that is part of the scene's hash, and what opening took for granted must hold.
+// Checks that the file is the one in the scene's hash, and that the assumptions made at opening are true.
 static enum vw_status check_photo(const char *path, const uint8_t *hashed, const uint8_t *sha256, enum vw_status status,
                                   const struct vw_image *image) {
     static const uint8_t unread[VW_HASH_BYTES];
@@ -213,7 +213,7 @@ static enum vw_status decode_view(struct vw_photo_reading *reading, uint32_t pla
     return status;
 }
 
-// In ascending order, each once; the caller frees the list.
+// Lists them in ascending order, each once; the caller frees the list.
 static enum vw_status list_missing(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
                                    uint32_t **missing, uint32_t *missing_count) {
     bool *asked = scene->source->asked;

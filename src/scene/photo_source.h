@@ -13,7 +13,7 @@ struct vw_photo_source {
     uint32_t view_count, downscale;
     struct vw_pixel_store store;
     uint64_t *places;       // owned; of each view's pixels in the store, in bytes
-    pthread_mutex_t lock;   // of what follows, and of pixels that are not there yet
+    pthread_mutex_t lock;   // guards the fields below, and pixels that are not decoded yet
     bool *asked;            // owned; of each view: scratch
     uint32_t decoded_count; // views whose pixels are there
 };
@@ -37,10 +37,10 @@ struct vw_photo_reading {
     double told_s; // when progress was last told
 };
 
-// Whether a photo is decoded when it is first needed: what is decided at opening does not depend on its pixels.
+// Returns whether a photo can be decoded when it is first needed: no decision at opening depends on its pixels.
 bool vw_photo_can_wait(const struct vw_scene_builder_photo *photo);
 
-// `views` outlives the reading, which is ended by the caller, also after a failure.
+// Begins to read photos. `views` outlives the reading; the caller ends it, also after a failure.
 enum vw_status vw_photo_reading_begin(const struct vw_scene *scene, const uint32_t *views, uint32_t count, bool opening,
                                       struct vw_photo_reading *reading);
 // Begins what the view at a place of the list needs, and some after it.

@@ -26,7 +26,7 @@ static uint64_t memory_bytes(void) {
     return bytes < machine_bytes ? bytes : machine_bytes;
 }
 
-// The cache folder or, where there is none to write to, that of temporary files; owned by the caller.
+// Chooses the cache folder or, if it cannot be written to, that of temporary files; owned by the caller.
 static char *choose_folder(void) {
     const char *temporary = getenv("TMPDIR");
     struct vw_saved_error kept = vw_error_save();

@@ -1,8 +1,8 @@
-// Where the pixels of a scene are. What fits into the memory that is allowed for them is on the heap, photo by photo.
-// Otherwise all are in one file in the cache folder, mapped and shared, so that the kernel writes out and drops what is
-// not in use. The file has no name: nothing of it is left behind, however the program ends. Its room on the disk is
-// reserved before anything is written, so that a full disk is an error then, and no signal later, where the file system
-// keeps what it reserves.
+// The store of a scene's pixels. If they fit into the memory allowed for them, they are on the heap, photo by photo.
+// Otherwise all are in one file in the cache folder, mapped and shared, so that the kernel writes out and drops pages
+// that are not in use. The file has no name: nothing of it remains, however the program ends. Its room on the disk is
+// reserved before anything is written, so that a full disk is an error then, not a signal later, if the file system
+// keeps its reservations.
 #ifndef VIEWWORTH_SCENE_PIXEL_STORE_H
 #define VIEWWORTH_SCENE_PIXEL_STORE_H
 

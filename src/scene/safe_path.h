@@ -14,7 +14,7 @@ enum vw_status vw_scene_file_open(const char *folder, const char *path, int *des
 // Reads the whole file, as vw_file_read() does.
 enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
-// Whether it can be opened, so that what is wrong is known before any work is done.
+// Checks that a file can be opened, so that an error is known before any work is done.
 enum vw_status vw_scene_file_check(const char *folder, const char *path);
 
 #endif

@@ -68,7 +68,7 @@ static enum vw_status find_format(const struct vw_scene_params *params, const st
         params->path);
 }
 
-// The part of opening that does not depend on the format.
+// Completes the opening, in the same way for all formats.
 static enum vw_status finish(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
     struct vw_scene *scene = builder->scene;

@@ -13,7 +13,7 @@ static const double POSITION_TOLERANCE = 1e-3; // relative to the cameras' sprea
 static const double FOCAL_TOLERANCE = 1e-3;    // relative to the focal length, for the same photo size
 enum { AGREEING_VIEWS_MIN = 2 };
 
-// The model's image of a photo, found by its path relative to the scene folder or to images/ in it.
+// Finds the model's image of a photo by its path relative to the scene folder or to images/ in it.
 static ptrdiff_t find_image(const struct vw_colmap_model *model, const char *folder, const char *image_path) {
     const char *name = vw_view_name_of(image_path + strlen(folder) + (image_path[strlen(folder)] == '/'));
     ptrdiff_t found = vw_colmap_find_image(model, name);
@@ -22,7 +22,7 @@ static ptrdiff_t find_image(const struct vw_colmap_model *model, const char *fol
     return found;
 }
 
-// The root mean square distance of the cameras from their centroid.
+// Returns the root mean square distance of the cameras from their centroid.
 static double measure_spread(const struct vw_scene *scene) {
     double sum[3] = {0}, square = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)

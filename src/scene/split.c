@@ -83,8 +83,8 @@ static bool loader_has_opinion(const struct vw_scene *scene) {
     return false;
 }
 
-// Every eighth view is for validation and every eighth for tests, unless too few would be left to train. Excluded views
-// are not counted.
+// Takes every eighth view for validation and every eighth for tests, unless too few would be left to train. Excluded
+// views are not counted.
 static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST_COUNT]) {
     uint32_t train = 0, i = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) train += scene->views[v].split == VW_SPLIT_TRAIN;
@@ -100,7 +100,7 @@ static void split_by_stride(struct vw_scene *scene, const char *const lists[LIST
     }
 }
 
-// A list replaces its split: views of the split that no list names are excluded.
+// Replaces a split by its list: views of the split that no list names are excluded.
 static void apply_claims(struct vw_scene *scene, const char *const lists[LIST_COUNT], const uint8_t *claims) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         struct vw_view *view = &scene->views[v];

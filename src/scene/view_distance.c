@@ -40,7 +40,7 @@ static bool is_copy(const struct scales *scales, const struct vw_view *a, const 
     return a->split == b->split && between(a, b) <= scales->copy_world && angle(a, b) <= SAME_ANGLE;
 }
 
-// The train view nearest to `view`, other than itself and, if it is a train view, its copies; NULL: none.
+// Finds the train view nearest to `view`, other than itself and, if it is a train view, its copies; NULL: none.
 static const struct vw_view *find_nearest(const struct vw_scene *scene, const struct scales *scales,
                                           const struct vw_view *view, double *least) {
     const struct vw_view *nearest = NULL;
@@ -56,7 +56,7 @@ static const struct vw_view *find_nearest(const struct vw_scene *scene, const st
     return nearest;
 }
 
-// The median, over the train views, of the distance to the nearest other one, in these units.
+// Computes the median, over the train views, of the distance to the nearest other one, in these units.
 static double median_to_nearest(const struct vw_scene *scene, const struct scales *scales, double *values) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->view_count; i++)

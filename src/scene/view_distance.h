@@ -1,4 +1,4 @@
-// How far views are from the train views: where no train view is near, validation tells little.
+// Distances of views from the train views: validation tells little about places without train views nearby.
 #ifndef VIEWWORTH_SCENE_VIEW_DISTANCE_H
 #define VIEWWORTH_SCENE_VIEW_DISTANCE_H
 
@@ -16,8 +16,8 @@ struct vw_view_distance {
     bool far; // ratio > 4, which is rare: no train view of fox, chair or statue is that far from the others
 };
 
-// Measures the distance of each view of a split to its nearest train view. Of a train view, neither it nor its copies
-// count; one that has no other is left out.
+// Measures the distance of each view of a split to its nearest train view. For a train view, neither it nor its copies
+// count; a train view without any other is left out.
 //
 // The distance of two views is the larger of two ratios: the distance of their positions, divided by its median over
 // pairs of a train view and its nearest train view that is not a copy (farther than 2 % and 2 degrees), and the same

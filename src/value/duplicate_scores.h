@@ -20,8 +20,8 @@ struct vw_duplicate_score {
                                // that they show
 };
 
-// One row per duplicate, in the same order, with the scores of one method. Groups without any score are left out.
-// `*rows` is owned by the caller (free) and borrows from images and scores.
+// Writes one row per duplicate, in the same order, with the scores of one method. Groups without any score are left
+// out. `*rows` is owned by the caller (free) and borrows from images and scores.
 enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32_t duplicate_count, const char *method,
                                    const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count,

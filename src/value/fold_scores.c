@@ -76,7 +76,7 @@ static struct photo sum_photo(const struct entry *entries, uint32_t count) {
     return photo;
 }
 
-// Of a photo that trained in one fold, its score there.
+// Pools a photo's scores over the folds; a photo that trained in one fold keeps that score.
 static struct vw_ledger_score pool_photo(const struct entry *entries, uint32_t count, const struct photo *photo,
                                          double median) {
     struct vw_ledger_score pooled = *entries->score;
@@ -106,7 +106,7 @@ static struct vw_ledger_score pool_photo(const struct entry *entries, uint32_t c
     return pooled;
 }
 
-// `variances` has room for one per photo.
+// Pools the scores of a method. `variances` has room for one per photo.
 static uint32_t pool_method(const struct entry *entries, uint32_t count, double *variances,
                             struct vw_ledger_score *pooled) {
     uint32_t known = 0, photos = 0;

@@ -65,7 +65,8 @@ struct reading {
     struct sums *of_steps; // owned; by the index of the record
 };
 
-// Steps count from 0 without a gap, so that a step is the index of its record; others have no values.
+// Adds a view's error to its step. Steps count from 0 without a gap, so that a step is the index of its record; others
+// have no values.
 static void take_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
     struct reading *reading = context;
     const struct vw_value_input *input = reading->input;
@@ -85,7 +86,7 @@ static void measure_half(struct vw_step_record *record, const struct sums *sums,
     record->val_l1 = known ? sums->l1 / view_count : NAN;
 }
 
-// The sweep's steps with means over the half's photos. None without a sweep by validation photo.
+// Averages the backward pass's steps over the half's photos. Without a pass by validation photo there are none.
 static enum vw_status measure_lasting(const struct reading *reading, uint32_t half_count,
                                       struct vw_lasting_sweep *of_half) {
     const struct vw_value_input *input = reading->input;

@@ -16,9 +16,9 @@ static const double PSNR_GAP_DB = 6; // four times the squared error
 
 // A photo's score with all views, and without one of them.
 struct columns {
-    double *all, *rest, *own; // of each photo
-    double *before;           // of each photo: the sum of the views before this one
-    double *behind;           // of each photo and view: the sum of the views behind it
+    double *all, *rest, *own; // one per photo
+    double *before;           // per photo: the sum of the views before this one
+    double *behind;           // per photo and view: the sum of the views after it
 };
 
 static enum vw_status create_columns(const struct vw_matrix *matrix, struct columns *columns) {
@@ -32,8 +32,8 @@ static enum vw_status create_columns(const struct vw_matrix *matrix, struct colu
     return VW_OK;
 }
 
-// To be called with the views in order. Sums on both sides, not a difference from the whole sum: that would cancel if
-// one view outweighs all others.
+// Adds the columns of a view; call it with the views in order. It uses sums on both sides, not a difference from the
+// whole sum, which would cancel if one view outweighs all others.
 static void take_columns(const struct vw_matrix *matrix, uint32_t view, struct columns *columns) {
     uint32_t count = matrix->view_count;
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
@@ -62,9 +62,9 @@ static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw
     return status;
 }
 
-// The limit below which a value is an outlier: the median minus 4 robust spreads, but at least `gap` below the median.
-// Moves the values that are not NaN to the front and ignores the others; -INFINITY if there are too few. `*middle` is
-// the median.
+// Returns the limit below which a value is an outlier: the median minus 4 robust spreads, but at least `gap` below the
+// median. Moves the values that are not NaN to the front and ignores the others; -INFINITY if there are too few.
+// `*middle` is the median.
 static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
     uint32_t known = 0;
     for (uint32_t i = 0; i < count; i++)
@@ -89,7 +89,7 @@ static enum vw_status evaluate_oddities(uint32_t count, struct vw_view_evidence 
     return VW_OK;
 }
 
-// The delete-one jackknife of a mean: the standard error of the mean of the views' entries.
+// Returns the delete-one jackknife of a mean: the standard error of the mean of the views' entries.
 static double standard_error_of(const double *row, uint32_t count) {
     double mean = 0, squares = 0;
     for (uint32_t v = 0; v < count; v++) mean += row[v] / count;

@@ -13,7 +13,7 @@
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count);
 
-// How far the gradient of the end grew on its way back: the largest ratio of its length at a step to that at a later
+// The growth of the gradient on its way back from the end: the largest ratio of its length at a step to that at a later
 // one. Lengths of steps that U itself averages over do not count, unless all do. 1: it never grew.
 struct vw_lasting_growth {
     double factor;
@@ -21,7 +21,7 @@ struct vw_lasting_growth {
 };
 struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *sweep, uint64_t steps_per_epoch);
 
-// Pearson of predicted against measured over the photos of the gate. NaN: fewer than three.
+// Returns Pearson's correlation of predicted and measured over the photos of the gate. NaN: fewer than three.
 double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss);
 extern const double vw_lasting_gate_least; // below it lasting credit is not to be trusted
 

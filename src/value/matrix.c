@@ -10,7 +10,7 @@
 #include "viewworth/value.h"
 
 enum { NOT_IN_MATRIX = UINT32_MAX };
-enum { ENTRIES_FREE = 65536 }; // of a matrix that may have more entries than table view has rows
+enum { ENTRIES_FREE = 65536 }; // for a matrix that may have more entries than table view has rows
 
 // ---- From the ledger's rows ----
 
@@ -20,9 +20,9 @@ struct summing {
     struct vw_matrix *matrix;
     uint32_t *places;            // owned; row or column of each image, by its index in the images
     double *last_psnr, *last_l1; // owned; of each view; NaN before the first value
-    uint64_t step;               // whose rows are read
+    uint64_t step;               // its rows are read
     bool counted;                // whether that step is a visit
-    uint64_t row_count;          // of table view
+    uint64_t row_count;          // in table view
 };
 
 static uint32_t place_of(const struct summing *summing, uint32_t image_id, const char *split) {
@@ -32,7 +32,7 @@ static uint32_t place_of(const struct summing *summing, uint32_t image_id, const
     return summing->places[image - input->images];
 }
 
-// The row of the photo that a step trained on.
+// Returns the row of the photo that a step trained on.
 static uint32_t row_of(const struct summing *summing, uint64_t step) {
     const struct vw_value_input *input = summing->input;
     const struct vw_step_record *record = step < input->record_count ? &input->records[step] : NULL;
@@ -88,8 +88,8 @@ static enum vw_status allocate(struct summing *summing) {
     return VW_OK;
 }
 
-// Whether the table view had any rows, and not too few for so large a matrix. An epoch leaves a row for every entry. A
-// ledger from elsewhere may name so many photos and views that a matrix of zeros is all there is time for.
+// Returns whether the table view had any rows, and not too few for so large a matrix. An epoch leaves a row for every
+// entry. A ledger from elsewhere may name so many photos and views that only a matrix of zeros could be made in time.
 static bool has_values(const struct vw_matrix *matrix, uint64_t row_count) {
     uint64_t entries = (uint64_t)matrix->photo_count * matrix->view_count;
     bool some = false;

@@ -33,7 +33,7 @@ struct vw_matrix {
 enum vw_status vw_value_matrix(struct vw_ledger *ledger, const struct vw_value_input *input, struct vw_matrix *matrix);
 void vw_matrix_clear(struct vw_matrix *matrix);
 
-// What the matrix says about one validation view.
+// The evidence of the matrix about one validation view.
 struct vw_view_evidence {
     uint32_t image_id;
     double end_psnr;
@@ -44,9 +44,9 @@ struct vw_view_evidence {
     bool stays_low; // its PSNR stays far below that of the others
 };
 
-// The jackknife over validation views, from the PSNR columns. `views` has one entry per column. `standard_errors` (dB)
-// has one per row: the error of the photo's mean, from leaving out one view at a time; NaN with fewer than two views.
-// The caller owns both arrays, which have the matrix's sizes. VW_ERROR_MEMORY.
+// Computes the jackknife over validation views, from the PSNR columns. `views` has one entry per column.
+// `standard_errors` (dB) has one per row: the error of the photo's mean, from leaving out one view at a time; NaN with
+// fewer than two views. The caller owns both arrays, which have the matrix's sizes. VW_ERROR_MEMORY.
 //
 // A view disagrees if its agreement is below 0.3, below the median agreement by at least 4 robust spreads and 0.3, and
 // if its PSNR is below the median: a view with a high PSNR may rank the photos in its own way, but shows the scene. A

@@ -29,11 +29,11 @@ struct vw_step_probes {
     const struct vw_probe *probes;
     uint64_t count;
 };
-// The probes of `step`. Call it for ascending steps; `*taken` counts the probes used so far and begins with 0.
+// Returns the probes of `step`. Call it for ascending steps; `*taken` counts the probes used so far and begins with 0.
 struct vw_step_probes vw_step_probes_take(const struct vw_value_input *input, uint64_t step, uint64_t *taken);
 
-// The variance of a step's delta that pixel sampling alone causes: the variance of the measure over the resampled steps
-// and the step itself, which all start from the same state. NaN below two values.
+// Returns the variance of a step's delta that pixel sampling alone causes: the variance of the measure over the
+// resampled steps and the step itself, which all start from the same state. NaN below two values.
 double vw_step_sampling_variance(const struct vw_measure *measure, const struct vw_step_record *record,
                                  struct vw_step_probes probes);
 

@@ -13,7 +13,7 @@ typedef void vw_weighting(double *weights, uint32_t epoch_count);
 struct vw_method {
     const char *name, *unit;
     const struct vw_measure *measure;
-    double sign; // of the measure: +1 where more is better
+    double sign; // sign of the measure: +1 if more is better
     enum vw_form form;
     vw_weighting *weighting;
 };

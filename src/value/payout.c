@@ -31,10 +31,10 @@ bool vw_payout_parse(const char *text, uint64_t *cents) {
 struct claim {
     double value;     // by which it is weighed
     const char *name; // by which ties are broken
-    uint64_t *cents;  // what it gets
+    uint64_t *cents;  // the payout
     double *share;
     uint64_t weight;
-    unsigned __int128 remainder; // of amount * weight / sum of weights: the fraction of a cent
+    unsigned __int128 remainder; // remainder of amount * weight / sum of weights: the fraction of a cent
 };
 
 // Sorts the largest fraction first.
@@ -47,7 +47,7 @@ static int compare_claims(const void *left, const void *right) {
 // Claims in units of 2^-52 of the largest; all equal if no value is positive. Returns their sum.
 static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *none_positive) {
     double largest = 0;
-    unsigned __int128 sum = 0; // of 2^52 each
+    unsigned __int128 sum = 0; // sum of at most 2^52 each
     for (uint32_t i = 0; i < count; i++) largest = fmax(largest, claims[i].value);
     *none_positive = !(largest > 0);
     for (uint32_t i = 0; i < count; i++) {
@@ -108,7 +108,7 @@ enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t
 
 const char vw_payout_split_method[] = "lasting_psnr";
 
-// The lowest score of the method, over all photos; infinite: there is none.
+// Returns the lowest score of the method, over all photos; infinite: there is none.
 static double lowest_of(const struct vw_ledger_score *scores, uint32_t score_count) {
     double lowest = INFINITY;
     for (uint32_t i = 0; i < score_count; i++)
@@ -123,7 +123,7 @@ static bool harms(const struct vw_ledger_score *scores, uint32_t score_count, ui
     return false;
 }
 
-// The claims of one provider's photos; their payouts stand behind `photos`.
+// Writes the claims of one provider's photos; their payouts come after `photos`.
 static uint32_t claim_photos(const struct vw_payout *payout, const struct vw_payout_scores *scores, double lowest,
                              struct vw_photo_payout *photos, struct claim *claims) {
     uint32_t count = 0;

@@ -63,7 +63,7 @@ static enum vw_status count_probes(const struct vw_value_input *input, struct st
     return status;
 }
 
-// The score of a photo without contributions is 0, like that of a photo that was never visited.
+// Computes a score. A photo without contributions has score 0, like one that was never visited.
 static struct vw_ledger_score score_of(uint32_t image_id, const struct statistics *statistics) {
     double count = (double)statistics->draw_count, states = (double)statistics->state_means.count;
     return (struct vw_ledger_score){

@@ -39,7 +39,7 @@ static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t sco
     return VW_OK;
 }
 
-// Most valuable first; for groups of one method.
+// Orders groups of one method, the most valuable first.
 static int compare_groups(const void *left, const void *right) {
     const struct vw_provider_score *a = left, *b = right;
     if (a->value != b->value) return a->value > b->value ? -1 : 1;
@@ -65,7 +65,7 @@ static struct vw_provider_score add_up(const struct member *members, uint32_t co
     return group;
 }
 
-// The end of the members from `first` on that share its method and, if asked for, its provider.
+// Returns the end of the members from `first` on that share its method and, if asked for, its provider.
 static uint32_t end_of_run(const struct member *members, uint32_t count, uint32_t first, bool same_provider) {
     uint32_t end = first + 1;
     while (end < count && members[end].place == members[first].place &&

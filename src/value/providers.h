@@ -17,8 +17,9 @@ struct vw_provider_score {
     uint32_t photo_count;
 };
 
-// One row per method and provider: methods in the order of the scores, the most valuable provider first, ties by name.
-// Methods whose scores do not add up over photos, such as quality, are left out (vw_value_method.additive).
+// Sums scores into one row per method and provider: methods in the order of the scores, the most valuable provider
+// first, ties by name. Methods whose scores do not add up over photos, such as quality, are left out
+// (vw_value_method.additive).
 // `*groups` is owned by the caller (free).
 //
 // The standard error assumes that the photos' errors are independent, because that is what score rows allow. Photos of
@@ -32,13 +33,13 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
 
 struct vw_payout {
     const struct vw_provider_score *group; // borrowed
-    double share;                          // of the amount, before rounding to cents
+    double share;                          // share of the amount, before rounding to cents
     uint64_t cents;
 };
 
 #define VW_PAYOUT_CENTS_MAX ((uint64_t)1000000000000000) // 10^13 of the currency
 
-// An amount such as "1000", "1000.5" or "999.99" in cents, 1 to VW_PAYOUT_CENTS_MAX; false for any other text.
+// Reads an amount such as "1000", "1000.5" or "999.99" in cents, 1 to VW_PAYOUT_CENTS_MAX; false for any other text.
 bool vw_payout_parse(const char *text, uint64_t *cents);
 
 // Divides the amount among the named providers of `method`, in the order of their groups. Photos without a provider get
@@ -55,8 +56,8 @@ enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t
 struct vw_photo_payout {
     const struct vw_payout *payout;      // its provider's; borrowed
     const struct vw_ledger_image *image; // borrowed
-    const struct vw_ledger_score *score; // of vw_payout_split_method; borrowed
-    double share;                        // of its provider's amount, before rounding to cents
+    const struct vw_ledger_score *score; // score by vw_payout_split_method; borrowed
+    double share;                        // share of its provider's amount, before rounding to cents
     uint64_t cents;
 };
 

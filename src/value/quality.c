@@ -13,7 +13,7 @@
 enum { DRAWS = 400 };
 static const uint64_t DRAW_SEED = 0x7175616c697479; // no training has it
 
-// What one epoch holds of one photo.
+// The losses of one photo in one epoch.
 struct cell {
     double gain, loss; // sums of the deltas and of the training losses
     uint32_t gains, losses;
@@ -31,8 +31,8 @@ struct work {
     uint32_t *drawn;           // a draw's epochs
     double *sides;             // [photo], [photo]: what a rank is of
     double *ranks;             // likewise
-    double *values;            // of each photo
-    struct vw_spread *spreads; // of each photo's value over the draws
+    double *values;            // one per photo
+    struct vw_spread *spreads; // spread of each photo's value over the draws
 };
 
 static void add_cell(struct cell *sum, const struct cell *cell, bool late) {
@@ -99,7 +99,8 @@ static void discard(struct work *work) {
     free(work->spreads);
 }
 
-// The value of each photo from the drawn epochs. A photo whose late visits were not drawn keeps its loss of all.
+// Computes the value of each photo from the drawn epochs. A photo whose late visits were not drawn keeps its loss of
+// all.
 static enum vw_status rank_photos(const struct work *work, double *values) {
     uint32_t count = work->photo_count;
     double *gains = work->sides, *fits = work->sides + count;
@@ -141,7 +142,7 @@ static enum vw_status spread_draws(struct work *work) {
     return status ? status : rank_photos(work, work->values);
 }
 
-// Blocks of n among m epochs show a share 1 - n / m of the variance.
+// Scales the variance: blocks of n among m epochs show a share 1 - n / m of it.
 static double variance_of(const struct work *work, uint32_t photo) {
     double shown = 1 - (double)work->block / work->late_epochs;
     return vw_spread_variance(&work->spreads[photo]) * vw_run_variance / shown;

@@ -7,9 +7,9 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-// For qsort over struct vw_ledger_score.
+// Compares two struct vw_ledger_score for qsort.
 int vw_score_compare(const void *left, const void *right);
-// Copies of the scores of a method, in order: an array for free(), whose texts are lent by `scores`.
+// Copies the scores of a method, in order: an array for free(), whose texts are lent by `scores`.
 enum vw_status vw_scores_rank(const struct vw_ledger_score *scores, uint32_t score_count, const char *method,
                               struct vw_ledger_score **ranked, uint32_t *ranked_count);
 

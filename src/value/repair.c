@@ -38,7 +38,7 @@ static double mean_gain(const struct vw_value_input *input, uint64_t first, uint
     return count ? sum / (double)count : NAN;
 }
 
-// While visits are added, `stderr_db` has the sum of squared differences from the mean (Welford).
+// Adds a visit. Until all are added, `stderr_db` is the sum of squared differences from the mean (Welford).
 static void add_visit(double excess, double *mean, double *squares, uint32_t *visits) {
     if (!isfinite(excess)) return;
     double before = ++*visits == 1 ? 0 : *mean, difference = excess - before;
@@ -54,7 +54,7 @@ static struct vw_repair_curve *curve_of(const struct vw_value_input *input, cons
     return image ? &curves->photos[image - input->images] : NULL;
 }
 
-// The steps of one epoch, from `first` on.
+// Adds the steps of one epoch, from `first` on.
 static void add_epoch(const struct vw_value_input *input, uint64_t first, uint64_t end,
                       const struct vw_repair_curves *curves) {
     for (uint32_t k = 0; k < curves->horizon_count; k++) {
@@ -83,7 +83,7 @@ static void finish(struct vw_repair_curve *curve) {
 
 // ---- Kinds ----------------------------------------------------------------------------------------------------------
 
-// NULL beyond the most kinds.
+// Returns NULL beyond the most kinds.
 static struct vw_repair_kind *find_or_add(struct vw_repair_curves *curves, const char *ground_truth) {
     uint32_t place = 0;
     while (place < curves->kind_count && strcmp(curves->kinds[place].ground_truth, ground_truth) != 0) place++;
@@ -92,7 +92,7 @@ static struct vw_repair_kind *find_or_add(struct vw_repair_curves *curves, const
     return &curves->kinds[place];
 }
 
-// The places of a kind's curve count photos while it is summed.
+// Adds a photo to its kind's curve, whose entries count photos until they are averaged.
 static void add_photo(const struct vw_repair_curve *photo, struct vw_repair_kind *kind,
                       uint32_t counts_of_kind[VW_REPAIR_HORIZONS_MAX]) {
     kind->photo_count += photo->visits[0] > 0;

@@ -47,8 +47,8 @@ struct vw_repair_curves {
     uint32_t kind_count;
 };
 
-// Steps on photos that are not among the images are left out of the photos, but not of the means of their epoch. Free
-// the result also after a failure. VW_ERROR_MEMORY.
+// Makes the curves. Steps on photos that are not among the images are left out of the photos, but not of the means of
+// their epoch. Free the result also after a failure. VW_ERROR_MEMORY.
 enum vw_status vw_repair_curves_make(const struct vw_value_input *input, struct vw_repair_curves *curves);
 void vw_repair_curves_free(struct vw_repair_curves *curves);
 

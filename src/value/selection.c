@@ -11,8 +11,8 @@
 #include "value/ranking.h"
 #include "viewworth/value.h"
 
-// The methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a method are
-// neighbours.
+// Lists the methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a
+// method are neighbours.
 static char *list_methods(const struct vw_ledger_score *scores, uint32_t score_count) {
     char *list = vw_copy_text("");
     for (uint32_t i = 0; list && i < score_count; i++) {
@@ -35,13 +35,13 @@ static enum vw_status refuse_method(const struct vw_ledger_score *scores, uint32
     return status;
 }
 
-// Best first.
+// Orders scores, best first.
 static int compare_scores(const void *left, const void *right) {
     return vw_score_compare(*(const struct vw_ledger_score *const *)left,
                             *(const struct vw_ledger_score *const *)right);
 }
 
-// The known scores of train photos by the method, best first.
+// Lists the known scores of train photos by the method, best first.
 static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_count,
                            const struct vw_ledger_image *images, uint32_t image_count, const char *method,
                            const struct vw_ledger_score **ranked, uint32_t *ranked_count) {
@@ -79,13 +79,13 @@ static enum vw_status check_amount(const struct vw_selection_params *params) {
                    params->amount, params->percent ? " %" : "");
 }
 
-// The number of ranked photos that `amount` means.
+// Returns the number of ranked photos that `amount` means.
 static uint32_t share_of(const struct vw_selection_params *params, uint32_t ranked_count) {
     double share = params->percent ? round(ranked_count * params->amount / 100) : params->amount;
     return share < ranked_count ? (uint32_t)share : ranked_count;
 }
 
-// Whether a rule by value or interval keeps the score; the ends of the interval may be NaN.
+// Returns whether a rule by value or interval keeps the score; the ends of the interval may be NaN.
 static bool keeps(enum vw_selection_rule rule, const struct vw_ledger_score *score) {
     if (rule == VW_SELECT_NOT_HARMFUL) return !(score->ci_high < 0);
     return (rule == VW_SELECT_POSITIVE ? score->value : score->ci_low) > 0;
@@ -102,7 +102,7 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
     return kept;
 }
 
-// Of ranks and of lasting credit only differences say anything.
+// Refuses rules about zero for ranks and lasting credit, of which only differences have a meaning.
 static enum vw_status check_zero(const char *method, enum vw_selection_rule rule) {
     const struct vw_value_method *about = vw_value_method_find(method);
     bool compares = rule == VW_SELECT_POSITIVE || rule == VW_SELECT_SIGNIFICANT || rule == VW_SELECT_NOT_HARMFUL;
@@ -137,7 +137,7 @@ struct search {
     uint32_t image_count;
     bool *out, *listed; // per image: it is an outlier; it is listed, or an outlier
     const struct vw_ledger_score **ranked, **first;
-    uint32_t first_count; // of the first method's ranking
+    uint32_t first_count; // length of the first method's ranking
     struct vw_selection made;
 };
 
@@ -169,7 +169,7 @@ static void list_photo(struct search *search, uint32_t place) {
     if (wanted) search->made.image_ids[search->made.count++] = search->images[place].image_id;
 }
 
-// The photos of the first method's ranking, then those without a score of it.
+// Lists the photos of the first method's ranking, then those without a score by it.
 static void list_others(struct search *search) {
     for (uint32_t i = 0; i < search->first_count; i++) list_photo(search, place_of(search, search->first[i]->image_id));
     search->made.scored_count = search->first_count;

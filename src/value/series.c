@@ -38,10 +38,10 @@ struct reader {
     bool bridges;      // whether the next delta spans steps that were trained but not validated
 };
 
-// With Adam's momentum b, the delta of a step is a mix of the credits of this and earlier steps:
-// d(t) = (1 - b) c(t) + b d(t - 1). A step flagged as non-finite was skipped: it leaves the first moment unchanged and
-// counts as not taken. A step that was trained but not validated has changed the moment; only the sum of its delta and
-// the next one is known, so that these two steps and the step after them have no credit.
+// Inverts Adam's momentum b, by which the delta of a step is a mix of the credits of this and earlier steps: d(t) = (1
+// - b) c(t) + b d(t - 1). A step flagged as non-finite was skipped: it leaves the first moment unchanged and counts as
+// not taken. A step that was trained but not validated has changed the moment; only the sum of its delta and the next
+// one is known, so that these two steps and the step after them have no credit.
 static double undo_momentum(struct reader *reader, const struct vw_step_record *record, double delta) {
     if (record->view == VW_RECORD_UNTRAINED || record->nonfinite) return NAN;
     if (reader->bridges) delta = NAN;

@@ -23,7 +23,7 @@ struct vw_visit {
     uint32_t epoch;           // counts from 0 at the end of burn-in
     double delta;             // positive = better; NaN if the step has no value, or no visit before it to start from
     double sampling_variance; // vw_step_sampling_variance
-    double train_loss;        // of the step; NaN if it was flagged
+    double train_loss;        // loss of the step; NaN if it was flagged
 };
 
 struct vw_series {
@@ -32,8 +32,8 @@ struct vw_series {
     uint32_t epoch_count; // 0 if there is no visit after burn-in
 };
 
-// `sign` is +1 if a larger measure is better, -1 if a smaller one is. VW_ERROR_INPUT for a step on a photo that is not
-// in the images, VW_ERROR_MEMORY. Free the series also after a failure.
+// Collects the deltas. `sign` is +1 if a larger measure is better, -1 if a smaller one is. VW_ERROR_INPUT for a step on
+// a photo that is not in the images, VW_ERROR_MEMORY. Free the series also after a failure.
 enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign,
                               enum vw_form form, struct vw_series *series);
 void vw_series_free(struct vw_series *series);

@@ -25,7 +25,7 @@ void vw_stability_watch_end(struct vw_stability_watch *watch) {
     *watch = (struct vw_stability_watch){0};
 }
 
-// An epoch's scores begin with those of the epoch before.
+// Begins an epoch, whose scores start from those of the epoch before.
 static enum vw_status begin_epoch(struct vw_stability_watch *watch) {
     size_t photos = watch->photo_count;
     enum vw_status status =
@@ -47,7 +47,7 @@ static enum vw_status add_delta(struct vw_stability_watch *watch, const struct v
     enum vw_status status = VW_OK;
     if (!photo)
         return vw_fail(VW_ERROR_INPUT,
-                       "step %" PRIu64 ": trained on image %u, which is no train photo; verify the ledger",
+                       "step %" PRIu64 ": trained on image %u, which is not a train photo; verify the ledger",
                        record->step, record->view);
     while (!status && watch->epoch_count <= record->epoch - watch->burn_in_epochs) status = begin_epoch(watch);
     if (status || !isfinite(delta)) return status;
@@ -64,8 +64,8 @@ enum vw_status vw_stability_watch_add(struct vw_stability_watch *watch, const st
     return counts ? add_delta(watch, record, delta) : VW_OK;
 }
 
-// Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN where a photo has
-// none.
+// Computes Spearman's correlation of the scores after `epochs` that count with those after half of them; NaN if a photo
+// has none.
 static enum vw_status correlate_with_half(const struct vw_stability_watch *watch, uint32_t epochs,
                                           double *correlation) {
     size_t photos = watch->photo_count;

@@ -1,10 +1,10 @@
-// When scores have settled (`value --until-stable R`): a pure function of the recorded steps.
+// The test whether scores have settled (`value --until-stable R`): a pure function of the recorded steps.
 //
 // n is the number of epochs that count: those from burn-in on in which the step of every train photo is recorded. The
 // scores after n epochs are compared with the scores after the first n / 2 (rounded down), by Spearman's rank
 // correlation over the train photos. The smallest of the correlations after n, n - 1 and n - 2 epochs counts, so that
 // chance alone does not end a run. Photos that differ only by noise reach about 0.7 at any n, since half of the sum is
-// shared; a fixed lag of some epochs would reach 1 by itself as n grows. This says nothing about other seeds: the part
+// shared; a fixed lag of some epochs would reach 1 as n grows. This says nothing about other seeds: the part
 // of a score that all epochs of a run share is in both sides.
 #ifndef VIEWWORTH_VALUE_STABILITY_H
 #define VIEWWORTH_VALUE_STABILITY_H
@@ -16,14 +16,13 @@
 #include "viewworth/value.h"
 
 enum {
-    VW_STABILITY_EPOCHS_MIN =
-        10,                // epochs that count, before which nothing is called stable: of fewer, half says too little
-    VW_STABILITY_ENDS = 3, // of the last epochs, at which the smallest correlation is taken
+    VW_STABILITY_EPOCHS_MIN = 10, // epochs that count: half of fewer says too little
+    VW_STABILITY_ENDS = 3,        // number of last epochs over which the smallest correlation is taken
 };
 
 struct vw_stability {
     uint32_t epochs;         // n: epochs that count
-    uint32_t earlier_epochs; // those compared with after n
+    uint32_t earlier_epochs; // epochs before the scores that those after n are compared with
     double correlation; // the smallest; NaN below VW_STABILITY_EPOCHS_MIN, and where the scores of either do not differ
 };
 
@@ -38,15 +37,16 @@ struct vw_stability_watch {
     uint64_t last_step;
 };
 
-// `watch` is zero before; `photos` (ascending) are copied. VW_ERROR_MEMORY. End it also after a failure.
+// Begins a watch. `watch` is zero before; `photos` (ascending) are copied. VW_ERROR_MEMORY. End it also after a
+// failure.
 enum vw_status vw_stability_watch_begin(const uint32_t *photos, uint32_t photo_count, uint32_t burn_in_epochs,
                                         struct vw_stability_watch *watch);
 // Takes the next record; all of a run in order, from step 0 on. VW_ERROR_INPUT for a step on another photo.
 enum vw_status vw_stability_watch_add(struct vw_stability_watch *watch, const struct vw_step_record *record);
-// Of the steps so far; those of an epoch that is not complete are left out. VW_ERROR_MEMORY.
+// Measures the steps so far; those of an incomplete epoch are left out. VW_ERROR_MEMORY.
 enum vw_status vw_stability_watch_measure(const struct vw_stability_watch *watch, struct vw_stability *stability);
 void vw_stability_watch_end(struct vw_stability_watch *watch);
-// Whether the correlation reaches `wanted`.
+// Returns whether the correlation reaches `wanted`.
 bool vw_stability_reaches(const struct vw_stability *stability, double wanted);
 
 #endif

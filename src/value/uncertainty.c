@@ -22,7 +22,7 @@ const double vw_run_variance = 1.5;
 static const double RANK_ERRORS = 1.645; // see uncertainty.h
 static const double PI = 3.14159265358979323846;
 
-// What all photos share: rows of `epochs` values.
+// The basis that all photos share: rows of `epochs` values.
 struct design {
     uint32_t epochs, trend_count, frequency_count;
     double *trends;      // orthonormal
@@ -48,7 +48,7 @@ static void design_destroy(struct design *design) {
     free(design->kept);
 }
 
-// Powers of the logarithm, made orthonormal (Gram-Schmidt).
+// Makes powers of the logarithm orthonormal (Gram-Schmidt).
 static void make_trends(struct design *design) {
     uint32_t epochs = design->epochs;
     for (uint32_t power = 0; power < design->trend_count; power++) {
@@ -63,7 +63,7 @@ static void make_trends(struct design *design) {
     }
 }
 
-// The cosines of which enough remains without the trends.
+// Makes the cosines of which enough remains without the trends.
 static void make_cosines(struct design *design, uint32_t candidates) {
     uint32_t epochs = design->epochs;
     for (uint32_t number = 1; number <= candidates; number++) {
@@ -103,11 +103,11 @@ static enum vw_status design_create(uint32_t epochs, struct design *design) {
 struct photo {
     double sum;
     uint32_t visits;
-    double variance; // of a visit if visits were independent; NaN below two visits
+    double variance; // variance of a visit if visits were independent; NaN below two visits
 };
 
-// The powers of a photo's contributions at the design's frequencies. If visits are independent, the expectation of each
-// is the variance of a visit. An epoch without a visit counts as the photo's mean.
+// Computes the powers of a photo's contributions at the design's frequencies. If visits are independent, the
+// expectation of each is the variance of a visit. An epoch without a visit counts as the photo's mean.
 static void measure_photo(const struct design *design, const double *by_epoch, double *residuals, struct photo *photo,
                           double *powers) {
     uint32_t epochs = design->epochs, frequencies = design->frequency_count;
@@ -135,7 +135,7 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
 
 // ---- All photos ----
 
-// The mean over photos of the powers relative to the photo's variance. Returns the number of photos with a variance.
+// Averages the powers relative to the photo's variance over photos. Returns the number of photos with a variance.
 static uint32_t pool_powers(const struct photo *photos, const double *powers, uint32_t photo_count,
                             uint32_t frequencies, double *pooled) {
     uint32_t pooled_count = 0;
@@ -154,8 +154,8 @@ static double spectrum(double correlation, double angle) {
     return 1 / (1 + correlation * correlation - 2 * correlation * cos(angle));
 }
 
-// How badly a correlation fits the pooled powers: minus twice the logarithm of Whittle's likelihood and of the prior,
-// up to a constant. `at_zero` is the variance of a sum, per visit, divided by that of a visit.
+// Returns the misfit of a correlation to the pooled powers: minus twice the logarithm of Whittle's likelihood and of
+// the prior, up to a constant. `at_zero` is the variance of a sum, per visit, divided by that of a visit.
 static double misfit(const struct design *design, const double *pooled, uint32_t pooled_count, double correlation,
                      double *at_zero) {
     double level = 0, logarithms = 0;
@@ -169,8 +169,8 @@ static double misfit(const struct design *design, const double *pooled, uint32_t
     return pooled_count * (logarithms + design->frequency_count * log(level)) + prior * prior;
 }
 
-// The variance of a sum divided by that of as many independent visits, for the correlation of neighbouring epochs that
-// fits best.
+// Returns the variance of a sum divided by that of as many independent visits, for the correlation of neighbouring
+// epochs that fits best.
 static double long_run_ratio(const struct design *design, const double *pooled, uint32_t pooled_count) {
     double best = INFINITY, ratio = 1;
     for (int step = -CORRELATION_STEPS; step <= CORRELATION_STEPS && pooled_count; step++) {
@@ -183,7 +183,7 @@ static double long_run_ratio(const struct design *design, const double *pooled, 
     return ratio;
 }
 
-// `scratch` has room for a number per photo.
+// Returns the median. `scratch` has room for a number per photo.
 static double median_variance(const struct photo *photos, uint32_t photo_count, double *scratch) {
     uint32_t count = 0;
     for (uint32_t p = 0; p < photo_count; p++)
@@ -191,7 +191,7 @@ static double median_variance(const struct photo *photos, uint32_t photo_count, 
     return vw_median(scratch, count);
 }
 
-// `usual` is the variance of a visit of the median photo, `ratio` that of long_run_ratio.
+// Computes an interval. `usual` is the variance of a visit of the median photo, `ratio` that of long_run_ratio.
 static struct vw_interval interval_of(const struct photo *photo, uint32_t frequencies, double usual, double ratio) {
     if (isnan(photo->variance)) return (struct vw_interval){NAN, NAN, NAN};
     double degrees = frequencies + PRIOR_DEGREES;
@@ -248,7 +248,7 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
 
 // ---- Ranks ----
 
-// Whether a is better than b by more than their standard errors explain; false if one of these is unknown.
+// Returns whether a is better than b by more than their standard errors explain; false if one of these is unknown.
 static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
     double difference = a->value - b->value;
     double variance = a->standard_error * a->standard_error + b->standard_error * b->standard_error;

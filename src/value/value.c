@@ -52,8 +52,8 @@ static struct statistics count_visits(const struct scoring *scoring, uint32_t im
     return statistics;
 }
 
-// Given the states that the steps start from, their deltas are independent draws, so that variances add up. The probed
-// steps represent all steps.
+// Adds variances: given the states that the steps start from, their deltas are independent draws. The probed steps
+// represent all steps.
 static double resampling_stderr_of_sum(const struct statistics *statistics) {
     return sqrt(statistics->squared_weights * vw_mean_variance_result(&statistics->sampling));
 }
@@ -91,8 +91,8 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
 
 enum { ENTRIES_LEAST = 1 << 20, ENTRIES_PER_STEP = 16 };
 
-// An epoch visits most photos. A ledger whose steps spread over far more epochs than they fill is not one of a
-// training, and the table of photos and epochs would take all memory.
+// Refuses a ledger whose steps spread over far more epochs than they fill: a training visits most photos in an epoch,
+// and the table of photos and epochs would take all memory.
 static enum vw_status check_epochs(const struct scoring *scoring) {
     const struct vw_value_input *input = scoring->input;
     uint64_t entries = (uint64_t)input->image_count * scoring->series.epoch_count;

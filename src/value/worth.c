@@ -10,7 +10,7 @@
 const char vw_worth_method[] = "worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss",
                                                              "dv_loss",      "quality", "coverage"};
-static const double FEATURE_MOST = 3; // standard deviations: an outlier's score is no measure of its worth
+static const double FEATURE_MOST = 3; // standard deviations: an outlier's score does not measure its worth
 
 enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place) {
     uint32_t all = number / VW_WORTH_REPEAT_EVERY, others = number - all - (number % VW_WORTH_REPEAT_EVERY != 0);
@@ -50,7 +50,7 @@ static uint32_t find_player(struct game *game, const char *provider) {
     return game->player_count++;
 }
 
-// So many providers are no players: no retraining is of them.
+// Returns whether there are too many providers for retrainings without each.
 static bool has_too_many(const struct game *game, bool of_providers) {
     return of_providers && game->player_count > VW_WORTH_PROVIDERS_MAX;
 }
@@ -129,7 +129,7 @@ static enum vw_status list_subsets(const struct vw_worth_input *input, bool of_p
 
 // ---- The prior -----------------------------------------------------------------------------------------------------
 
-// Per player the mean score of its photos; false where a photo has none.
+// Averages the scores of a player's photos; false if a photo has none.
 static bool read_scores(const struct vw_worth_input *input, const struct game *game, const char *method,
                         double *values) {
     uint32_t found = 0;
@@ -145,8 +145,7 @@ static bool read_scores(const struct vw_worth_input *input, const struct game *g
     return found == game->photo_count;
 }
 
-// To mean 0 and variance 1 over the photos, cut; false where they do not vary. `*deviation` is what they are divided
-// by.
+// Scales to mean 0 and variance 1 over the photos, with limits; false if they do not vary. `*deviation` is the divisor.
 static bool standardise(const struct game *game, double *values, double *deviation) {
     double mean = 0, variance = 0, rest = 0;
     for (uint32_t i = 0; i < game->player_count; i++) mean += values[i] * game->player_photos[i] / game->photo_count;
@@ -162,8 +161,8 @@ static bool standardise(const struct game *game, double *values, double *deviati
     return true;
 }
 
-// The prior of a provider is the mean worth of its photos. What a score predicts in dB, a photo's lasting credit and
-// that mean, is expected to come true as it is; of the others any multiple, and 0 without a sign of one.
+// Lists the features. The prior of a provider is the mean worth of its photos. Scores that predict in dB, a photo's
+// lasting credit and that mean, enter as they are; the others are scaled by any factor, 0 if they show no effect.
 static enum vw_status list_features(const struct vw_worth_input *input, bool of_providers, struct game *game) {
     uint32_t count = of_providers ? 1 : VW_WORTH_PRIORS;
     game->features = vw_allocate(count, game->player_count * sizeof *game->features);
@@ -217,7 +216,7 @@ static uint32_t count_trainings(const struct game *game, uint32_t player) {
     return count;
 }
 
-// The places that a photo may have: behind all whose intervals lie above its own, before all whose lie below.
+// Finds the ranks that a photo may have: after all whose intervals lie above its own, before all whose lie below.
 static void rank(const struct vw_worths *worths, uint32_t player, struct vw_ledger_score *score) {
     score->rank_ci_low = 1;
     score->rank_ci_high = worths->photo_count;

@@ -12,12 +12,13 @@
 
 extern const char vw_worth_method[]; // "worth_psnr"
 
-// How retrainings are dealt out, by their number: every VW_WORTH_REPEAT_EVERY-th is on all photos, which shows the
-// noise and the level. With 2 to VW_WORTH_PROVIDERS_MAX providers, of the others every second has whole providers,
-// until there are VW_WORTH_PER_PROVIDER for each provider. The rest are on 40 to 100 % of the photos.
+// The plan of retrainings by their number: every VW_WORTH_REPEAT_EVERY-th is on all photos, which shows the noise and
+// the level. With 2 to VW_WORTH_PROVIDERS_MAX providers, every second of the others has whole providers, until there
+// are VW_WORTH_PER_PROVIDER for each provider. The rest are on 40 to 100 % of the photos.
 enum { VW_WORTH_REPEAT_EVERY = 8, VW_WORTH_PROVIDERS_MAX = 12, VW_WORTH_PER_PROVIDER = 4 };
 enum vw_worth_kind { VW_WORTH_ALL, VW_WORTH_PROVIDERS, VW_WORTH_PHOTOS };
-// The kind of retraining `number`, and its place among those of that kind. 0 or 1 providers: no retraining is of them.
+// Returns the kind of retraining `number`, and its place among those of that kind. 0 or 1 providers: no retraining
+// leaves one out.
 enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place);
 
 // Rows of a ledger. All borrowed.
@@ -30,11 +31,11 @@ struct vw_worth_input {
     uint32_t score_count;
 };
 
-// Methods whose scores are the prior, as far as every train photo has one; the first that there is stands alone where
-// there are no retrainings.
+// Methods whose scores are the prior, if every train photo has one. Without retrainings only the first existing one
+// is used.
 enum { VW_WORTH_PRIORS = 6 };
 extern const char *const vw_worth_prior_methods[VW_WORTH_PRIORS];
-// The first of these methods that has scores; NULL: none.
+// Returns the first of these methods that has scores; NULL: none.
 const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t score_count);
 
 // Appends the scores vw_worth_method to the array (room for one per image), in image order; none where there are too
@@ -47,7 +48,7 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
 enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_provider_score *groups,
                                   uint32_t group_count, bool *replaced);
 
-// How well left-out retrainings are predicted, beyond what follows from the number of photos.
+// The accuracy of predictions of left-out retrainings, beyond what follows from the number of photos.
 struct vw_worth_claim {
     const char *method; // borrowed; vw_worth_method is the first, then its prior's methods
     struct vw_worth_accuracy accuracy;
@@ -56,11 +57,11 @@ struct vw_worth_summary {
     uint32_t retraining_count, repeat_count, provider_retraining_count; // in all; on all photos; of whole providers
     struct vw_worth_claim claims[1 + VW_WORTH_PRIORS];
     uint32_t claim_count;
-    double r2;       // of all left-out outcomes, the number of photos included
+    double r2;       // over all left-out outcomes, the number of photos included
     double noise_db; // standard deviation of trainings on all photos; NaN with fewer than 2
     double ceiling;  // the correlation with one outcome that this noise permits; 0: the outcomes are all noise
 };
-// `input->scores` may have vw_worth_method or not.
+// Summarises the retrainings. `input->scores` may contain vw_worth_method or not.
 enum vw_status vw_worth_summarise(const struct vw_worth_input *input, struct vw_worth_summary *summary);
 
 #endif

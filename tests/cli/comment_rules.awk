@@ -16,14 +16,14 @@ function is_verb(text,   first, second) {
     first = word[1]
     second = word[2]
     if (first ~ /^(This|Its|As|Always|Thus|Unless|Less|Plus|Across|Others|Is|Was|Has|Does|Views|Photos|Steps|Rows)$/) return 0
-    if (second ~ /^(of|are|which|whose|were|have)$/) return 0 # a noun in the plural
+    if (second ~ /^(of|are|whose|were|have)$/) return 0 # a noun in the plural
     return first ~ /^[A-Z][a-z-]*s,?$/
 }
 
 function check_opener(line, text) {
     if (text ~ /^(What|Whether|Of|Those|Whose|Beside|Where|That which|For what|For which|How|Which|Who) /) report(line, "opener", text)
     else if (text ~ /^(what|of|those|whose|beside|for what|that which) /) report(line, "opener", text)
-    else if (text ~ /[.:;] (Of|Those|Whose|Beside) /) report(line, "opener", text)
+    else if (text ~ /[.] (Of|Whose|Beside) [^,]*[.] *$/) report(line, "opener", text)
 }
 
 function check_words(line, text,   low) {

@@ -28,7 +28,7 @@ static bool limit(__rlimit_resource_t resource, uint64_t most) {
     return !setrlimit(resource, &(struct rlimit){.rlim_cur = most, .rlim_max = most});
 }
 
-// The address space that the process has now; 0: unknown.
+// Returns the address space that the process has now; 0: unknown.
 static uint64_t used_bytes(void) {
     unsigned long pages = 0;
     FILE *file = fopen("/proc/self/statm", "re");
@@ -38,7 +38,8 @@ static uint64_t used_bytes(void) {
     return (uint64_t)pages * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
-// The address sanitizer reserves terabytes. Where /proc is missing, what the libraries take is guessed.
+// Limits the memory, except under the address sanitizer, which reserves terabytes. Without /proc, the part that the
+// libraries take is guessed.
 static bool limit_memory(uint64_t memory_bytes) {
     uint64_t used = used_bytes();
     return SANITIZED || limit(RLIMIT_AS, (used ? used : UINT64_C(1) << 30) + memory_bytes);
@@ -52,7 +53,7 @@ static bool limit_all(const struct vw_confinement *confinement) {
 
 // ---- System calls ----
 
-// What is needed to read a mapped file, to allocate memory, and to speak on sockets that are open.
+// The system calls needed to read a mapped file, to allocate memory, and to use sockets that are open.
 static const int allowed[] = {
     SCMP_SYS(read),        SCMP_SYS(write),        SCMP_SYS(recvmsg),         SCMP_SYS(close),
     SCMP_SYS(fstat),       SCMP_SYS(munmap),       SCMP_SYS(mremap),          SCMP_SYS(brk),
@@ -62,7 +63,8 @@ static const int allowed[] = {
     SCMP_SYS(sigaltstack), SCMP_SYS(rt_sigreturn), SCMP_SYS(restart_syscall),
 };
 
-// fstat() is newfstatat() of an empty path in newer C libraries; memory never becomes code.
+// Allows calls with certain arguments: fstat() is newfstatat() of an empty path in newer C libraries; memory never
+// becomes code.
 static bool allow_some(scmp_filter_ctx filter) {
     return !seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(newfstatat), 1,
                              SCMP_A3(SCMP_CMP_MASKED_EQ, AT_EMPTY_PATH, AT_EMPTY_PATH)) &&
@@ -73,8 +75,8 @@ static bool allow_some(scmp_filter_ctx filter) {
                              SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid(), 0));
 }
 
-// All other calls fail with EPERM, as if the process lacked the right: decoders then report an error.
-// False if a filter cannot be set although the kernel has them.
+// Makes all other calls fail with EPERM, as if the process lacked the right: decoders then report an error. Returns
+// false if a filter cannot be set although the kernel has them.
 static bool filter_calls(void) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     bool complete = filter && allow_some(filter);

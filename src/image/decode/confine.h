@@ -12,10 +12,10 @@ struct vw_confinement {
     bool without_seccomp;     // for tests of kernels that have none
 };
 
-// For the rest of its life the process opens no file and no socket (the descriptors that it has, and those that it is
-// sent, work), starts no process or thread, gains no privileges, leaves no core file, and has these limits. Where the
-// kernel has no seccomp, the limits hold alone: one free descriptor is left, for the file that it is sent. False if
-// a limit cannot be set, or no filter although the kernel has them: the process must end.
+// Confines the process for the rest of its life: it opens no file and no socket (the descriptors that it has, and those
+// that it is sent, work), starts no process or thread, gains no privileges, leaves no core file, and has these limits.
+// If the kernel has no seccomp, only the limits apply: one free descriptor is left, for the file that it is sent.
+// Returns false if a limit cannot be set, or no filter although the kernel has them: the process must end.
 bool vw_confine(const struct vw_confinement *confinement);
 
 #endif

@@ -47,7 +47,7 @@ static bool take_order(void) {
     return got > 0; // 0: the library has closed its end, or ended
 }
 
-// The library sees the end of a worker by the end of its socket.
+// Reaps dead workers. The library sees the end of a worker by the end of its socket.
 static void bury(void) {
     struct signalfd_siginfo info;
     ssize_t ignored = read(server.ended, &info, sizeof info);
@@ -79,7 +79,7 @@ static void stop(void) {
     }
 }
 
-// The library has blocked all signals: those of the terminal are its own to act on.
+// Unblocks the signals that the library has blocked: the process acts on those of the terminal itself.
 int main(int argument_count, char **arguments) {
     sigset_t child;
     sigemptyset(&child);

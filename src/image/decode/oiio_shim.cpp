@@ -97,7 +97,7 @@ struct image_file {
     image_file(const void *file, size_t file_bytes) : bytes(const_cast<void *>(file), file_bytes) {} // only read
 };
 
-// The name that OpenImageIO is given means nothing: no photo's name can become an option or another file.
+// Opens a header under a constant name, so that no photo's name can become an option or another file.
 void open_header(const char *plugin, image_file &file, vw_oiio_result &result) {
     OIIO::ImageSpec config, spec;
     config["oiio:UnassociatedAlpha"] = 1; // do not premultiply

@@ -26,8 +26,8 @@ struct vw_oiio_result {
     size_t size_bytes;
 };
 
-// Switches off plug-ins from elsewhere and registers the formats; to be called before all else. It starts no thread:
-// one that held a lock while a worker is forked would leave it taken there for ever.
+// Switches off plug-ins from other places and registers the formats; call it first. It starts no thread: if one had a
+// lock while a worker is forked, the lock would stay taken in the worker for ever.
 void vw_oiio_prepare_server(void);
 // Switches off OpenImageIO's threads, in the process that reads and writes; false if they do not end.
 bool vw_oiio_prepare_worker(void);
@@ -37,7 +37,7 @@ struct vw_oiio_result vw_oiio_read(const char *plugin, const void *file, size_t 
 // Filters RGBA floats to another size with a 3-lobed Lanczos filter.
 struct vw_oiio_result vw_oiio_resize(const float *rgba, uint32_t width_px, uint32_t height_px, uint32_t new_width_px,
                                      uint32_t new_height_px);
-// The bytes of an image file. 8 bit with straight alpha if `eight_bit`, otherwise float with premultiplied alpha.
+// Encodes an image file. 8 bit with straight alpha if `eight_bit`, otherwise float with premultiplied alpha.
 // `compression` is OpenImageIO's, for example "webp:70"; "": the format's default.
 struct vw_oiio_result vw_oiio_encode(const char *plugin, const struct vw_image_header *header, bool eight_bit,
                                      const char *compression, const float *pixels);

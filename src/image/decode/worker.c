@@ -59,8 +59,8 @@ static void fail(enum vw_status status, const char *message, struct vw_decoder_a
     snprintf(answer->message, sizeof answer->message, "%s", message);
 }
 
-// The file is mapped and not read: only what a decoder looks at takes memory. Should someone shorten it meanwhile, the
-// kernel ends this process.
+// Maps the file instead of reading it: only the parts that a decoder uses take memory. If the file is shortened
+// meanwhile, the kernel ends this process.
 static bool read_file(const struct vw_decoder_request *request, int descriptor) {
     struct vw_decoder_answer answer;
     struct vw_image image = {0};

@@ -23,7 +23,7 @@ bool vw_colmap_probe(const char *path) {
 
 // ---- Points ----
 
-// The position of a feature in a view's photo, which may have another size than the model's.
+// Returns the position of a feature in a view's photo, which may have another size than the model's.
 static struct vw_track track_in_view(const struct vw_colmap_model *model, const struct vw_colmap_track *track,
                                      uint32_t view_index, const struct vw_scene *scene) {
     const struct vw_colmap_image *image = &model->images[track->image];
@@ -78,7 +78,7 @@ enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const 
 
 struct repairs {
     uint32_t missing_count;   // images without a photo
-    const char *missing_name; // of the first of them
+    const char *missing_name; // name of the first of them
     uint32_t rescaled_count;  // photos of another size than their camera
 };
 

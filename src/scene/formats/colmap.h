@@ -54,11 +54,11 @@ struct vw_colmap_model {
     size_t camera_count, image_count, feature_count, point_count, track_count;
 };
 
-// The folder of the model in a scene folder, owned by the caller: the first of sparse/0, sparse, dense/sparse/0 and
-// dense/sparse that has cameras.bin or cameras.txt. NULL if there is none (without a message).
+// Finds the folder of the model in a scene folder, owned by the caller: the first of sparse/0, sparse, dense/sparse/0
+// and dense/sparse that has cameras.bin or cameras.txt. NULL if there is none (without a message).
 char *vw_colmap_find(const char *scene_folder);
 
-// The folder of the photos of such a model, relative to the scene folder: "images" or "dense/images".
+// Returns the folder of the photos of such a model, relative to the scene folder: "images" or "dense/images".
 const char *vw_colmap_photo_folder(const char *scene_folder, const char *model_folder);
 
 // Reads a model; binary files take precedence over text. Refuses model files and image names that leave `scene_folder`,
@@ -68,7 +68,7 @@ enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder
 // Frees what a model owns and empties it; accepts an empty or half-read one.
 void vw_colmap_clear(struct vw_colmap_model *model);
 
-// Index in images of the one with that name (a leading "./" is ignored); -1 when the model has none.
+// Returns the index in images of the one with that name (a leading "./" is ignored); -1 when the model has none.
 ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *name);
 
 // Appends a view for each image whose photo is in `photo_folder` (for example "images"), which is relative to the scene
@@ -85,7 +85,7 @@ enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struc
 enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const uint32_t *views,
                                      struct vw_scene *scene);
 
-// The loader of --format colmap: photos in images/, or beside dense/sparse in dense/images.
+// Loads --format colmap: photos in images/, or beside dense/sparse in dense/images.
 bool vw_colmap_probe(const char *path);
 enum vw_status vw_colmap_load(struct vw_scene_builder *builder);
 

@@ -10,12 +10,12 @@
 #include "base/text.h"
 #include "scene/builder.h"
 
-static const double NORM_TOLERANCE = 1e-3; // of a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
+static const double NORM_TOLERANCE = 1e-3; // for a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
 
 // As in transforms.json: sums and products of larger numbers would overflow or lose precision.
 static const double POSITION_LIMIT_WORLD = 1e12, FEATURE_LIMIT_PX = 1e9;
 
-// False for NaN, too.
+// Returns false also for NaN.
 static bool all_within(double limit, const double *values, size_t count) {
     for (size_t i = 0; i < count; i++)
         if (!(fabs(values[i]) <= limit)) return false;

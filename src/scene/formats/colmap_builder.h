@@ -44,7 +44,7 @@ uint32_t colmap_camera_param_count(const struct colmap_camera_model *model);
 enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_model *model, uint64_t width_px,
                                   uint64_t height_px, const double params[COLMAP_PARAMS_MAX], struct vw_camera *made);
 
-// colmap_builder.c: adds one record after another. Features and tracks belong to the image or point added last.
+// Adds one record after another (colmap_builder.c). Features and tracks belong to the image or point added last.
 enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera);
 enum vw_status colmap_cameras_done(struct colmap_builder *builder);
 enum vw_status colmap_add_image(struct colmap_builder *builder, const struct colmap_image_fields *fields);

@@ -6,7 +6,7 @@
 #include "scene/formats/colmap_builder.h"
 
 enum { SIDE_PX_MAX = 1 << 30 };
-static const double NUMBER_LIMIT = 1e9; // of every param, as in transforms.json
+static const double NUMBER_LIMIT = 1e9; // for every param, as in transforms.json
 
 #define FIELD(name)                                                                                                    \
     { #name, offsetof(struct vw_camera, name) }

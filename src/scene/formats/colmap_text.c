@@ -81,7 +81,7 @@ static void take_reals(struct text *text, const char *field, double *values, uin
     for (uint32_t i = 0; i < count; i++) values[i] = take_real(text, field);
 }
 
-// The rest of the line, which may contain spaces.
+// Returns the rest of the line, which may contain spaces.
 static const char *take_name(struct text *text) {
     const char *name = text->status || line_ended(text) ? take_word(text, "name") : text->rest;
     char *end = text->rest + strlen(text->rest);

@@ -9,7 +9,8 @@
 // Called with every name, without surrounding spaces, and its line number from 1. The name is borrowed. Blank lines are
 // skipped.
 typedef enum vw_status vw_name_taker(void *context, int line, const char *name);
-// `*count` is the number of names. Stops at the first failure of `take`. VW_ERROR_INPUT if the file cannot be read.
+// Reads the names; `*count` is their number. Stops at the first failure of `take`. VW_ERROR_INPUT if the file cannot be
+// read.
 enum vw_status vw_names_read(const char *path, vw_name_taker *take, void *context, uint32_t *count);
 
 #endif

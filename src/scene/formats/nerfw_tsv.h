@@ -10,7 +10,7 @@
 #include "viewworth/status.h"
 
 struct vw_tsv_row {
-    const char *name; // of the photo; relative and safe (see vw_path_leaves_folder), unique in the file
+    const char *name; // name of the photo; relative and safe (see vw_path_leaves_folder), unique in the file
     bool test;        // split is test; else train
     bool has_id;      // programs that look photos up by id ignore rows without one
     int line;
@@ -29,17 +29,17 @@ struct vw_tsv {
     char **fields; // owned: the header's, then those of each row, by column
 };
 
-// `folder` is that of the scene, which the file must lie in; NULL for a file that the user named. VW_ERROR_INPUT with
-// one line that names the file and the line. The caller frees it with vw_tsv_clear().
+// Reads a TSV. `folder` is the scene's, in which the file must lie; NULL for a file that the user named. VW_ERROR_INPUT
+// with one line that names the file and the line. The caller frees it with vw_tsv_clear().
 enum vw_status vw_tsv_read(const char *folder, const char *path, struct vw_tsv *tsv);
 void vw_tsv_clear(struct vw_tsv *tsv); // accepts an empty one
-// All fields of a row.
+// Returns all fields of a row.
 char *const *vw_tsv_fields(const struct vw_tsv *tsv, size_t row);
 
-// Whether a file begins with such a header.
+// Returns whether a file begins with such a header.
 bool vw_tsv_has_header(const char *folder, const char *path);
 
-// phototourism.c: reads the one TSV of a scene folder.
+// Reads the one TSV of a scene folder (phototourism.c).
 enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv);
 
 #endif

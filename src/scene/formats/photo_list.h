@@ -27,9 +27,8 @@ struct vw_photo_list {
 // `*opens`: vw_scene_open() accepts the result as a scene; otherwise it is a list for vw_scene_params.train_list.
 // Validation and test photos keep their splits.
 // - phototourism: the scene's NeRF-W TSV, with rows and columns in its order, without the rows of train photos that are
-// not
-//   chosen. Chosen photos that the TSV does not list (--pool all) are added. Those without an id, which some trainers
-//   ignore, get COLMAP's id.
+//   not chosen. Chosen photos that the TSV does not list (--pool all) are added. Those without an id, which some
+//   trainers ignore, get COLMAP's id.
 // - transforms: if `to` ends with .json, one file with the frames of all splits and the keys train_filenames,
 //   val_filenames and test_filenames, as in nerfstudio. Otherwise `to` is a folder (its name without a dot, or with a
 //   slash at the end) with transforms_train.json, transforms_val.json and transforms_test.json. Frames and other keys

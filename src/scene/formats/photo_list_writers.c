@@ -35,7 +35,7 @@ char *vw_photo_list_scene_folder(const struct vw_photo_list *list) {
     return vw_folder_exists(list->scene_path) ? vw_copy_text(list->scene_path) : vw_path_folder(list->scene_path);
 }
 
-// The relative path between two folders, both without links; "/" counts as "".
+// Returns the relative path between two folders, both without links; "/" counts as "".
 static char *way_between(const char *from, const char *to) {
     size_t common = 0;
     for (size_t i = 0; from[i] == to[i] || ((!from[i] || from[i] == '/') && (!to[i] || to[i] == '/')); i++) {
@@ -74,7 +74,7 @@ enum vw_status vw_photo_list_way(const struct vw_photo_list *list, const char *f
     return status;
 }
 
-// For any format: a folder with such a file would be read as a transforms scene.
+// Refuses, for any format, a folder with such a file, which would be read as a transforms scene.
 enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
     const char *to = list->to, *slash = strrchr(to, '/');
     bool is_folder = vw_folder_exists(to);
@@ -93,7 +93,7 @@ enum vw_status vw_photo_list_check_place(const struct vw_photo_list *list) {
 
 // ---- A name a line ----
 
-// Whether a reader that trims lines reads the name back.
+// Returns whether a reader that trims lines reads the name back.
 static bool fits_a_line(const char *name) {
     size_t length = strlen(name);
     return length > 0 && vw_text_is_clean(name) && !isspace((unsigned char)name[0]) &&

@@ -64,7 +64,7 @@ enum vw_status vw_phototourism_read_tsv(const char *folder, struct vw_tsv *tsv) 
 struct assignment {
     struct vw_scene *scene;
     const struct vw_colmap_model *model;
-    const uint32_t *views; // of the model's images; UINT32_MAX: the photo is missing
+    const uint32_t *views; // view of each of the model's images; UINT32_MAX: the photo is missing
     bool *listed;          // owned; of each view
     uint32_t *test_views;  // owned; in the order of the TSV
     uint32_t test_count;
@@ -85,7 +85,7 @@ static void assign_row(const struct vw_tsv_row *row, struct assignment *assignme
     if (row->test) assignment->test_views[assignment->test_count++] = view;
 }
 
-// The first half of the test rows is for validation, the second for tests.
+// Assigns the first half of the test rows to validation, the second to tests.
 static void apply(struct assignment *assignment, bool list_only) {
     struct vw_view *views = assignment->scene->views;
     for (uint32_t v = 0; v < assignment->scene->view_count; v++)

@@ -22,7 +22,7 @@ struct tsv_list {
 
 // ---- Reading ----
 
-// The photo's name in the TSV and in the model; NULL if it is not in this folder.
+// Returns the photo's name in the TSV and in the model; NULL if it is not in this folder.
 static const char *name_of(const struct vw_listed_photo *photo) {
     size_t length = strlen(photo_folder);
     return strncmp(photo->name, photo_folder, length) == 0 ? vw_view_name_of(photo->name + length) : NULL;
@@ -62,7 +62,7 @@ static enum vw_status read_scene(const char *folder, struct tsv_list *made) {
     return status;
 }
 
-// A second TSV in the scene's folder would make the scene ambiguous.
+// Refuses a second TSV in the scene's folder, which would make the scene ambiguous.
 static enum vw_status check_target(const struct vw_photo_list *list, const char *folder) {
     const char *dot = strrchr(list->to, '.');
     char *way = NULL, *parent = vw_path_folder(list->to);
@@ -79,7 +79,7 @@ static enum vw_status check_target(const struct vw_photo_list *list, const char 
 
 // ---- Writing ----
 
-// The row to write; NULL: it is left out. Rows of photos that were not valued stay if they are test rows.
+// Returns the row to write; NULL: it is left out. Rows of photos that were not valued stay if they are test rows.
 static const char *split_of(const struct vw_tsv_row *row, const struct vw_listed_photo *photo) {
     if (photo && photo->chosen) return "train";
     if (photo && photo->split == VW_SPLIT_TRAIN) return NULL;

@@ -12,32 +12,33 @@ struct vw_transforms_file {
     char *path;          // owned
     enum vw_split split; // by the file's name; train for a single file
 };
-// The files of the scene at `path`: the path itself if it is not a folder, otherwise the existing files of
+// Finds the files of the scene at `path`: the path itself if it is not a folder, otherwise the existing files of
 // transforms_{train,val,test}.json, otherwise transforms.json, which may be missing. Free the paths also after a
 // failure.
 enum vw_status vw_transforms_find(const char *path, struct vw_transforms_file files[VW_TRANSFORMS_FILES_MOST],
                                   size_t *count);
-// Whether a folder with a file of that name is a transforms scene.
+// Returns whether a folder with a file of that name is a transforms scene.
 bool vw_transforms_is_scene_file(const char *name);
 // Parses one of them; it must not leave `folder` through a link (NULL: the user named the file itself). `*file` is
 // owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);
 
-// The splits that a file gives its photos by the keys train_filenames, val_filenames and test_filenames, as nerfstudio
-// has them: an object of enum vw_split by name, owned by the caller; NULL where the file has none of these keys. Photos
-// that none of them names are excluded. VW_ERROR_INPUT for what is no list of names and for a photo in two splits.
+// Reads the splits that a file gives its photos by the keys train_filenames, val_filenames and test_filenames, as
+// nerfstudio has them: an object of enum vw_split by name, owned by the caller; NULL if the file has none of these
+// keys. Photos that none of them names are excluded. VW_ERROR_INPUT if a value is not a list of names, and for a photo
+// in two splits.
 enum vw_status vw_transforms_read_splits(const char *path, const json_t *file, json_t **splits);
-// "train_filenames" and so on.
+// Returns "train_filenames" and so on.
 const char *vw_transforms_split_key(enum vw_split split);
 
 // Refuses features that change the meaning of poses or rays and are not supported: panoramic lenses, rolling shutters.
 enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *object);
-// The camera of a frame for an image of the given size. Keys of the frame override those of the file. An unknown camera
-// model, or distortion that the model does not have, is refused. Sets `*rescaled` if the intrinsics are for another
-// size of the same shape.
+// Reads the camera of a frame for an image of the given size. Keys of the frame override those of the file. An unknown
+// camera model, or distortion that the model does not have, is refused. Sets `*rescaled` if the intrinsics are for
+// another size of the same shape.
 enum vw_status vw_transforms_camera(const char *where, const json_t *file, const json_t *frame, uint32_t width_px,
                                     uint32_t height_px, struct vw_camera *camera, bool *rescaled);
-// The frame's transform_matrix: camera to world, OpenGL axes, a rotation up to one scale (which is divided out)
+// Reads the frame's transform_matrix: camera to world, OpenGL axes, a rotation up to one scale (which is divided out)
 // and rounding (the nearest rotation is taken), and a position.
 enum vw_status vw_transforms_pose(const char *where, const json_t *frame, double camera_to_world[3][4]);
 

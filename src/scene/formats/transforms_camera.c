@@ -75,7 +75,7 @@ enum vw_status vw_transforms_refuse_unknown(const char *where, const json_t *obj
     return VW_OK;
 }
 
-// The model that an object names; leaves `*model` unchanged if it names none.
+// Reads the model that an object names; leaves `*model` unchanged if it names none.
 static enum vw_status read_model(const char *where, const json_t *object, const struct vw_model **model) {
     const json_t *given = json_object_get(object, "camera_model");
     const char *name = json_string_value(given);
@@ -98,7 +98,7 @@ static enum vw_status read_model(const char *where, const json_t *object, const 
     return VW_OK;
 }
 
-// The intrinsics in an object; NaN: missing.
+// Reads the intrinsics in an object; NaN: missing.
 static enum vw_status read_keys(const char *where, const json_t *object, double values[KEY_COUNT]) {
     for (int key = 0; key < KEY_COUNT; key++) {
         const json_t *value = json_object_get(object, key_names[key]);
@@ -131,15 +131,15 @@ static enum vw_status check_keys(const char *where, const double values[KEY_COUN
 
 static double first_known(double first, double second) { return isnan(first) ? second : first; }
 
-// The focal length in pixels of an image that is `scale` times as large as fields w and h; NaN if the object has none
-// for this axis. A focal length overrides an angle.
+// Returns the focal length in pixels of an image that is `scale` times as large as fields w and h; NaN if the object
+// has none for this axis. A focal length overrides an angle.
 static double focal_px(const double values[KEY_COUNT], enum key axis, double side_px, double scale) {
     double from_fov = 0.5 * side_px / tan(0.5 * values[FOV_X + axis] * M_PI / 180);
     double from_angle = 0.5 * side_px / tan(0.5 * values[ANGLE_X + axis]);
     return first_known(values[FL_X + axis] * scale, first_known(from_fov, from_angle));
 }
 
-// The frame's keys, then the file's, then defaults.
+// Prefers the frame's keys, then the file's, then defaults.
 static struct vw_camera combine(const double file[KEY_COUNT], const double frame[KEY_COUNT],
                                 const double given[KEY_COUNT], uint32_t width_px, uint32_t height_px, double scale) {
     double focal_x = first_known(focal_px(frame, 0, width_px, scale), focal_px(file, 0, width_px, scale));
@@ -173,7 +173,7 @@ static enum vw_status check_distortion(const char *where, const double given[KEY
     return VW_OK;
 }
 
-// The size of the image relative to fields w and h, which must have its shape.
+// Finds the size of the image relative to fields w and h, which must have its shape.
 static enum vw_status find_scale(const char *where, double given_width_px, double given_height_px, uint32_t width_px,
                                  uint32_t height_px, double *scale) {
     *scale = first_known(width_px / given_width_px, first_known(height_px / given_height_px, 1));

@@ -22,8 +22,8 @@ static const char *const split_files[VW_TRANSFORMS_FILES_MOST] = {"transforms_tr
 
 struct reader {
     struct vw_scene_builder *builder;
-    struct vw_ngp_box box;        // of the first file with one
-    json_t *splits;               // of the current file, from its own keys; NULL: none
+    struct vw_ngp_box box;        // box of the first file that has one
+    json_t *splits;               // from the current file's own keys; NULL: none
     struct vw_name_index frames;  // owned; of the current file
     struct vw_name_index earlier; // owned; of the views of the files before
     uint32_t missing_count;       // frames without an image
@@ -196,7 +196,7 @@ static enum vw_status positive_number(const char *path, const json_t *file, cons
     return vw_fail(VW_ERROR_INPUT, "%s: field %s must be a number above 0; correct it or leave it out", path, key);
 }
 
-// `offset` is one number for all axes, or three.
+// Reads `offset`, one number for all axes, or three.
 static enum vw_status read_offset(const char *path, const json_t *file, double offset[3]) {
     const json_t *given = json_object_get(file, "offset");
     for (size_t i = 0; i < 3; i++) {
@@ -209,7 +209,7 @@ static enum vw_status read_offset(const char *path, const json_t *file, double o
     return VW_OK;
 }
 
-// The defaults are instant-ngp's.
+// Reads the box, with instant-ngp's defaults.
 static enum vw_status read_box(const char *path, const json_t *file, struct vw_ngp_box *box) {
     enum vw_status status = positive_number(path, file, "aabb_scale", 0, &box->aabb_scale);
     if (!status) status = positive_number(path, file, "scale", 0.33, &box->scale);
@@ -292,7 +292,7 @@ static enum vw_status load_file(struct reader *reader, const char *path, enum vw
     return status;
 }
 
-// Without validation rows, the first half of the test rows (in file order) is used for validation.
+// Uses the first half of the test rows (in file order) for validation if there are no validation rows.
 static void halve_test(struct vw_scene *scene) {
     uint32_t count = 0, test_count = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {

@@ -62,7 +62,7 @@ static enum vw_status lead_paths(const struct writer *writer, json_t *object) {
     return VW_OK;
 }
 
-// All keys of a file that do not belong to frames or splits.
+// Copies all keys of a file that do not belong to frames or splits.
 static enum vw_status copy_keys(const struct writer *writer, const json_t *file, json_t **keys) {
     json_t *copy = json_copy((json_t *)file); // the copy shares the values, which are replaced but never changed
     if (!copy) return out_of_memory(writer);
@@ -77,7 +77,7 @@ static enum vw_status copy_keys(const struct writer *writer, const json_t *file,
 
 // ---- Frames ----
 
-// The file for a frame. Frames of several files may go to one file only if their other keys are equal.
+// Returns the file for a frame. Frames of several files may go to one file only if their other keys are equal.
 static enum vw_status open_target(struct writer *writer, enum vw_split split, const char *path, json_t *keys,
                                   struct target **target) {
     *target = &writer->targets[writer->single ? 0 : split];

@@ -28,7 +28,7 @@ static double determinant(double m[4][4]) {
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// The largest deviation of the columns, divided by `scale`, from orthonormality.
+// Returns the largest deviation of the columns, divided by `scale`, from orthonormality.
 static double distance_from_rotation(double m[4][4], double scale) {
     double worst = 0;
     for (int i = 0; i < 3; i++) {

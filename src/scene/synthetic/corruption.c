@@ -11,7 +11,7 @@ static float clamp_unit(float value) { return fminf(fmaxf(value, 0), 1); }
 
 static size_t pixel_count(const struct vw_recipe_photo *photo) { return (size_t)photo->width_px * photo->height_px; }
 
-// Box and Muller.
+// Draws by the method of Box and Muller.
 void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]) {
     float radius = sqrtf(-2 * logf(1 - vw_random_unit(word_a)));
     float angle = 6.28318531f * vw_random_unit(word_b);
@@ -120,7 +120,7 @@ static enum vw_status blur(double deviation_px, struct vw_recipe_photo *photo) {
 
 // ---- Occluder ----
 
-// A striped rectangle of random shape, place and colours in front of everything.
+// Puts a striped rectangle of random shape, place and colours in front of everything.
 static void occlude(const struct vw_recipe *recipe, uint32_t view, double share, struct vw_recipe_photo *photo) {
     uint32_t place[4], colours[2][4];
     vw_random_words(recipe->seed, VW_RANDOM_RECIPE, 0, view, VW_DRAW_OCCLUDER, place);
@@ -141,8 +141,8 @@ static void occlude(const struct vw_recipe *recipe, uint32_t view, double share,
         }
 }
 
-// As NeRF-W (Martin-Brualla et al., CVPR 2021) covers the photos of its test: a square of random place, upright
-// stripes.
+// Covers a square of random place with upright stripes, as NeRF-W (Martin-Brualla et al., CVPR 2021) does in the photos
+// of its test.
 static void cover(const struct vw_recipe *recipe, uint32_t view, double side, struct vw_recipe_photo *photo) {
     enum { STRIPES = 10 };
     uint32_t place[4], words[4], least_px = photo->width_px < photo->height_px ? photo->width_px : photo->height_px;

@@ -70,7 +70,7 @@ static enum vw_status corrupt_pixels(const struct vw_recipe *recipe, struct vw_v
     return status;
 }
 
-// A recipe that has only this view.
+// Corrupts a view as the only one of a recipe.
 static enum vw_status corrupt_view(const struct candidate *candidate, struct vw_recipe_defect defect,
                                    struct vw_recipe *recipe) {
     struct vw_view *view = candidate->view;

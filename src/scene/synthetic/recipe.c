@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "scene/synthetic/recipe_private.h"
 
-static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // of all views together: 1 GiB of photos
+static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // for all views together: 1 GiB of photos
 
 static enum vw_status parse_file(const char *path, json_t **root) {
     void *text = NULL;

@@ -17,15 +17,15 @@ struct path_reader {
 struct orbit {
     double centre[3], look_at[3];
     double radius, start_deg, turns;
-    double elevation_deg[2]; // of the first and the last view
+    double elevation_deg[2]; // for the first and the last view
     int64_t count;
     struct vw_camera camera;
     const char *provider;
     int split; // -1: by the view's index
 };
 
-// Camera axes (OpenGL) from a position and a target, without roll against the world's z axis. False when it looks
-// straight up or down.
+// Computes camera axes (OpenGL) from a position and a target, without roll against the world's z axis. False when it
+// looks straight up or down.
 static bool look_at(const double position[3], const double target[3], double pose[3][4]) {
     double back[3], horizontal, length;
     for (int i = 0; i < 3; i++) back[i] = position[i] - target[i];

@@ -19,7 +19,7 @@ static const struct {
 struct defect_reader {
     struct vw_recipe *recipe;
     const struct vw_scene *scene;
-    uint32_t index; // of the defect being read
+    uint32_t index; // index of the defect being read
 };
 
 static bool is_clean_train(const struct defect_reader *state, uint32_t view) {
@@ -53,7 +53,7 @@ static void corrupt_every(struct vw_json_reader *reader, int64_t every, const st
         if (is_clean_train(state, v) && ++clean % every == 0) state->recipe->defects[v] = *defect;
 }
 
-// The clean train view with the smallest random number; -1: none.
+// Draws the clean train view with the smallest random number; -1: none.
 static int64_t draw_view(const struct defect_reader *state) {
     int64_t drawn = -1;
     uint32_t smallest = UINT32_MAX;

@@ -22,7 +22,7 @@ static const float *depth_at(const struct point_maker *maker, uint32_t view, uin
     return &maker->depths[view * pixels + (size_t)y_px * maker->recipe->width_px + x_px];
 }
 
-// The point that a view sees at the centre of a pixel; false: none.
+// Computes the point that a view sees at the centre of a pixel; false: none.
 static bool point_behind(const struct point_maker *maker, uint32_t view_index, uint32_t x_px, uint32_t y_px,
                          double position[3]) {
     const struct vw_view *view = &maker->scene->views[view_index];
@@ -36,7 +36,7 @@ static bool point_behind(const struct point_maker *maker, uint32_t view_index, u
     return true;
 }
 
-// Whether a view sees a point, and where.
+// Returns whether a view sees a point, and where.
 static bool view_sees(const struct point_maker *maker, uint32_t view_index, const double position[3],
                       struct vw_track *track) {
     const struct vw_view *view = &maker->scene->views[view_index];

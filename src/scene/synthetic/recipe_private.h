@@ -31,7 +31,7 @@ struct vw_recipe_defect {
     enum vw_recipe_defect_kind kind;
     double strength; // noise: standard deviation; blur: px; occluder: share; exposure: gain; wrong_pose: degrees;
                      // striped_box: side
-    double bias;     // of an exposure
+    double bias;     // bias of an exposure
 };
 
 // The uses of a recipe's random numbers: the last counter word of VW_RANDOM_RECIPE.
@@ -55,7 +55,7 @@ struct vw_recipe {
     float background_colour[3];
     double sun_direction[3]; // unit vector
     double sun_intensity, ambient, sun_spread_deg;
-    double gain_spread, tint_spread, bias_spread; // of all photos
+    double gain_spread, tint_spread, bias_spread; // over all photos
     double transient_share, transient_size;
     int points; // 0: all, 1: none
     struct vw_recipe_shape shapes[VW_RECIPE_SHAPES_MAX];
@@ -63,13 +63,13 @@ struct vw_recipe {
     struct vw_recipe_defect *defects; // per view; owned
 };
 
-// recipe_parse.c: image, box, light and shapes; the box goes to the scene.
+// Reads image, box, light and shapes (recipe_parse.c); the box goes to the scene.
 void vw_recipe_read_world(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
                           struct vw_box *box);
-// recipe_cameras.c: appends a view per camera to the scene, with its true pose, and assigns the splits.
+// Appends a view per camera to the scene, with its true pose, and assigns the splits (recipe_cameras.c).
 void vw_recipe_read_cameras(struct vw_json_reader *reader, const json_t *root, const struct vw_recipe *recipe,
                             struct vw_scene *scene);
-// recipe_defects.c: decides which views are corrupted and how, and sets every view's ground_truth.
+// Decides which views are corrupted and how, and sets every view's ground_truth (recipe_defects.c).
 void vw_recipe_read_defects(struct vw_json_reader *reader, const json_t *root, struct vw_recipe *recipe,
                             struct vw_scene *scene);
 
@@ -79,7 +79,7 @@ struct vw_recipe_photo {
     struct vw_recipe_pixel *pixels; // depth in world units; 0: the pixel shows nothing or an occluder
 };
 
-// recipe.c: rounds a photo to 8 bit, stores it in its view, and hashes it.
+// Rounds a photo to 8 bit, stores it in its view, and hashes it (recipe.c).
 enum vw_status vw_recipe_store_photo(const struct vw_recipe_photo *photo, struct vw_view *view);
 
 // recipe_trace.c
@@ -89,19 +89,19 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
 
-// recipe_capture.c: adds a transient disc to a photo, and its mask to the view.
+// Adds a transient disc to a photo, and its mask to the view (recipe_capture.c).
 enum vw_status vw_recipe_capture(const struct vw_recipe *recipe, uint32_t index, struct vw_recipe_photo *photo,
                                  struct vw_view *view);
 
-// corruption.c: applies exposure and defect to a view's pixels, or changes its recorded pose.
+// Applies exposure and defect to a view's pixels, or changes its recorded pose (corruption.c).
 enum vw_status vw_corrupt_photo(const struct vw_recipe *recipe, uint32_t view, struct vw_recipe_photo *photo);
 void vw_corrupt_pose(const struct vw_recipe *recipe, uint32_t view, double camera_to_world[3][4]);
 
-// Two independent standard normal numbers.
+// Draws two independent standard normal numbers.
 void vw_recipe_draw_normals(uint32_t word_a, uint32_t word_b, float normals[2]);
 
-// recipe_points.c: points and tracks from the depths of all views, [view][pixel], while the scene still has the true
-// poses.
+// Makes points and tracks from the depths of all views, [view][pixel], while the scene still has the true poses
+// (recipe_points.c).
 enum vw_status vw_recipe_make_points(const struct vw_recipe *recipe, const float *depths, struct vw_scene *scene);
 
 #endif

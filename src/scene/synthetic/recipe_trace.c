@@ -21,7 +21,7 @@ struct vw_recipe_tracer {
     struct vw_submission *batch;
 };
 
-// The camera itself is the reference position: recipes stay near their boxes.
+// Takes the camera itself as the reference position: recipes stay near their boxes.
 static struct vw_gpu_camera to_gpu_camera(const struct vw_view *view, const struct vw_box *box) {
     float axes[3][3], position[3];
     for (int i = 0; i < 3; i++) {
@@ -121,7 +121,7 @@ void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer) {
     *tracer = NULL;
 }
 
-// The sun of one photo: rotated about z by a random angle.
+// Returns the sun of one photo: rotated about z by a random angle.
 static void sun_of_view(const struct vw_recipe *recipe, uint32_t view, double sun[3]) {
     uint32_t words[4];
     float normals[2];

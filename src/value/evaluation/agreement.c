@@ -16,7 +16,7 @@ const char *vw_agreement_name(enum vw_agreement_measure measure) {
 
 static double ratio(double part, double whole) { return whole > 0 ? part / whole : NAN; }
 
-// From counts, so that no rounding decides what is chance.
+// Compares counts, so that rounding does not decide what is chance.
 static void compare_signs(const double *a, const double *b, uint32_t count, struct vw_agreement *agreement) {
     double both = 0, of_a = 0, of_b = 0, all = count;
     for (uint32_t i = 0; i < count; i++) {
@@ -122,8 +122,8 @@ enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const
     return VW_OK;
 }
 
-// A score lies sqrt(1 + 1 / (runs - 1)) times as far from the mean of the others as from the mean of all runs there
-// could be.
+// Counts the intervals. A score lies sqrt(1 + 1 / (runs - 1)) times as far from the mean of the others as from the mean
+// of all possible runs.
 struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, const struct vw_score_table *table) {
     struct vw_coverage coverage = {.share = NAN};
     uint32_t held = 0, runs = tables->run_count, photos = tables->photo_count;

@@ -1,4 +1,4 @@
-// How far the scores of one method agree between runs that differ only by their seed. Needs scores alone.
+// The agreement of one method's scores between runs that differ only by their seed. Needs only scores.
 #ifndef VIEWWORTH_VALUE_EVALUATION_AGREEMENT_H
 #define VIEWWORTH_VALUE_EVALUATION_AGREEMENT_H
 
@@ -12,7 +12,7 @@
 // correlation over all. Positive: photos with a score above 0, the set that the paper keeps. Most extreme: farthest
 // from the median by the scores of either run. The distance of a photo is the larger one of its two |score - median| /
 // spread, with median and robust spread (statistics.h) over the photos of that run; without the division for a run
-// whose spread is 0. Of equal distances the earlier photo is left out. One or two outliers raise r although the order
+// whose spread is 0. For equal distances the earlier photo is left out. One or two outliers raise r although the order
 // of the others is chance.
 enum vw_agreement_measure {
     VW_AGREEMENT_PEARSON,          // r, [-1,1]
@@ -49,7 +49,7 @@ struct vw_agreement_summary {
     uint32_t pairs;
 };
 
-// How many of the 95 % intervals of single runs contain the photo's mean over seeds, estimated from the other runs.
+// The number of 95 % intervals of single runs that contain the photo's mean over seeds, estimated from the other runs.
 // That mean is known from few runs: it is moved towards the score by 1 / sqrt(1 + 1 / (runs - 1)), so that correct
 // intervals contain it in 95 of 100 cases whatever the number of runs. The intervals of one photo share runs: the share
 // is known less well than from as many independent ones.
@@ -59,8 +59,8 @@ struct vw_coverage {
 };
 struct vw_coverage vw_agreement_coverage(const struct vw_score_tables *tables, const struct vw_score_table *table);
 
-// All pairs of a method's runs, (0,1), (0,2), ..., (1,2), ...: run_count * (run_count - 1) / 2, owned by the caller
-// (free).
+// Compares all pairs of a method's runs, (0,1), (0,2), ..., (1,2), ...: run_count * (run_count - 1) / 2, owned by the
+// caller (free).
 enum vw_status vw_agreement_of_pairs(const struct vw_score_tables *tables, const struct vw_score_table *table,
                                      struct vw_agreement **pairs, uint32_t *pair_count);
 struct vw_agreement_summary vw_agreement_summarise(const struct vw_agreement *pairs, uint32_t pair_count,

@@ -1,4 +1,4 @@
-// How well scores find corrupted photos, and how well they agree with those of another seed.
+// Detection of corrupted photos by scores, and the agreement of scores with those of another seed.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,8 @@ double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_k
     return *pairs ? won / *pairs : NAN;
 }
 
-// How often the clean photo of each pair has the higher score, mean over the valued seeds; wins[corrupted][clean].
+// Counts how often the clean photo of each pair has the higher score, mean over the valued seeds;
+// wins[corrupted][clean].
 static void find_wins(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer, double *wins) {
     uint32_t photos = evaluation->photo_count, seeds = evaluation->seed_count;
     for (uint32_t i = 0; i < photos; i++)
@@ -47,7 +48,7 @@ static void find_wins(const struct vw_evaluation *evaluation, const struct vw_sc
         }
 }
 
-// The AUC over the photos drawn.
+// Computes the AUC over the photos drawn.
 static double auc_drawn(const struct vw_evaluation *evaluation, const double *wins, const bool *counted,
                         const uint16_t *times) {
     double won = 0, pairs = 0;
@@ -63,7 +64,7 @@ static double auc_drawn(const struct vw_evaluation *evaluation, const double *wi
     return pairs > 0 ? won / pairs : NAN;
 }
 
-// Over resampled photos.
+// Takes the interval over resampled photos.
 static enum vw_status set_auc_interval(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
                                        vw_kind_filter *counts, const void *context, struct vw_metric *row) {
     uint32_t photos = evaluation->photo_count;
@@ -105,7 +106,7 @@ static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_fi
 
 static bool is_kind(const void *context, const char *kind) { return !strcmp(kind, context); }
 
-// Whether no photo before this one has its label.
+// Returns whether no photo before this one has its label.
 static bool is_first_of_kind(const struct vw_evaluation *evaluation, uint32_t photo) {
     for (uint32_t i = 0; i < photo; i++)
         if (!strcmp(evaluation->ground_truths[i], evaluation->ground_truths[photo])) return false;

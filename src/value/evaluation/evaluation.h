@@ -35,16 +35,16 @@ struct vw_metrics {
 };
 // Appends a row whose metric is "<group>/<name>".
 enum vw_status vw_metrics_add(struct vw_metrics *metrics, const char *group, const char *name, struct vw_metric row);
-// NULL when there is none.
+// Returns NULL when there is none.
 const struct vw_metric *vw_metrics_find(const struct vw_metrics *metrics, const char *group, const char *name,
                                         const char *method);
 
-// NULL when there is none.
+// Returns NULL when there is none.
 const struct vw_scorer *vw_find_scorer(const struct vw_evaluation *evaluation, const char *name);
 bool vw_all_finite(const double *values, uint32_t count);
-// means[column]: over the rows of values[row][column].
+// Averages over the rows of values[row][column] into means[column].
 void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means);
-// means[photo]: of scores[valued seed][photo].
+// Averages scores[valued seed][photo] into means[photo].
 void vw_mean_over_seeds(const struct vw_evaluation *evaluation, const double *scores, double *means);
 
 // ---- detection.c ----
@@ -55,13 +55,13 @@ bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo);
 typedef bool vw_kind_filter(const void *context, const char *kind);
 double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_kind_filter *counts, const void *context,
               uint32_t *pairs);
-// auc/<kind> for every kind there is, and auc/corrupted; the mean over the valued seeds, and the middle 95 % over
-// resampled photos.
+// Adds auc/<kind> for every kind that exists, and auc/corrupted; the mean over the valued seeds, and the middle 95 %
+// over resampled photos.
 enum vw_status vw_evaluate_detection(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
-// auc/harmful: over the kinds with a harm/<kind> whose interval lies above 0 (vw_evaluate_harm).
+// Adds auc/harmful over the kinds with a harm/<kind> whose interval lies above 0 (vw_evaluate_harm).
 enum vw_status vw_evaluate_harmful(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
-// seed_pearson/ and seed_spearman/ all and clean: how scores of the first two valued seeds agree, over all photos and
-// the clean ones, as far as both have a finite score for them.
+// Adds seed_pearson/ and seed_spearman/ all and clean: the agreement of scores of the first two valued seeds, over all
+// photos and the clean ones that have a finite score by both.
 enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);
 
 // ---- lds.c ----
@@ -85,20 +85,20 @@ enum vw_status vw_evaluate_subsets(const struct vw_evaluation *evaluation, const
 
 // ---- worths.c ----
 
-// harm/<kind>, method "retrainings", in dB: how much less a photo of that kind is worth than a clean one. Intervals
-// over resampled subsets.
+// Adds harm/<kind>, method "retrainings", in dB: how much less a photo of that kind is worth than a clean one.
+// Intervals are over resampled subsets.
 enum vw_status vw_evaluate_harm(const struct vw_evaluation *evaluation, const struct vw_worths *worths,
                                 struct vw_metrics *metrics);
-// How well signs of scores tell helpful from harmful photos, for every scorer that has_sign. A photo is known to be
-// harmful, or helpful, if the interval of its worth lies below, or above, 0. Shares over all valued seeds; NaN where
-// they are of no photo.
+// Measures how well signs of scores tell helpful from harmful photos, for every scorer that has_sign. A photo is known
+// to be harmful, or helpful, if the interval of its worth lies below, or above, 0. Shares over all valued seeds; NaN
+// where they are of no photo.
 // - sign_accuracy/<name>: of the known photos, those whose score has the sign of their worth.
 // - harmful_precision/<name>: of those with a score below 0, those that are known to be harmful.
 // - harmful_recall/<name>, helpful_recall/<name>: of the photos known to be so, those whose score has that sign.
 enum vw_status vw_evaluate_signs(const struct vw_evaluation *evaluation, const struct vw_worths *worths,
                                  const char *name, struct vw_metrics *metrics);
-// left_out_pearson/<name>, left_out_r2/<name> of "subset_worth": how well the worths predict subsets that they were not
-// fitted to.
+// Adds left_out_pearson/<name>, left_out_r2/<name> of "subset_worth": how well the worths predict subsets that they
+// were not fitted to.
 enum vw_status vw_evaluate_worths(const struct vw_worths *worths, const char *name, struct vw_metrics *metrics);
 
 // ---- curves.c ----
@@ -116,13 +116,13 @@ struct vw_curve_params {
     uint64_t first_seed;
     uint32_t seed_count; // retrainings of each set of photos
     vw_retrain_function *retrain;
-    void *context;  // of `retrain`
+    void *context;  // argument of `retrain`
     bool gain_only; // only removal_low/20: what leaving out the lowest fifth gains
 };
 enum vw_status vw_evaluate_curve(const struct vw_curve_params *params, const struct vw_scorer *scorer,
                                  struct vw_metrics *metrics);
 enum vw_status vw_evaluate_random_curve(const struct vw_curve_params *params, struct vw_metrics *metrics);
-// The most trainings that the curve of one order takes, those on all photos included.
+// Returns the most trainings that the curve of one order takes, those on all photos included.
 uint32_t vw_curve_trainings(uint32_t seed_count, bool gain_only);
 
 #endif

@@ -57,7 +57,7 @@ static uint32_t average_lists(const struct results *results, double *by_seed, do
     return distinct;
 }
 
-// The variance of one training's mean PSNR, without the effects of list and seed; `*degrees` of freedom.
+// Estimates the variance of one training's mean PSNR, without the effects of list and seed; `*degrees` of freedom.
 static enum vw_status find_seed_variance(const struct results *results, double *variance, double *degrees) {
     double *by_seed = vw_allocate(results->seeds, sizeof *by_seed), overall, squares = 0;
     if (!by_seed) return VW_ERROR_MEMORY;

@@ -25,8 +25,8 @@ struct vw_gain {
 enum vw_status vw_gains_estimate(const double *psnr_db, uint32_t lists, uint32_t seeds, uint32_t views,
                                  struct vw_gain *gains);
 
-// The list to take: of those whose interval lies above 0 the one with the largest gain; the first one, all photos, if
-// there is none.
+// Returns the list to take: among those whose interval lies above 0 the one with the largest gain; the first one, all
+// photos, if there is none.
 uint32_t vw_gains_choose(const struct vw_gain *gains, uint32_t lists);
 
 #endif

@@ -9,14 +9,14 @@
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/worth_regression.h"
 
-// What is predicted: one quality of the subsets of a range.
+// The target of the predictions: one quality of the subsets of a range.
 struct study {
     const struct vw_evaluation *evaluation;
     const struct vw_subsets *subsets;
     const char *group, *mean_group, *gain_group, *name;
     bool by_mean; // members' scores are averaged, not summed
     struct vw_outcomes outcomes;
-    uint16_t *times;     // of the resamples
+    uint16_t *times;     // counts in the resamples
     double *predictions; // scratch: [kept]
     double *values;      // scratch: [1 + VW_RESAMPLES]
     double *reference;   // likewise: the LDS of the reference scorer; NULL without one
@@ -39,7 +39,7 @@ static enum vw_status add_lds(const struct study *study, const double *scores, d
                                      values);
 }
 
-// The mean LDS of the valued seeds, in every resample.
+// Computes the mean LDS of the valued seeds, in every resample.
 static enum vw_status find_lds(const struct study *study, const struct vw_scorer *scorer, double *values) {
     uint32_t seeds = study->evaluation->seed_count;
     enum vw_status status = VW_OK;
@@ -56,7 +56,7 @@ static enum vw_status add_row(const struct study *study, const char *group, cons
     return vw_metrics_add(metrics, group, study->name, row);
 }
 
-// The row of an LDS, and of its gain over the reference scorer.
+// Adds the row of an LDS, and of its gain over the reference scorer.
 static enum vw_status add_rows(const struct study *study, const char *method, double *values,
                                struct vw_metrics *metrics) {
     double *gains = vw_allocate(1 + VW_RESAMPLES, sizeof *gains);
@@ -97,7 +97,7 @@ static enum vw_status evaluate_scorers(struct study *study, struct vw_metrics *m
     return status;
 }
 
-// Each subset as the fit without its fold predicts it.
+// Scores each subset as the fit without its fold predicts it.
 static enum vw_status evaluate_worths(const struct study *study, const struct vw_worths *worths,
                                       struct vw_metrics *metrics) {
     const struct vw_outcomes *outcomes = &study->outcomes;
@@ -108,7 +108,7 @@ static enum vw_status evaluate_worths(const struct study *study, const struct vw
     return status ? status : add_rows(study, vw_subset_worth_name, study->values, metrics);
 }
 
-// The LDS of random scores. With few photos it varies widely.
+// Computes the LDS of random scores. With few photos it varies widely.
 static enum vw_status evaluate_chance(const struct study *study, struct vw_metrics *metrics) {
     const struct vw_outcomes *outcomes = &study->outcomes;
     uint32_t photo_count = study->evaluation->photo_count;

@@ -7,7 +7,7 @@
 #include "value/evaluation/paired_comparison.h"
 
 enum { VW_TRUTH_COUNT = 2 };
-extern const enum vw_quality vw_truths[VW_TRUTH_COUNT]; // what scores should predict: val_psnr and test_psnr
+extern const enum vw_quality vw_truths[VW_TRUTH_COUNT]; // target of scores: val_psnr and test_psnr
 extern const char vw_noise_ceiling_name[], vw_chance_name[];
 
 struct vw_outcomes {
@@ -31,7 +31,7 @@ struct vw_reliability {
 };
 enum vw_status vw_reliability_find(const double *values, uint32_t seed_count, uint32_t count,
                                    struct vw_reliability *reliability);
-// Rows <group>/<name> of "noise ceiling" and agreement_<group>/<name> of "outcomes".
+// Adds rows <group>/<name> of "noise ceiling" and agreement_<group>/<name> of "outcomes".
 enum vw_status vw_evaluate_reliability(const double *values, uint32_t seed_count, uint32_t count, const char *group,
                                        const char *name, struct vw_metrics *metrics);
 

@@ -28,7 +28,7 @@ struct vw_quality_mean {
 struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *results, uint32_t count,
                                           enum vw_quality quality);
 
-// The same of numbers.
+// Averages numbers in the same way.
 struct vw_quality_mean vw_samples_average(const double *samples, uint32_t count);
 
 // The mean of the differences results[i] - against[i] of trainings with the same seed. A negative difference of L1 is
@@ -41,7 +41,7 @@ struct vw_paired_difference {
 struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *results,
                                                const struct vw_retrain_result *against, uint32_t count,
                                                enum vw_quality quality);
-// The same of numbers.
+// Compares numbers in the same way.
 struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count);
 
 #endif

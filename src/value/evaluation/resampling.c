@@ -7,7 +7,7 @@
 #include "base/random.h"
 #include "value/evaluation/evaluation.h"
 
-static const uint64_t RESAMPLING_SEED = 0x626f6f74; // of no training
+static const uint64_t RESAMPLING_SEED = 0x626f6f74; // used by no training
 static const double TAIL = 0.025;
 
 uint16_t *vw_resamples_draw(uint32_t count) {
@@ -49,7 +49,7 @@ void vw_ranks_drawn(const struct vw_ordered *ordered, const uint16_t *times, uin
     }
 }
 
-// Pearson's correlation of the ranks, each as often as it was drawn. The mean of all ranks is known.
+// Correlates the ranks by Pearson, each as often as it was drawn. The mean of all ranks is known.
 double vw_spearman_drawn(const double *ranks_a, const double *ranks_b, const uint16_t *times, uint32_t count) {
     double mean = 0.5 * (count + 1), aa = 0, bb = 0, ab = 0;
     for (uint32_t i = 0; i < count; i++) {

@@ -10,10 +10,10 @@
 
 enum { VW_RESAMPLES = 1000 };
 
-// times[resample][item]: how often each of `count` items was drawn. Resample 0 is the items themselves; 1 +
+// Draws times[resample][item]: how often each of `count` items was drawn. Resample 0 is the items themselves; 1 +
 // VW_RESAMPLES in all. Owned by the caller; NULL when memory is short.
 uint16_t *vw_resamples_draw(uint32_t count);
-// A uniform number in [0,1) for item `item` of resample `resample`, of no training and no other use.
+// Draws a uniform number in [0,1) for item `item` of resample `resample`; no training and nothing else uses it.
 double vw_resampling_unit(uint32_t resample, uint32_t item);
 
 // Sets ci_low and ci_high to the middle 95 % of a statistic's VW_RESAMPLES values, which are sorted; those that are not
@@ -22,7 +22,7 @@ void vw_resampling_interval(double *resampled, double *ci_low, double *ci_high);
 
 // Ranks among the items drawn; equal ones share the mean of their ranks.
 void vw_ranks_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks);
-// Spearman's correlation over the items drawn, from their ranks. NaN where one side does not vary.
+// Computes Spearman's correlation over the items drawn, from their ranks. NaN if one side does not vary.
 double vw_spearman_drawn(const double *ranks_a, const double *ranks_b, const uint16_t *times, uint32_t count);
 
 // Adds Spearman's correlation of a and b in every resample, times `weight`, to values[1 + VW_RESAMPLES]; NaN where a

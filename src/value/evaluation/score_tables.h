@@ -23,7 +23,7 @@ struct vw_score_tables {
     bool *clean;                   // owned: by photo; NULL without ground-truth labels
     struct vw_score_table *tables; // owned: the methods that any run has, in the order in which they are found
     uint32_t count;
-    size_t capacity; // of tables
+    size_t capacity; // room for tables
 };
 
 // Scores the first `epochs` epochs of every run (burn-in among them), as if the runs had ended there. VW_ERROR_INPUT
@@ -33,10 +33,10 @@ enum vw_status vw_score_tables_make(const struct vw_value_input *runs, uint32_t 
 // Adds one of these names and has_zero, with all values NaN; NULL when memory is short.
 struct vw_score_table *vw_score_tables_add(struct vw_score_tables *tables, const struct vw_score_table *table);
 void vw_score_tables_free(struct vw_score_tables *tables);
-// NULL when no run has that method.
+// Returns NULL when no run has that method.
 const struct vw_score_table *vw_score_tables_find(const struct vw_score_tables *tables, const char *method);
 
-// The run as it was after its first `epochs` epochs.
+// Returns the run as it was after its first `epochs` epochs.
 struct vw_value_input vw_value_input_truncate(const struct vw_value_input *run, uint32_t epochs);
 
 #endif

@@ -83,7 +83,7 @@ static void add_subsets_of_size(struct vw_subsets *subsets, uint32_t size) {
     }
 }
 
-// Smaller ones first, so that both ranges are without gaps.
+// Lists smaller ones first, so that both ranges are without gaps.
 enum vw_status vw_subsets_list_all(uint32_t photo_count, uint32_t seed_count, struct vw_subsets *subsets) {
     *subsets = (struct vw_subsets){0};
     if (photo_count > VW_SUBSETS_ALL_PHOTOS_MAX)

@@ -18,8 +18,8 @@ struct vw_subset_range {
 
 struct vw_subsets {
     uint32_t count, photo_count, seed_count;
-    struct vw_subset_range halves; // of half the photos, rounded down
-    struct vw_subset_range sizes; // of random sizes; of all subsets those of 40 to 100 % of the photos, halves included
+    struct vw_subset_range halves; // half the photos, rounded down
+    struct vw_subset_range sizes; // random sizes; among all subsets those of 40 to 100 % of the photos, halves included
     uint32_t *offsets;            // owned; [count + 1]: subset i has places[offsets[i]] ... places[offsets[i + 1] - 1]
     uint32_t *places;             // owned; members of subset after subset, ascending: which of the photos
     struct vw_retrain_result *results; // owned; [subset][seed]

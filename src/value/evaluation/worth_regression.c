@@ -11,13 +11,13 @@
 
 const char vw_subset_worth_name[] = "subset_worth";
 
-static const uint64_t FOLD_SEED = 0x666f6c6473; // of no training
+static const uint64_t FOLD_SEED = 0x666f6c6473; // used by no training
 // Penalties of the players, per subset: 1e-8, 4e-8, ... 10.7 for sums; 1e-4, 2.5e-4, ... 93 for means, which few
-// subsets would fit without an error otherwise. Those of B are so many times as large; the last is no prior at all.
+// subsets would otherwise fit without an error. The ratios multiply them for B; the last leaves B without a prior.
 enum { PENALTIES = 16, RATIOS = 4, FITS = PENALTIES * RATIOS };
 static const double least_penalty[] = {1e-8, 1e-4}, penalty_factor[] = {4, 2.5}; // by form
 static const double ratios[RATIOS] = {1e-4, 1e-2, 1, 1e6};
-static const double SAME_DIRECTION = 1e-18; // of squared lengths
+static const double SAME_DIRECTION = 1e-18; // limit for squared lengths
 static const double GUARD = 1e-9;           // penalty of the size, so that a fit of subsets of one size has a solution
 
 // Columns of a subset: 1, its size, the features of the players summed as the players are, and the players, whose
@@ -36,7 +36,7 @@ struct regression {
     double *contrasts;        // [player][column]: the row of all players less that without this one
     double *unseen;           // [player]: squared length of what the contrast has outside the basis
     double *gram, *moments;   // sums over subsets: [column][column], of which the lower half counts, and [column]
-    double squares;           // of the outcomes
+    double squares;           // sum over the outcomes
     uint32_t used;            // subsets in these sums
     double *factor, *scratch; // Cholesky's; one row, also of all players
     double *pulled;           // [column]: `moments` and what pulls B to what is expected
@@ -51,7 +51,7 @@ static double photos_of(const struct vw_worth_params *params, uint32_t player) {
     return params->player_photos ? params->player_photos[player] : 1;
 }
 
-// The row of the subset whose players have `in`; scratch of the caller.
+// Makes the row of the subset whose players have `in`; scratch of the caller.
 static void make_row(const struct regression *regression, const bool *in, double *row) {
     const struct vw_worth_params *params = regression->params;
     uint32_t players = params->subsets->photo_count;
@@ -112,7 +112,7 @@ static double take_row(const struct regression *regression, double *row) {
     return fmax(product(of_players, of_players, players) - seen, 0);
 }
 
-// Gram and Schmidt, twice over for the sake of rounding. Returns the number of directions.
+// Orthonormalises by Gram and Schmidt, twice because of rounding. Returns the number of directions.
 static uint32_t find_basis(const struct regression *regression, double *basis) {
     uint32_t players = regression->params->subsets->photo_count, rank = 0;
     for (uint32_t i = 0; i < regression->outcomes.count; i++) {
@@ -133,8 +133,8 @@ static uint32_t find_basis(const struct regression *regression, double *basis) {
     return rank;
 }
 
-// Fewer subsets than players show fewer directions of the worths. The penalty is the same in every direction, so that
-// the fit in a basis of these is the fit of the players, and takes as many columns as there are subsets.
+// Chooses a basis of the subsets if there are fewer subsets than players. The penalty is the same in every direction,
+// so that the fit in this basis is the fit of the players, with as many columns as there are subsets.
 static enum vw_status choose_columns(struct regression *regression) {
     uint32_t players = regression->params->subsets->photo_count, count = regression->outcomes.count,
              all = regression->columns;
@@ -203,7 +203,7 @@ static double expected_of(const struct regression *regression, uint32_t column) 
                                                                                     : 0;
 }
 
-// Cholesky's factor of the penalised matrix, and its right-hand side. False where it is singular.
+// Computes Cholesky's factor of the penalised matrix, and its right-hand side. False if it is singular.
 static bool factorise(struct regression *regression, uint32_t fit) {
     uint32_t columns = regression->columns;
     double *factor = regression->factor;
@@ -229,7 +229,7 @@ static void solve_forward(const struct regression *regression, const double *fro
     }
 }
 
-// The coefficients of the first `columns`, which are a problem of their own with the same factor.
+// Solves for the coefficients of the first `columns`, a separate problem with the same factor.
 static void solve(const struct regression *regression, uint32_t columns, double *solution) {
     solve_forward(regression, regression->pulled, columns, solution);
     for (uint32_t i = columns; i-- > 0;) {
@@ -240,7 +240,7 @@ static void solve(const struct regression *regression, uint32_t columns, double 
     }
 }
 
-// x' (X'X + penalties)^-1 x
+// Returns x' (X'X + penalties)^-1 x.
 static double leverage(const struct regression *regression, const double *x) {
     solve_forward(regression, x, regression->columns, regression->scratch);
     return product(regression->scratch, regression->scratch, regression->columns);
@@ -248,7 +248,7 @@ static double leverage(const struct regression *regression, const double *x) {
 
 // ---- Fits of all penalties ----
 
-// Squared error of each subset outside the fold `unseen` by the fit without it.
+// Sums the squared errors of the subsets outside the fold `unseen`, each by the fit without it.
 static double left_out_error(const struct regression *regression, uint32_t unseen, const double *solution) {
     double sum = 0;
     for (uint32_t i = 0; i < regression->outcomes.count; i++) {
@@ -268,7 +268,7 @@ static void find_variances(struct regression *regression, uint32_t fit, const do
     double penalty = penalty_of(regression, fit, regression->first_player);
     for (uint32_t i = 0; i < regression->params->subsets->photo_count; i++)
         variances[i] = noise * (leverage(regression, regression->contrasts + (size_t)i * regression->columns) +
-                                regression->unseen[i] / penalty); // of which no subset tells anything
+                                regression->unseen[i] / penalty); // no subset tells anything about these
 }
 
 static void weigh_fits(struct regression *regression) {
@@ -365,7 +365,7 @@ static void take_worths(struct regression *regression, struct vw_worths *worths)
     }
 }
 
-// By the penalty of the least error, which stays what it is for all subsets.
+// Resamples with the penalty of the least error over all subsets, which is not chosen anew.
 static enum vw_status resample(struct regression *regression, struct vw_worths *worths) {
     uint32_t players = worths->photo_count, count = regression->outcomes.count, best = 0;
     uint16_t *times = vw_resamples_draw(count);
@@ -495,7 +495,7 @@ void vw_worths_free(struct vw_worths *worths) {
 
 // ---- Accuracy ----
 
-// What each subset kept has beyond its size: its outcome, and what `predicted` says. Returns their number.
+// Subtracts the effect of size from each kept subset's outcome and from `predicted`. Returns their number.
 static uint32_t take_off_size(const struct vw_worth_params *params, const struct vw_worths *worths,
                               const double *predicted, double *real, double *expected) {
     const struct vw_subsets *subsets = params->subsets;
@@ -534,7 +534,7 @@ static enum vw_status find_accuracy(const double *real, const double *expected, 
     return status;
 }
 
-// `predicted`: beyond the size, [subset].
+// Compares outcomes with `predicted`, the part beyond the size, [subset].
 static enum vw_status compare(const struct vw_worth_params *params, const struct vw_worths *worths,
                               const double *predicted, struct vw_worth_accuracy *accuracy) {
     double *real = vw_allocate(params->subsets->count, 2 * sizeof *real), *expected = real + params->subsets->count;

@@ -15,15 +15,16 @@
 
 extern const char vw_subset_worth_name[]; // "subset_worth"
 
-// What a subset's outcome is linear in. In both, a worth is what the fit loses when the player leaves all the others.
+// The form in which a subset's outcome is linear. In both, a worth is what the fit loses when the player leaves all the
+// others.
 enum vw_worth_form {
     VW_WORTH_SUM,  // size: the share s of the photos; x_i: 1 or 0, less s
-    VW_WORTH_MEAN, // of trainings of equal steps, which the members share. Size: log s, since the error falls by a
+    VW_WORTH_MEAN, // for trainings of equal steps, which the members share. Size: log s, since the error falls by a
                    // power of the number of photos; x_i: (1 or 0) / s, less 1. No subset is empty
 };
 
 struct vw_worth_params {
-    const struct vw_subsets *subsets; // of players
+    const struct vw_subsets *subsets; // subsets of players
     enum vw_quality quality;
     enum vw_worth_form form;
     const uint32_t *player_photos; // photos that each player brings; NULL: 1
@@ -42,7 +43,7 @@ struct vw_worths {
     double *resampled;        // owned; [1 + VW_RESAMPLES][player]: worths by subsets drawn anew; NULL unless asked for
     double *predicted;        // owned; [subset]: by the fit without its fold; NaN where that is unknown
     double *by_size;          // [subset]: the same from its size alone; part of `predicted`
-    double pearson, r2;       // of predicted and real outcomes
+    double pearson, r2;       // between predicted and real outcomes
     uint32_t count;           // subsets that the fit is of
 };
 
@@ -51,7 +52,7 @@ struct vw_worths {
 // and Eddy 1979). Values are the mean over penalties, intervals hold the variance within and between them (Student).
 // Predictions come from VW_WORTH_FOLDS folds, each predicted by a fit that knows nothing of it, penalties included.
 enum { VW_WORTH_FOLDS = 8 };
-// Fewer than VW_WORTH_FOLDS outcomes give no worths. Free it also after a failure.
+// Fits the worths. Fewer than VW_WORTH_FOLDS outcomes give none. Free it also after a failure.
 enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_worths *worths);
 void vw_worths_free(struct vw_worths *worths);
 
@@ -60,13 +61,13 @@ void vw_worths_free(struct vw_worths *worths);
 // interval is the middle 95 % over resampled subsets.
 struct vw_worth_accuracy {
     double spearman, ci_low, ci_high;
-    double r2; // of these parts
+    double r2; // accuracy of these parts
     uint32_t count;
-    double variance; // of what is left of the outcomes, dB^2
+    double variance; // rest of the outcomes, dB^2
 };
 enum vw_status vw_worths_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
                                   struct vw_worth_accuracy *accuracy);
-// The same of a score per player, summed as the form says, instead of the worths.
+// Returns the same for a score per player, summed as the form says, instead of the worths.
 enum vw_status vw_worths_score_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
                                         const double *scores, struct vw_worth_accuracy *accuracy);
 
