@@ -7,8 +7,8 @@
 #include <stdint.h>
 
 #include "experiment/experiment.h"
+#include "lab/evaluation/evaluation.h"
 #include "lab/method_scorers.h"
-#include "value/evaluation/evaluation.h"
 #include "viewworth/status.h"
 
 // Which scorers have removal and addition curves; VW_CURVES_GAIN: all of them, but only their point removal_low/20.

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_LAB_BENCHMARK_FILES_H
 #define VIEWWORTH_LAB_BENCHMARK_FILES_H
 
+#include "lab/evaluation/evaluation.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/methods/photo_features.h"
 #include "value/evaluation/worth_regression.h"

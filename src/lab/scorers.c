@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "experiment/seed_runs.h"
 #include "lab/baselines.h"
+#include "lab/evaluation/evaluation.h"
 #include "lab/methods/consistent_residual.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"

@@ -6,8 +6,8 @@
 
 #include "experiment/experiment.h"
 #include "experiment/retrain.h"
+#include "lab/evaluation/evaluation.h"
 #include "lab/methods/photo_features.h"
-#include "value/evaluation/evaluation.h"
 
 enum { VW_SCORERS_MAX = 256 };
 

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "base/random.h"
+#include "lab/evaluation/evaluation.h"
 #include "lab/evaluation/leave_one_out.h"
 #include "lab/scorers.h"
 #include "value/evaluation/worth_regression.h"

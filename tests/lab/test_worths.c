@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/random.h"
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/worth_regression.h"
 
 enum { PHOTOS = 10, FIRST_SEED = 7 };

@@ -8,7 +8,6 @@
 #include "experiment/sweep/sweep.h"
 #include "run/scoring.h"
 #include "value/evaluation/agreement.h"
-#include "value/evaluation/evaluation.h"
 #include "value/evaluation/pareto_front.h"
 #include "value/evaluation/score_tables.h"
 
@@ -71,50 +70,6 @@ static enum vw_status compare_seeds(const struct vw_score_tables *tables, const 
     return VW_OK;
 }
 
-// ---- Evaluation ----
-
-// The methods that have a score for every photo; others cannot be summed over halves. Owned by the caller.
-static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint32_t *count) {
-    struct vw_scorer *scorers = vw_allocate(tables->count, sizeof *scorers);
-    *count = 0;
-    for (uint32_t i = 0; i < tables->count && scorers; i++) {
-        bool complete = true;
-        for (size_t j = 0; j < (size_t)tables->run_count * tables->photo_count; j++)
-            complete &= isfinite(tables->tables[i].values[j]) != 0;
-        if (complete)
-            scorers[(*count)++] =
-                (struct vw_scorer){.name = tables->tables[i].method, .scores = tables->tables[i].values};
-    }
-    return scorers;
-}
-
-// How well the methods find corrupted photos, and predict trainings on halves. `metrics` has one entry per table.
-static enum vw_status evaluate(const struct vw_sweep_state *state, const struct vw_score_tables *tables,
-                               const char *const *ground_truths, struct vw_sweep_metrics *metrics) {
-    uint32_t count = 0;
-    struct vw_metrics evaluated = {0};
-    struct vw_scorer *scorers = list_scorers(tables, &count);
-    const struct vw_evaluation evaluation = {.photos = state->retrainer.train_views,
-                                             .ground_truths = ground_truths,
-                                             .photo_count = tables->photo_count,
-                                             .scorers = scorers,
-                                             .scorer_count = count,
-                                             .seed_count = tables->run_count};
-    enum vw_status status = scorers ? VW_OK : VW_ERROR_MEMORY;
-    if (!status && tables->clean) status = vw_evaluate_detection(&evaluation, &evaluated);
-    if (!status && state->subsets.count) status = vw_evaluate_subsets(&evaluation, &state->subsets, NULL, &evaluated);
-    for (uint32_t i = 0; i < tables->count && !status; i++) {
-        const struct vw_metric *auc = vw_metrics_find(&evaluated, "auc", "corrupted", metrics[i].method);
-        const struct vw_metric *lds = vw_metrics_find(&evaluated, "lds", "val_psnr", metrics[i].method);
-        if (auc) metrics[i].auc = auc->value;
-        if (lds)
-            metrics[i].lds = lds->value, metrics[i].lds_ci_low = lds->ci_low, metrics[i].lds_ci_high = lds->ci_high;
-    }
-    free(evaluated.rows);
-    free(scorers);
-    return status;
-}
-
 // ---- Metrics ----
 
 static struct vw_sweep_metrics begin_metric(const struct vw_sweep_state *state, uint32_t configuration) {
@@ -144,8 +99,7 @@ static struct vw_sweep_metrics begin_metric(const struct vw_sweep_state *state, 
 }
 
 static enum vw_status add_metrics(const struct vw_sweep_state *state, const struct vw_score_tables *all,
-                                  uint32_t configuration, const char *const *ground_truths, size_t *capacity,
-                                  struct vw_sweep *sweep) {
+                                  uint32_t configuration, size_t *capacity, struct vw_sweep *sweep) {
     const struct vw_score_tables *tables = &all[configuration];
     const struct vw_sweep_configurations *configurations = state->configurations;
     bool same_trainings =
@@ -167,7 +121,10 @@ static enum vw_status add_metrics(const struct vw_sweep_state *state, const stru
             status = compare_configurations(tables, table, all_pixels, &metric->all_pixels_pearson,
                                             &metric->all_pixels_spearman);
     }
-    if (!status) status = evaluate(state, tables, ground_truths, sweep->metrics + sweep->metric_count);
+    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
+    if (!status && evaluator)
+        status =
+            evaluator->evaluate(evaluator->context, &state->retrainer, tables, sweep->metrics + sweep->metric_count);
     if (!status) sweep->metric_count += tables->count;
     return status;
 }
@@ -198,13 +155,10 @@ static void mark_fronts(struct vw_sweep *sweep, const char *method) {
 enum vw_status vw_sweep_make_metrics(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     uint32_t count = state->configurations->count;
     struct vw_score_tables *all = vw_allocate(count, sizeof *all);
-    bool known = false; // score_tables.clean tells as well
-    const char **ground_truths = vw_retrainer_list_labels(&state->retrainer, &known);
     size_t capacity = 0;
-    enum vw_status status = all && ground_truths ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status = all ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count && !status; i++) status = read_tables(state, i, &all[i]);
-    for (uint32_t i = 0; i < count && !status; i++)
-        status = add_metrics(state, all, i, ground_truths, &capacity, sweep);
+    for (uint32_t i = 0; i < count && !status; i++) status = add_metrics(state, all, i, &capacity, sweep);
     for (uint32_t i = 0; i < sweep->metric_count && !status; i++) {
         bool first = true;
         for (uint32_t j = 0; j < i && first; j++)
@@ -212,7 +166,6 @@ enum vw_status vw_sweep_make_metrics(struct vw_sweep_state *state, struct vw_swe
         if (first) mark_fronts(sweep, sweep->metrics[i].method);
     }
     for (uint32_t i = 0; i < count && all; i++) vw_score_tables_free(&all[i]);
-    free(ground_truths);
     free(all);
     return status;
 }

@@ -8,7 +8,6 @@
 #include "experiment/retrain.h"
 #include "experiment/sweep/configurations.h"
 #include "run/out_lock.h"
-#include "value/evaluation/subsets.h"
 
 struct vw_sweep; // and its params: experiment/sweep/sweep.h
 struct vw_sweep_params;
@@ -35,7 +34,6 @@ struct vw_sweep_state {
     struct vw_measured_configuration measured[VW_CONFIGURATIONS_MAX];
     char configuration_ids[VW_CONFIGURATIONS_MAX][VW_HASH_HEX_BYTES];
     struct vw_sweeps *store;
-    struct vw_subsets subsets; // count 0: no trainings on halves
 };
 
 // ---- measure.c ----

@@ -14,13 +14,6 @@
 #include "run/outputs/report_folder.h"
 #include "viewworth/log.h"
 
-enum { RETRAINING_SEEDS = 2 }; // trainings of each half
-
-// Trainings on halves have other seeds than the valued runs: a shared initialisation would raise their agreement.
-static uint64_t first_evaluation_seed(const struct vw_experiment_params *common) {
-    return common->config->seed + common->seeds;
-}
-
 // ---- Opening ----
 
 // Hashes all that a configuration's measurements depend on: the base's run, which covers scene, device and shaders, and
@@ -75,10 +68,10 @@ static enum vw_status open_sweep(struct vw_sweep_state *state) {
 
 // ---- Runs ----
 
-// Estimated from the time of steps; setting up and measuring are not in it. Trainings on halves take the base's steps.
+// Estimates from the time of steps; setting up and measuring are left out.
 static void log_duration(const struct vw_sweep_state *state) {
     const struct vw_sweep_params *params = state->params;
-    uint32_t count = state->configurations->count, retrainings = params->halves * RETRAINING_SEEDS;
+    uint32_t count = state->configurations->count, retrainings = params->evaluator ? params->evaluator->trainings : 0;
     double seconds = 0, train_ms, value_ms;
     for (uint32_t i = 0; i < count; i++) {
         vw_sweep_step_ms(state, i, &train_ms, &value_ms);
@@ -87,7 +80,7 @@ static void log_duration(const struct vw_sweep_state *state) {
     vw_sweep_step_ms(state, 0, &train_ms, &value_ms);
     seconds += 1e-3 * train_ms * (double)vw_sweep_steps(state, 0) * retrainings;
     vw_log_info(
-        "tradeoff %u configurations with %u seeds each, and %u trainings on halves: about %.0f min in all, less "
+        "tradeoff %u configurations with %u seeds each, and %u trainings of subsets: about %.0f min in all, less "
         "what is done already",
         count, params->common.seeds, retrainings, ceil(seconds / 60));
 }
@@ -137,16 +130,13 @@ static enum vw_status make_configurations(struct vw_sweep_state *state) {
     return status;
 }
 
-static enum vw_status retrain_on_halves(struct vw_sweep_state *state) {
-    struct vw_retrainer *retrainer = &state->retrainer;
-    if (!state->params->halves) return VW_OK;
-    const struct vw_subsets_params params = {
-        .photo_count = retrainer->train_count, .halves = state->params->halves, .seed_count = RETRAINING_SEEDS};
-    enum vw_status status = vw_subsets_draw(&params, &state->subsets);
-    if (status) return status;
-    retrainer->planned = (uint64_t)state->subsets.count * RETRAINING_SEEDS;
-    return vw_subsets_retrain(&state->subsets, retrainer->train_views, first_evaluation_seed(&state->params->common),
-                              vw_retrain, retrainer);
+// Trainings for an evaluation have other seeds than the valued runs: a shared initialisation would raise their
+// agreement.
+static enum vw_status train_evaluator(struct vw_sweep_state *state) {
+    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
+    const struct vw_experiment_params *common = &state->params->common;
+    if (!evaluator) return VW_OK;
+    return evaluator->train(evaluator->context, &state->retrainer, common->config->seed + common->seeds);
 }
 
 // ---- Results ----
@@ -191,14 +181,15 @@ static enum vw_status write_results(struct vw_sweep_state *state, struct vw_swee
 
 static enum vw_status make(struct vw_sweep_state *state, struct vw_sweep *sweep) {
     const struct vw_experiment_params *common = &state->params->common;
-    enum vw_status status = vw_experiment_check(common, common->seeds + RETRAINING_SEEDS, true);
+    const struct vw_sweep_evaluator *evaluator = state->params->evaluator;
+    enum vw_status status = vw_experiment_check(common, common->seeds + (evaluator ? evaluator->seeds : 0), true);
     if (!status) status = vw_out_lock_take(common->out, &state->lock);
     if (!status) status = open_sweep(state);
     if (!status) status = vw_sweep_time_steps(state);
     if (status) return status;
     log_duration(state);
     status = make_configurations(state);
-    if (!status) status = retrain_on_halves(state);
+    if (!status) status = train_evaluator(state);
     if (!status) status = vw_sweep_make_metrics(state, sweep);
     return status ? status : write_results(state, sweep);
 }
@@ -213,7 +204,6 @@ enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_swe
     state->params = params;
     state->configurations = sweep->configurations;
     enum vw_status status = make(state, sweep);
-    vw_subsets_free(&state->subsets);
     vw_sweeps_close(&state->store);
     vw_retrainer_close(&state->retrainer);
     vw_session_close(&state->session);

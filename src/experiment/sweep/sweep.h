@@ -7,14 +7,27 @@
 #include <stdint.h>
 
 #include "experiment/experiment.h"
+#include "experiment/retrain.h"
 #include "experiment/sweep/configurations.h"
 #include "ledger/sweeps.h"
+#include "value/evaluation/score_tables.h"
 #include "viewworth/status.h"
 
+// An evaluation of the scores by further trainings, which a caller may add: it fills auc and lds of the metrics.
+struct vw_sweep_evaluator {
+    uint32_t seeds;     // that its trainings take, after those of the runs
+    uint32_t trainings; // of the base's steps; for the estimate of the duration
+    enum vw_status (*train)(void *context, struct vw_retrainer *retrainer, uint64_t first_seed);
+    // `metrics` has one entry per table.
+    enum vw_status (*evaluate)(void *context, const struct vw_retrainer *retrainer,
+                               const struct vw_score_tables *tables, struct vw_sweep_metrics *metrics);
+    void *context;
+};
+
 struct vw_sweep_params {
-    struct vw_experiment_params common; // seeds: of every configuration
-    uint32_t parameters;                // that are varied: bits of vw_sweep_parameters_parse(); 0: all
-    uint32_t halves; // random halves of the photos that scores are evaluated by, each trained on twice; 0: none
+    struct vw_experiment_params common;         // seeds: of every configuration
+    uint32_t parameters;                        // that are varied: bits of vw_sweep_parameters_parse(); 0: all
+    const struct vw_sweep_evaluator *evaluator; // NULL: none
 };
 
 struct vw_sweep {

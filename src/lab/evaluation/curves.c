@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/statistics.h"
-#include "value/evaluation/evaluation.h"
+#include "lab/evaluation/evaluation.h"
 #include "value/measure.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};

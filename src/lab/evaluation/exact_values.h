@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_LAB_EVALUATION_EXACT_VALUES_H
 #define VIEWWORTH_LAB_EVALUATION_EXACT_VALUES_H
 
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/outcomes.h"
 
 // What photo i is worth, from its marginal contributions v(S with i) - v(S) to the subsets S of the other N - 1 photos:

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_LAB_EVALUATION_LEAVE_ONE_OUT_H
 #define VIEWWORTH_LAB_EVALUATION_LEAVE_ONE_OUT_H
 
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/outcomes.h"
 
 struct vw_left_out {

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_LAB_EVALUATION_PHOTO_VALUES_H
 #define VIEWWORTH_LAB_EVALUATION_PHOTO_VALUES_H
 
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/outcomes.h"
 
 struct vw_photo_values {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/worth_regression.h"
 

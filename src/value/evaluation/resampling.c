@@ -5,10 +5,15 @@
 
 #include "base/memory.h"
 #include "base/random.h"
-#include "value/evaluation/evaluation.h"
 
 static const uint64_t RESAMPLING_SEED = 0x626f6f74; // used by no training
 static const double TAIL = 0.025;
+
+bool vw_all_finite(const double *values, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
 
 uint16_t *vw_resamples_draw(uint32_t count) {
     uint16_t *times = vw_allocate((1 + (size_t)VW_RESAMPLES) * count, sizeof *times);

@@ -3,12 +3,15 @@
 #ifndef VIEWWORTH_VALUE_EVALUATION_RESAMPLING_H
 #define VIEWWORTH_VALUE_EVALUATION_RESAMPLING_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/statistics.h"
 #include "ledger/retraining_store.h"
 
 enum { VW_RESAMPLES = 1000 };
+
+bool vw_all_finite(const double *values, uint32_t count);
 
 // Draws times[resample][item]: how often each of `count` items was drawn. Resample 0 is the items themselves; 1 +
 // VW_RESAMPLES in all. Owned by the caller; NULL when memory is short.

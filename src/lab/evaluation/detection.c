@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/agreement.h"
-#include "value/evaluation/evaluation.h"
 #include "value/evaluation/resampling.h"
 
 static const char clean[] = "clean";

@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "lab/evaluation/evaluation.h"
 #include "value/evaluation/outcomes.h"
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/worth_regression.h"

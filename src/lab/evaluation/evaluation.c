@@ -1,4 +1,4 @@
-#include "value/evaluation/evaluation.h"
+#include "lab/evaluation/evaluation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,6 +7,8 @@
 #include "base/memory.h"
 
 const char vw_reference_scorer[] = "dv_psnr";
+const enum vw_quality vw_truths[VW_TRUTH_COUNT] = {VW_QUALITY_VAL_PSNR, VW_QUALITY_TEST_PSNR};
+const char vw_noise_ceiling_name[] = "noise ceiling", vw_chance_name[] = "chance";
 
 enum vw_status vw_metrics_add(struct vw_metrics *metrics, const char *group, const char *name, struct vw_metric row) {
     enum vw_status status =
@@ -31,12 +33,6 @@ const struct vw_scorer *vw_find_scorer(const struct vw_evaluation *evaluation, c
     for (uint32_t i = 0; i < evaluation->scorer_count; i++)
         if (!strcmp(evaluation->scorers[i].name, name)) return &evaluation->scorers[i];
     return NULL;
-}
-
-bool vw_all_finite(const double *values, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!isfinite(values[i])) return false;
-    return true;
 }
 
 void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means) {

@@ -1,16 +1,21 @@
 // Evaluation of scorers where ground truth is known. Every vw_evaluate_ function appends rows to a list of metrics.
 // None knows how scores are made, and training is known only as a vw_retrain_function.
-#ifndef VIEWWORTH_VALUE_EVALUATION_EVALUATION_H
-#define VIEWWORTH_VALUE_EVALUATION_EVALUATION_H
+#ifndef VIEWWORTH_LAB_EVALUATION_EVALUATION_H
+#define VIEWWORTH_LAB_EVALUATION_EVALUATION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "ledger/retraining_store.h"
+#include "value/evaluation/paired_comparison.h"
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
 
 extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
+
+enum { VW_TRUTH_COUNT = 2 };
+extern const enum vw_quality vw_truths[VW_TRUTH_COUNT]; // target of scores: val_psnr and test_psnr
+extern const char vw_noise_ceiling_name[], vw_chance_name[];
 
 struct vw_scorer {
     const char *name;     // borrowed, as the scores
@@ -46,6 +51,21 @@ bool vw_all_finite(const double *values, uint32_t count);
 void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means);
 // Averages scores[valued seed][photo] into means[photo].
 void vw_mean_over_seeds(const struct vw_evaluation *evaluation, const double *scores, double *means);
+
+// ---- reliability.c ----
+
+// The reliability of values[seed][count].
+struct vw_reliability {
+    double agreement; // mean of Spearman's correlation over all pairs of seeds; NaN with one seed
+    double ceiling;   // the largest correlation with the mean of the seeds that noise permits: the square root of that
+                      // mean's reliability, which follows from the agreement by the formula of Spearman and Brown
+                      // (1910); NaN where the seeds do not agree
+};
+enum vw_status vw_reliability_find(const double *values, uint32_t seed_count, uint32_t count,
+                                   struct vw_reliability *reliability);
+// Adds rows <group>/<name> of "noise ceiling" and agreement_<group>/<name> of "outcomes".
+enum vw_status vw_evaluate_reliability(const double *values, uint32_t seed_count, uint32_t count, const char *group,
+                                       const char *name, struct vw_metrics *metrics);
 
 // ---- detection.c ----
 
