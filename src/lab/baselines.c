@@ -5,7 +5,6 @@
 
 #include "base/memory.h"
 #include "base/random.h"
-#include "lab/methods/predicted_worth.h"
 
 static const uint64_t RANDOM_BASELINE_SEED = 0x636f6e74726f6c; // plus the run's: other numbers for every valued seed
 
@@ -22,10 +21,6 @@ static void score_ground_truth(const struct vw_baseline_input *input, double *sc
         const char *ground_truth = input->scene->views[input->photos[i]].ground_truth;
         scores[i] = !ground_truth || !strcmp(ground_truth, "clean");
     }
-}
-
-static void score_prediction(const struct vw_baseline_input *input, double *scores) {
-    vw_predict_worth(input->features, input->valued, scores);
 }
 
 void vw_baseline_score(const struct vw_baseline *baseline, const struct vw_baseline_input *input, double *scores) {
@@ -48,6 +43,5 @@ const struct vw_baseline vw_baselines[] = {
     {"sfm_coverage", "its part of the places that validation photos see", NULL, VW_FEATURE_SFM_COVERAGE, 1, 0},
     {"lava", "calibrated gradient of the transport from train to validation photos, negated", NULL,
      VW_FEATURE_TRANSPORT, -1, 0},
-    {"predicted_worth", "its worth in retrainings, predicted from its features and the run", score_prediction, 0, 0, 1},
 };
 const uint32_t vw_baseline_count = VW_ARRAY_COUNT(vw_baselines);

@@ -1,5 +1,5 @@
 // A matrix of what can be told of every train photo without retraining: from the photo, its camera, the scene's points
-// and the steps of a valued run. Baselines are columns of it, and predicted worth is computed from all of them.
+// and the steps of a valued run. Baselines are columns of it.
 #ifndef VIEWWORTH_LAB_METHODS_PHOTO_FEATURES_H
 #define VIEWWORTH_LAB_METHODS_PHOTO_FEATURES_H
 
