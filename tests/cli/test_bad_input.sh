@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Broken and hostile input: each is refused with exit code 2, one line that names file and field, and no --out folder. Prints the table of
-# cases. Usage: test_bad_input.sh PROGRAM
+# cases. tests/scene and tests/fuzz refuse more in each format. Usage: test_bad_input.sh PROGRAM
 set -uo pipefail
 program=$(realpath "$1")
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -96,18 +96,8 @@ printf '{"fl_x": 8,\n "frames": [}\n' >"$scene/transforms.json"
 refused "JSON syntax error" 'transforms.json:2:[0-9]+: not valid JSON' "$scene"
 with_matrix "NaN in a matrix" ':1:[0-9]+: not valid JSON.*NaN' '[[NaN,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'
 with_matrix "1e999 in a matrix" ':1:[0-9]+: not valid JSON.*1e999' '[[1,0,0,1e999],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'
-with_matrix "1e300 as a position" 'transform_matrix.*position' '[[1,0,0,1e300],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'
 with_matrix "a matrix that is no rotation" 'transform_matrix.*not a rotation' '[[1,0.5,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]'
-with_matrix "a mirrored matrix" 'transform_matrix.*mirrored' '[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]'
-with_matrix "a matrix of zeros" 'transform_matrix' '[[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]'
-with_matrix "a matrix with too few numbers" 'transform_matrix' '[[1,0,0],[0,1,0],[0,0,1]]'
 with_keys "a focal length of 0" 'field fl_x' '"fl_x": 0,'
-with_keys "a negative focal length" 'field fl_x' '"fl_x": -8,'
-with_keys "no focal length" 'no focal length' ''
-with_keys "a focal length that is a text" 'field fl_x' '"fl_x": "8",'
-with_keys "a field of view of 180 degrees" 'field x_fov' '"x_fov": 180,'
-with_keys "a camera model that is not supported" 'camera_model' '"fl_x": 8, "camera_model": "THIN_PRISM_FISHEYE",'
-with_keys "intrinsics of another shape" 'w and h' '"fl_x": 8, "w": 9, "h": 6,'
 with_keys "a key twice" ':1:[0-9]+:.*duplicate' '"fl_x": 8, "fl_x": 9,'
 reset
 head -c 20000 /dev/zero | tr '\0' '[' >"$scene/transforms.json"
@@ -121,10 +111,6 @@ refused "JSON of 1 GB" 'transforms.json: larger than' "$scene"
 reset
 printf '\x00\xff\xfe not JSON' >"$scene/transforms.json"
 refused "bytes that are no text" 'transforms.json:1:' "$scene"
-: >"$scene/transforms.json"
-refused "an empty transforms.json" 'transforms.json:' "$scene"
-printf '{"fl_x": 8, "frames": []}' >"$scene/transforms.json"
-refused "no frames" 'field frames' "$scene"
 refused "no such scene" 'none: no such scene' "$folder/none"
 mkdir -p "$folder/empty"
 refused "an empty folder" 'empty: no scene found' "$folder/empty"
@@ -133,10 +119,6 @@ zeros() { head -c "$1" /dev/zero; }
 
 # ---- Photos ---------------------------------------------------------------------------------------------------------------
 
-reset
-rm "$scene"/images/*
-transforms '"fl_x": 8,' "${good[@]}"
-refused "all photos missing" 'no image file of its 3 frames.*images/0.png' "$scene"
 reset
 rm "$scene/images/1.png"
 mkdir "$scene/images/1.png"
@@ -149,17 +131,8 @@ reset
 : >"$scene/images/1.png"
 with_photo "a photo of 0 bytes" 'cannot open the image'
 reset
-echo 'not a photo' >"$scene/images/1.png"
-with_photo "a photo that is a text" 'cannot open the image'
-reset
 printf 'FOR4\0\0\0\x40CIMGTBHD\0\0\0\x20\x7f\xff\xff\xff\0\0\0\0\0\0\0\0' >"$scene/images/1.png"
 with_photo "an IFF in place of a photo" 'no format that is read, which are PNG, JPEG'
-{ printf '%-80s' 'SIMPLE  =                    T' 'BITPIX  =                    8' 'NAXIS   =                    2' \
-    'NAXIS1  =                -1000' 'NAXIS2  =           1000000000' END; zeros 2400; } >"$scene/images/1.png"
-with_photo "a FITS in place of a photo" 'no format that is read'
-printf 'SDPX\0\0\x08\0V1.0' >"$scene/images/1.png"
-zeros 2036 >>"$scene/images/1.png"
-with_photo "a DPX in place of a photo" 'no format that is read'
 echo 'not a photo' >"$scene/images/1.null?RES=16000x16000"
 transforms '"fl_x": 8,' "${good[0]}" "$(frame 'images/1.null?RES=16000x16000')" "${good[2]}"
 refused "a name that asks OpenImageIO for 256 megapixels" 'RES=16000x16000: cannot open.*no format that is read' "$scene"
@@ -224,25 +197,19 @@ refused "a list that names no photo of the scene" 'list:1: images/9.png' "$scene
 printf 'images/0.png\nimages/1.png\n' >"$folder/list"
 printf 'images/1.png\n' >"$folder/list2"
 refused "a photo in two lists" 'list2:1: images/1.png is in two splits' "$scene" --train "$folder/list" --val "$folder/list2"
-cp "$scene/transforms.json" "$scene/transforms_train.json"
-transforms '"fl_x": 8,' "${good[1]}"
-mv "$scene/transforms.json" "$scene/transforms_val.json"
-refused "a photo in two split files" 'transforms_val.json: frame 0 .*in two splits' "$scene"
 reset
 transforms '"fl_x": 8,' "${good[@]}"
 printf 'name,provider\nimages/0.png\n' >"$folder/list"
 refused "a providers file with a field too few" 'list:2: there must be two fields' "$scene" --providers "$folder/list"
 refused "an unknown format" 'format bundler' "$scene" --format bundler
-refused "--pool list without a TSV" 'pool list' "$scene" --pool list
 
 # ---- COLMAP and PhotoTourism: three photos of one SIMPLE_PINHOLE camera, and a point that two of them see ------------------
 
 u32() { printf "\\x$(printf %x $(($1 & 255)))\\x$(printf %x $(($1 >> 8 & 255)))\\x0\\x0"; } # below 2^16
 u64() { u32 "$1"; zeros 4; }
 real() { zeros 6; printf "\\x${1:2:2}\\x${1:0:2}"; } # by its two highest bytes
-one_real=3ff0 two_real=4000 three_real=4008 four_real=4010 eight_real=4020 nan_real=7ff8 infinite_real=7ff0 minus_one_real=bff0
+one_real=3ff0 two_real=4000 three_real=4008 four_real=4010 eight_real=4020
 huge_count='\xff\xff\xff\xff\xff\xff\xff\x7f'    # 2^63 - 1
-billion='\x00\xca\x9a\x3b\x00\x00\x00\x00'       # 10^9
 
 colmap_camera() { u32 1; u32 "${2-0}"; u64 8; u64 6; real "${1-$eight_real}"; real "$four_real"; real "$three_real"; }
 colmap_image() { # ID NAME [QUATERNION_W]
@@ -266,37 +233,15 @@ for file in cameras images points3D; do
     colmap
     truncate -s -1 "$model/$file.bin"
     in_model "$file.bin cut short by a byte" "$file.bin"
-    truncate -s 4 "$model/$file.bin"
-    in_model "$file.bin cut to 4 bytes" "$file.bin"
-    : >"$model/$file.bin"
-    in_model "$file.bin empty" "$file.bin"
-    for count in "$billion" "$huge_count"; do
-        colmap
-        printf "$count" | dd of="$model/$file.bin" conv=notrunc status=none
-        in_model "$file.bin with a count of $([[ $count == "$billion" ]] && echo 10^9 || echo 2^63-1)" "$file.bin"
-    done
-done
-for value in nan infinite minus_one; do
-    number=${value}_real
     colmap
-    { u64 1; colmap_camera "${!number}"; } >"$model/cameras.bin"
-    in_model "a focal length of ${value//_/ } in cameras.bin" 'cameras.bin'
+    printf "$huge_count" | dd of="$model/$file.bin" conv=notrunc status=none
+    in_model "$file.bin with a count of 2^63-1" "$file.bin"
 done
 colmap
-{ u64 1; colmap_camera "$eight_real" 10; } >"$model/cameras.bin"
-in_model "a camera model that is not supported" 'cameras.bin.*THIN_PRISM_FISHEYE'
-colmap
-{ u64 3; colmap_image 1 0.png "$nan_real"; colmap_image 2 1.png; colmap_image 3 2.png; } >"$model/images.bin"
-in_model "NaN in images.bin" 'images.bin'
-{ u64 3; colmap_image 1 0.png 0000; colmap_image 2 1.png; colmap_image 3 2.png; } >"$model/images.bin"
-in_model "a quaternion of zeros in images.bin" 'images.bin'
-for name in ../0.png /etc/passwd 1.png; do
+for name in ../0.png /etc/passwd; do
     { u64 3; colmap_image 1 "$name"; colmap_image 2 1.png; colmap_image 3 2.png; } >"$model/images.bin"
-    in_model "$([[ $name == 1.png ]] && echo 'a name twice' || echo "the name $name") in images.bin" 'images.bin'
+    in_model "the name $name in images.bin" 'images.bin'
 done
-colmap
-{ u64 1; colmap_point "$nan_real"; } >"$model/points3D.bin"
-in_model "NaN in points3D.bin" 'points3D.bin'
 colmap
 rm "$model/images.bin"
 refused "a model without images" 'sparse/0: .*images' "$scene"
@@ -314,12 +259,8 @@ tsv() { # a fresh PhotoTourism folder with this TSV
 }
 tsv 'filename\tid\tsplit\n0.png\t1\ttrain\n1.png\t2\tval\n'
 refused "a TSV with an unknown split" 'splits.tsv:3: field split' "$scene"
-tsv 'filename\tid\tsplit\n0.png\t1\ttrain\n0.png\t2\ttest\n'
-refused "a TSV with a photo in two splits" 'splits.tsv:3: 0.png is in two splits' "$scene"
 tsv 'filename\tid\tsplit\n../0.png\t1\ttrain\n'
 refused "a TSV with a name with .." 'splits.tsv:2: field filename' "$scene"
-tsv 'filename\tid\tsplit\n0.png\ttrain\n'
-refused "a TSV with a field too few" 'splits.tsv:2: 2 fields' "$scene"
 
 # ---- Recipes --------------------------------------------------------------------------------------------------------------
 
@@ -328,7 +269,6 @@ recipe() { # CASE PATTERN SED_EXPRESSION: the recipe clean.json, changed
     refused "$1" "recipe.json.*($2)" "$folder/recipe.json"
 }
 recipe "a recipe of 10^9 pixels a side" 'width_px' 's/"width_px": *[0-9]+/"width_px": 1000000000/'
-recipe "a recipe of 10^9 cameras" 'count' 's/"count": *[0-9]+/"count": 1000000000/'
 recipe "a recipe of 4096 cameras of 4096 x 4096 pixels" 'pixels' \
     's/"count": *[0-9]+/"count": 4096/; s/"(width|height)_px": *[0-9]+/"\1_px": 4096/g'
 recipe "a recipe with an unknown key" 'unknown key' 's/"width_px"/"width_pixels"/'

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Many valuations from one file: what they leave, at once or one after another, after a kill and an interrupt, and beside one that fails;
 # and what their merged ledger has in common with that of the same commands given by hand. Takes the program's path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 rays=16
@@ -83,11 +84,6 @@ heads many >"$folder/heads"
 check "a failed job is tried again, the others are kept" run batch jobs.json many
 check "and now all are done" test "$(states many)" = done,done,done,done,done
 check "those that were are as they were" test -z "$(comm -23 "$folder/heads" <(heads many))"
-jobs_file jobs.json 3 ', {"name": "none", "scene": "a.json", "seeds": [5]}'
-check "a job with more epochs is extended" run batch jobs.json many --per-device 2
-check "as the file says" test "$(query many/b/seed-1 'SELECT max(step) FROM step')" = 30
-check "and has another canonical dump" eval '! same_dump many single >/dev/null'
-
 steps() { # steps OUT: of the one of its first two jobs that has fewer
     local seed count least=
     for seed in 0 1; do
@@ -115,7 +111,7 @@ stop() {
 }
 jobs_file short.json 2
 rays=1024 # slow enough to be stopped in between
-jobs_file long.json 50
+jobs_file long.json 30
 check "a batch is killed" stop KILL stopped 20
 free_locks() { # free_locks OUT: nobody writes into a job's folder any more
     local lock i
@@ -133,7 +129,7 @@ check "is resumed, and interrupted" stop INT stopped $(($(steps stopped) + 20))
 check "says what was stopped" grep -q '^stopped: [ab]/seed-[01]$' "$folder/stderr"
 check "whose ledgers say so" test "$(query stopped/a/seed-0 "SELECT status IN ('interrupted', 'finished') FROM run")" = 1
 check "is resumed, and ends" run batch long.json stopped --per-device 2
-check "the same without interruption, one after another" by_hand whole 50
+check "the same without interruption, one after another" by_hand whole 30
 check "has the same canonical dump" same_dump stopped whole
 
 rays=16
@@ -184,8 +180,6 @@ check "the whole batch then only merges" eval 'run batch short.json array && ! g
 check "so does one whose file is named otherwise" eval '(cd "$folder" && run "$program" batch short.json --out array --merge-only) &&
     [[ $(states array) = done,done,done,done ]]'
 check "to the same canonical dump" same_dump array single
-check "where ends of processes are ignored" run env --ignore-signal=CHLD timeout --signal=KILL 100 "$program" batch "$folder/short.json" \
-    --out "$folder/unheard" --devices llvmpipe --job 1
 check "a job that there is not" fails 2 '--job 5: there are 4 jobs' batch short.json array --job 5
 
 # ---- What is refused -----------------------------------------------------------------------------------------------------------

@@ -58,16 +58,15 @@ without() {
     sed -i -E "/^ *X\([0-9]+, $upper, /d; s/^VW_SPECIALIZATION\(VW_DECLARE_CONSTANT\)/&\nconst uint $upper = 0u;/" "$folder/interface.h"
 }
 
-# Values of the other constants: validation with all other effects off, training with all of them on; with --full also the other way round.
+# Values of the other constants: training with all other effects on; with --full also without them, and both for validation.
 settings_for() {
     local others="" other id
     for other in "${effects[@]}"; do
         id=$(constant_of "$other")
         [[ -n $id && $other != "$1" ]] && others+=" $id:1"
     done
-    echo "6:0"
     echo "6:1$others"
-    [[ -z ${VIEWWORTH_FULL:-} ]] || printf '%s\n' "6:1" "6:0$others"
+    [[ -z ${VIEWWORTH_FULL:-} ]] || printf '%s\n' "6:1" "6:0" "6:0$others"
 }
 
 # compiled SHADER: the shader as it is, compiled once for all effects: leaves $whole.spv and $whole.txt.

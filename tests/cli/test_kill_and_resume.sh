@@ -31,7 +31,8 @@ contents() {
     local file
     (
         cd "$folder/$1" || exit
-        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv -exec sha256sum {} + | sort -k2
+        find . -type f ! -name '*.db' ! -name 'checkpoint_*' ! -name '*.html' ! -name tradeoff.csv \
+            ! -name SHA256SUMS -exec sha256sum {} + | sort -k2
     )
     for file in $(ledgers "$1"); do rows "$(dirname "${file#"$folder"/}")" | sed "s|^|${file#"$folder/$1"} |"; done
     [[ ! -e $folder/$1/tradeoff.db ]] || sqlite3 "$folder/$1/tradeoff.db" "SELECT configuration, method, steps, val_psnr, seed_pearson,
@@ -119,19 +120,20 @@ resumes() {
 }
 
 resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects occupancy
-signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"
-if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then # test_checkpoint and test_until_stable.sh say most of it
-    resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
-    resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
-fi
-together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
 signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
 devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
     --views 1 "${tiny_field[@]}"
-together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs --halves 0 "${tiny_field[@]}"
+# The other commands stop and resume as these do.
+if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then
+    signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"
+    resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
+    resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
+    together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
+    together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs --halves 0 "${tiny_field[@]}"
+fi
 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.
-if is_chosen budget; then
+if [[ -n ${VIEWWORTH_FULL:-} || " ${chosen[*]} " == *" budget "* ]]; then
     own=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
     words=(value "$scene" --resume --budget 10s --epochs 60 "${own[@]}")
     check "budget: is killed" stop KILL budget 37

@@ -31,6 +31,8 @@ check "it was SwiftShader" grep -q SwiftShader "$folder/stderr"
 check "no step is not finite" test "$(rows second "select count(*) from step where nonfinite")" = 0
 check "the same PSNR at the end" psnr_is_near
 check "the same scores" scores_are_near
-check "and again" run value_second again
-check "bit for bit" same_rows "select step, quote(train_loss), quote(val_psnr) from step order by step"
+if [[ -n ${VIEWWORTH_FULL:-} ]]; then
+    check "and again" run value_second again
+    check "bit for bit" same_rows "select step, quote(train_loss), quote(val_psnr) from step order by step"
+fi
 conclude

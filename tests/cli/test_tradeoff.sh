@@ -85,11 +85,6 @@ check "8 halves, each twice, with seeds of their own" test "$(sqlite3 "$folder/w
 check "LDS lies in its interval" test "$(ask whole 'SELECT count(*) FROM metric WHERE lds < lds_ci_low OR lds > lds_ci_high')" = 0
 check "LDS is there" test -n "$(metric base lds)"
 
-check "a smaller sweep on two devices" on_two_devices tiny sweep spread --parameters epochs --halves 8
-rows_of() { ask "$1" "SELECT configuration, method, steps, val_psnr, seed_pearson, agreement_spearman, auc, lds, lds_ci_low FROM metric
-    WHERE configuration = 'base' OR configuration LIKE 'epochs-%' ORDER BY configuration, method"; }
-check "has the same rows but for times" test -n "$(rows_of spread)" -a "$(rows_of spread)" = "$(rows_of whole)"
-
 placed=(--parameters importance-samples,learning-rate-decay --halves 0 --effects occupancy --epochs 2)
 check "placed samples are tried without occupancy" sweep placed "${placed[@]}"
 check "all of them" test -d "$folder/placed/configurations/importance-samples-8" -a -d "$folder/placed/configurations/importance-samples-32"

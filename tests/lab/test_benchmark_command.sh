@@ -55,8 +55,6 @@ check "leaving one out has seeds of its own" test "$(ask whole 'SELECT min(seed)
 check "a benchmark of five trainings at a time" benchmark together --subsets 8 --leave-one-out --together 5
 check "has the same bytes" cmp "$folder/whole/benchmark.csv" "$folder/together/benchmark.csv"
 check "of features, too" cmp "$folder/whole/photo_features.csv" "$folder/together/photo_features.csv"
-check "a benchmark on two devices" on_two_devices tiny benchmark spread --subsets 8 --leave-one-out
-check "too" cmp "$folder/whole/benchmark.csv" "$folder/spread/benchmark.csv"
 
 # ---- Resuming and reusing ----
 
