@@ -2,9 +2,6 @@
 // with openat2 and with the walk from part to part that replaces it on other kernels.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -139,8 +136,7 @@ static void files_of_scenes_may_have_links_that_stay(void **state) {
     const char *inside = temporary_path(*state, "a/near"), *other = temporary_path(outside, "secret/file");
     ASSERT_OK(vw_scene_file_check(*state, inside));
     ASSERT_OK(vw_scene_file_check(NULL, other));
-    assert_int_equal(vw_scene_file_check(*state, other), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "is not in the scene folder"));
+    ASSERT_FAILS(vw_scene_file_check(*state, other), VW_ERROR_INPUT, "is not in the scene folder");
     assert_int_equal(vw_scene_file_check(*state, temporary_path(*state, "link")), VW_ERROR_INPUT);
     // A folder whose name begins as this one's is another folder.
     char *longer = malloc(strlen(*state) + 2);

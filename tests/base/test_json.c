@@ -1,9 +1,6 @@
 // Building JSON: a failure anywhere leaves NULL at the end.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 #include "base/json.h"
 
 static void assert_json(json_t *value, const char *expected) {

@@ -2,10 +2,6 @@
 // measured. VIEWWORTH_PARSER_BYTES=N measures files of N bytes.
 #include "support/cmocka_test.h"
 
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>

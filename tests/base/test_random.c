@@ -1,11 +1,6 @@
 // Philox4x32-10 against the known-answer vectors published with Random123, and what is made from its words.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-
-#include <stdbool.h>
-#include <string.h>
-
 #include "base/random.h"
 
 static void assert_words(const uint32_t words[4], uint32_t a, uint32_t b, uint32_t c, uint32_t d) {

@@ -1,9 +1,6 @@
 // Medians, quantiles, spreads and correlations of numbers worked out by hand.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-
 #include "base/statistics.h"
 
 static void assert_real(double value, double expected) {

@@ -2,9 +2,6 @@
 // wrap: reallocarray
 #include "support/cmocka_test.h"
 
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/csv.h"

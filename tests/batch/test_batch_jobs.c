@@ -1,10 +1,6 @@
 // JOBS.json: the words that it gives each job, and what is refused.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "batch/job_record.h"
 #include "batch/jobs.h"
@@ -131,8 +127,7 @@ TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
     snprintf(text + used, sizeof text - (size_t)used,
              "], \"jobs\": [{\"name\": \"a\", \"scene\": \"a\"},"
              " {\"name\": \"b\", \"scene\": \"b\", \"seeds\": [0]}]}");
-    assert_int_equal(load(text, &jobs), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "jobs: more than 4096 valuations"));
+    ASSERT_FAILS(load(text, &jobs), VW_ERROR_INPUT, "jobs: more than 4096 valuations");
     vw_jobs_free(&jobs);
 }
 

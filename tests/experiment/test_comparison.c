@@ -1,10 +1,6 @@
 // Paired comparison: cases with known means, errors and intervals.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
 #include "experiment/comparison_data.h"
 #include "value/evaluation/paired_comparison.h"
 

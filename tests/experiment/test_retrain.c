@@ -1,10 +1,6 @@
 // Retrainings on some photos: at equal steps or equal epochs, measured at the end or over the ends of several epochs.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "experiment/retrain.h"
 #include "support/temporary_folder.h"

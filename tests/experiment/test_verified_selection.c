@@ -2,11 +2,6 @@
 // which list, and which photos judge it.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"

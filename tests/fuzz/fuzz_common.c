@@ -1,10 +1,6 @@
 #include "fuzz/fuzz.h"
 
 #include <jansson.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/file.h"
 #include "base/hash.h"

@@ -3,8 +3,6 @@
 #include "support/cmocka_test.h"
 
 #include <dirent.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "base/file.h"
 #include "fuzz/fuzz.h"

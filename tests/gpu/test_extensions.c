@@ -1,9 +1,6 @@
 // Which extensions are enabled, by lists as loaders and drivers of other systems offer them.
 #include "support/cmocka_test.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "gpu/extensions.h"
 #include "gpu/limits.h"
 #include "gpu/pipeline_statistics.h"

@@ -1,11 +1,6 @@
 // Devices, limits, buffers and passes.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/result.h"
 #include "support/gpu_fixture.h"
@@ -29,12 +24,6 @@ struct scale_push {
     uint32_t count;
     uint32_t factor;
 };
-
-static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
-    if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
-    if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
-    assert_null(strchr(vw_error_message(), '\n'));
-}
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
@@ -99,7 +88,7 @@ TEST(an_unknown_device_lists_what_there_is) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices); i++) {
         struct vw_gpu *gpu = NULL;
         enum vw_status status = vw_gpu_open(&(struct vw_gpu_params){.device = choices[i]}, &gpu);
-        assert_fails(status, VW_ERROR_NO_DEVICE, vw_gpu_get_info(test_gpu())->name);
+        ASSERT_FAILS(status, VW_ERROR_NO_DEVICE, vw_gpu_get_info(test_gpu())->name);
         assert_null(gpu);
     }
 }
@@ -114,7 +103,7 @@ TEST(no_driver_is_no_device) {
     if (kept) setenv("VK_DRIVER_FILES", kept, 1);
     else unsetenv("VK_DRIVER_FILES");
     free(kept);
-    assert_fails(status, VW_ERROR_NO_DEVICE, "install");
+    ASSERT_FAILS(status, VW_ERROR_NO_DEVICE, "install");
 }
 
 TEST(a_clamp_only_lowers) {
@@ -133,12 +122,12 @@ TEST(a_clamp_only_lowers) {
 }
 
 TEST(messages_tell_memory_from_loss) {
-    assert_fails(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
+    ASSERT_FAILS(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
                  "buffer rays: out of host memory");
-    assert_fails(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
-    assert_fails(vw_gpu_fail(-4, "vkQueueSubmit", "batch"), VW_ERROR_DEVICE_LOST, "run again");
-    assert_fails(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
-    assert_fails(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE,
+    ASSERT_FAILS(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
+    ASSERT_FAILS(vw_gpu_fail(-4, "vkQueueSubmit", "batch"), VW_ERROR_DEVICE_LOST, "run again");
+    ASSERT_FAILS(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
+    ASSERT_FAILS(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE,
                  "a card: vkCreateDevice failed with VkResult -3");
 }
 
@@ -155,11 +144,11 @@ TEST(a_validation_complaint_fails_submit_and_close) {
                              &pass));
     ASSERT_OK(vw_submission_create(gpu, &batch));
     vw_submission_begin(batch);
-    assert_fails(vw_submission_submit(batch), VW_ERROR_DEVICE, "validation complained");
+    ASSERT_FAILS(vw_submission_submit(batch), VW_ERROR_DEVICE, "validation complained");
     vw_submission_destroy(&batch);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&value);
-    assert_fails(vw_gpu_close(&gpu), VW_ERROR_DEVICE, "validation complained");
+    ASSERT_FAILS(vw_gpu_close(&gpu), VW_ERROR_DEVICE, "validation complained");
     assert_null(gpu);
 }
 
@@ -190,8 +179,8 @@ TEST(write_and_read_cross_the_staging_buffer) {
     ASSERT_OK(vw_buffer_write(buffer, 3, there, size));
     ASSERT_OK(vw_buffer_read(buffer, 3, back, size));
     assert_memory_equal(there, back, size);
-    assert_fails(vw_buffer_write(buffer, 4, there, size), VW_ERROR_DEVICE, "buffer large");
-    assert_fails(vw_buffer_read(buffer, UINT64_MAX, back, 4), VW_ERROR_DEVICE, "buffer large");
+    ASSERT_FAILS(vw_buffer_write(buffer, 4, there, size), VW_ERROR_DEVICE, "buffer large");
+    ASSERT_FAILS(vw_buffer_read(buffer, UINT64_MAX, back, 4), VW_ERROR_DEVICE, "buffer large");
     free(there);
     free(back);
     vw_buffer_destroy(&buffer);
@@ -203,10 +192,10 @@ TEST(a_huge_buffer_is_out_of_memory) {
     const uint64_t sizes[] = {largest + 1, UINT64_MAX};
     for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
         const struct vw_buffer_params params = {.name = "huge", .size_bytes = sizes[i]};
-        assert_fails(vw_buffer_create(test_gpu(), &params, &buffer), VW_ERROR_MEMORY, "buffer huge");
+        ASSERT_FAILS(vw_buffer_create(test_gpu(), &params, &buffer), VW_ERROR_MEMORY, "buffer huge");
         assert_null(buffer);
     }
-    assert_fails(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = "none"}, &buffer), VW_ERROR_DEVICE,
+    ASSERT_FAILS(vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = "none"}, &buffer), VW_ERROR_DEVICE,
                  "buffer none");
 }
 
@@ -313,7 +302,7 @@ TEST(a_buffer_beyond_one_binding_works_in_windows) {
     }
     vw_pass_destroy(&pass);
     bindings[0].size_bytes = 0;
-    assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
+    ASSERT_FAILS(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
     assert_null(pass);
     vw_buffer_destroy(&buffer);
     ASSERT_OK(vw_gpu_close(&gpu));
@@ -354,7 +343,7 @@ TEST(refusals_name_pass_and_slot) {
         struct vw_pass *pass = NULL;
         const struct vw_pass_params params = {
             .shader = cases[i].shader, .bindings = cases[i].bindings, .binding_count = 2};
-        assert_fails(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, cases[i].part);
+        ASSERT_FAILS(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, cases[i].part);
         assert_null(pass);
     }
     vw_buffer_destroy(&buffer);
@@ -374,7 +363,7 @@ TEST(specialised_sizes_are_held_to_the_limits) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_pass *pass = NULL;
-        assert_fails(vw_pass_create(test_gpu(),
+        ASSERT_FAILS(vw_pass_create(test_gpu(),
                                     &(struct vw_pass_params){.shader = &sum_windows,
                                                              .specialization = cases[i].specialization,
                                                              .specialization_count = 2,
@@ -401,7 +390,7 @@ TEST(optional_features_are_refused_where_clamped) {
                                                     .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}},
                            &pass);
         if (clamped) {
-            assert_fails(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
+            ASSERT_FAILS(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
         } else {
             ASSERT_OK(status);
             uint64_t count = 0;
@@ -424,7 +413,7 @@ TEST(broken_spirv_is_refused) {
                                         {"endless", endless, sizeof endless}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(shaders); i++) {
         struct vw_pass *pass = NULL;
-        assert_fails(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass),
+        ASSERT_FAILS(vw_pass_create(test_gpu(), &(struct vw_pass_params){.shader = &shaders[i]}, &pass),
                      VW_ERROR_DEVICE, shaders[i].name);
     }
 }

@@ -1,10 +1,6 @@
 // Batches: derived barriers, folding, copies, order, sticky failures, timers.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/hazard.h"
 #include "support/gpu_fixture.h"
@@ -27,11 +23,6 @@ struct scale_push {
     uint32_t count;
     uint32_t factor;
 };
-
-static void assert_fails(enum vw_status status, enum vw_status expected, const char *part) {
-    if (status != expected) fail_msg("status %d, expected %d: %s", status, expected, vw_error_message());
-    if (!strstr(vw_error_message(), part)) fail_msg("\"%s\" is not in: %s", part, vw_error_message());
-}
 
 // Three buffers a, b, c, where a[i] = i + 1, and passes between them.
 struct bench {
@@ -302,7 +293,7 @@ TEST(a_fold_covers_every_workgroup_beyond_the_clamp) {
     vw_submission_begin(bench.batch);
     vw_submission_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
                            VALUES + 1);
-    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
+    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
     close_bench(&bench);
     ASSERT_OK(vw_gpu_close(&gpu));
 }
@@ -362,11 +353,11 @@ TEST(listed_workgroups_out_of_place_are_refused) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
         vw_submission_begin(bench.batch);
         dispatch_listed(&bench, bench.a_to_b, bench.c, wrong[i].offset_bytes);
-        assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
+        ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
     }
     vw_submission_begin(bench.batch);
     vw_submission_dispatch_indirect(bench.batch, bench.a_to_b, NULL, 0, bench.c, 0);
-    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
+    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
     close_bench(&bench);
 }
 
@@ -387,13 +378,13 @@ TEST(the_first_failure_sticks_until_submit) {
     vw_submission_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
     vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
     scale(bench.batch, bench.a_to_b, 3);
-    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE,
+    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE,
                  "pass scale_values: 4 push constant bytes given, the shader has 8");
     assert_values(bench.b, 0);
 
     vw_submission_begin(bench.batch);
     vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
-    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
+    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
 
     vw_submission_begin(bench.batch); // begin forgives
     scale(bench.batch, bench.a_to_b, 3);
@@ -406,15 +397,15 @@ TEST(one_batch_records_at_a_time) {
     struct bench bench = open_bench(test_gpu());
     struct vw_submission *second = NULL;
     ASSERT_OK(vw_submission_create(test_gpu(), &second));
-    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE, "vw_submission_begin"); // never begun
+    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "vw_submission_begin"); // never begun
     vw_submission_begin(bench.batch);
     vw_submission_begin(second);
     scale(second, bench.a_to_b, 2);
-    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE, "one batch at a time");
+    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "one batch at a time");
     scale(bench.batch, bench.a_to_b, 3);
     ASSERT_OK(vw_submission_submit(bench.batch));
     vw_submission_begin(bench.batch);
-    assert_fails(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
+    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
     ASSERT_OK(vw_submission_wait(bench.batch));
     vw_submission_begin(second);
     vw_submission_destroy(&second); // an abandoned recording makes room
@@ -473,7 +464,7 @@ TEST(a_limit_that_is_no_time_is_refused) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(limits); i++) {
         struct vw_gpu *gpu = NULL;
         assert_int_equal(setenv(LIMIT_NAME, limits[i], 1), 0);
-        assert_fails(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu), VW_ERROR_USAGE, LIMIT_NAME);
+        ASSERT_FAILS(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu), VW_ERROR_USAGE, LIMIT_NAME);
         assert_null(gpu);
     }
     unsetenv(LIMIT_NAME);
@@ -503,12 +494,12 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
     vw_submission_dispatch(batch, pass, &push, sizeof push, INVOCATIONS);
     ASSERT_OK(vw_submission_submit(batch));
     double started_s = vw_now_s();
-    assert_fails(vw_submission_wait(batch), VW_ERROR_DEVICE_LOST,
+    ASSERT_FAILS(vw_submission_wait(batch), VW_ERROR_DEVICE_LOST,
                  "did not finish a batch of 1 commands in 0.002 s; if it only is slow");
     vw_submission_begin(second);
-    assert_fails(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
+    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
     uint32_t word;
-    assert_fails(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
+    ASSERT_FAILS(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
     vw_submission_destroy(&batch);
     vw_submission_destroy(&second);
     vw_pass_destroy(&pass);

@@ -2,10 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include <dirent.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/file.h"
 #include "support/temporary_folder.h"

@@ -2,10 +2,6 @@
 // gradients by the field against finite differences of what the device gives, and that they are added to the step's.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"

@@ -2,10 +2,6 @@
 // gradient against finite differences. What its code does to a field is held against the same weights without it.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/encoder_check.h"
 #include "support/full.h"

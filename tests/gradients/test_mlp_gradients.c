@@ -3,10 +3,6 @@
 // of the reference's loss is held against the device's gradients by finite differences.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "reference/mlp_field.h"
 #include "reference/step_bench.h"

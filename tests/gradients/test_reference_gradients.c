@@ -5,11 +5,6 @@
 // changing sign) is no derivative. Such a parameter is skipped; at most one in ten may be.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/random.h"
 #include "detect/decide.h"

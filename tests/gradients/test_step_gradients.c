@@ -3,10 +3,6 @@
 // nowhere between them.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"

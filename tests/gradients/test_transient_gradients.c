@@ -2,10 +2,6 @@
 // forward and back. Gradients are held against finite differences of the reference's loss, which is in double.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "reference/step_bench.h"
 #include "reference/transient.h"

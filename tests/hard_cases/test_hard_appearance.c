@@ -2,10 +2,6 @@
 // validation photos that are flat or hold a single usable pixel; and gains of 0 and beyond the floats.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/gpu_fixture.h"

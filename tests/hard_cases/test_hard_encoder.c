@@ -2,10 +2,6 @@
 // that are dead, or beyond the floats.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/encoder_check.h"
 #include "support/hard_run.h"

@@ -2,10 +2,6 @@
 // every number on the way is exact, what is stored must be the half that the reference names, to the bit.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"

@@ -2,10 +2,6 @@
 // whole steps and renderings with them, held against the reference at the places that the device listed.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/hard_step.h"
 #include "train/fields/mlp.h"

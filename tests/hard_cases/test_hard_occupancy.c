@@ -3,10 +3,6 @@
 // samples (which check_occupancy.c evaluates).
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/hard_step.h"
 

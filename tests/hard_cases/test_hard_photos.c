@@ -3,12 +3,6 @@
 // their last validation.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/image.h"

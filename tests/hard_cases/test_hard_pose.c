@@ -2,10 +2,6 @@
 // are never visited or wholly masked, and losses beyond the floats.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "kernels/check.h"
 #include "reference/pose.h"

@@ -3,10 +3,6 @@
 // step and a rendering with these rays.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "scene/lens_mask.h"
 #include "support/box_geometry.h"

@@ -2,10 +2,6 @@
 // do not count, the axes, and as many rays as a step may have. Whole steps held against the reference.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/hard_step.h"
 

@@ -2,11 +2,6 @@
 // on the device and are multiples of 2^-24, so that integers give the exact sum.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/psnr.h"
 #include "generate_errors.h"

@@ -3,11 +3,6 @@
 // device's own gradients where those are not the point.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/hard_run.h"

@@ -4,10 +4,6 @@
 #include "support/cmocka_test.h"
 #include "train/fields/hash.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"

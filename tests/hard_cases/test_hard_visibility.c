@@ -2,10 +2,6 @@
 // step numbers past 2^31, and photos of one pixel.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/hard_run.h"
 #include "support/hard_step.h"

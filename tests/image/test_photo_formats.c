@@ -1,9 +1,6 @@
 // Which files are photos: their first bytes decide, never their names; and how large the photos of a scene may be.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/file.h"
@@ -142,8 +139,8 @@ FOLDER_TEST(a_file_too_large_to_exist_is_refused) {
     struct vw_image_header header;
     const char *path = temporary_file(*state, "sparse.ppm", "P6\n1 1\n255\nabc");
     assert_int_equal(truncate(path, ((off_t)1 << 32) + 1), 0);
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "larger than the limit of 4294967296 bytes"));
+    ASSERT_FAILS(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_ERROR_INPUT,
+                 "larger than the limit of 4294967296 bytes");
 }
 
 static int start_decoder(void **state) {

@@ -2,11 +2,6 @@
 // separably.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "image/ssim.h"
 
 enum { WIDTH = 24, HEIGHT = 17, VALUES = 3 * WIDTH * HEIGHT };

@@ -2,9 +2,6 @@
 // walls, and the density's maximum.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "kernels/check.h"
 

@@ -1,8 +1,6 @@
 #include "kernels/check.h"
 #include "support/cmocka_test.h"
 
-#include <math.h>
-
 const char *const input_kind_names[INPUT_KINDS] = {"ordinary",      "large",    "tiny",      "zero",
                                                    "negative zero", "denormal", "saturating"};
 

@@ -2,10 +2,6 @@
 // where they go. On benches without the effect there is nothing to check.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "kernels/check.h"
 

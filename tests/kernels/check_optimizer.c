@@ -1,9 +1,6 @@
 // update_grid and update_weights against the reference, on hand-made gradients and moments.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/check.h"

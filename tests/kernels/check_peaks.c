@@ -1,9 +1,6 @@
 // copy_memory and multiply_registers: a peak that did less work than it is said to would flatter the device.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"

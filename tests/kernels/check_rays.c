@@ -1,10 +1,6 @@
 // generate_rays against the reference's line through the pixel, straight from the view in double.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/check.h"

@@ -1,10 +1,6 @@
 // trace_recipe against the reference, on random scenes of every shape and texture.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"

@@ -1,10 +1,6 @@
 // reduce_views and reduce_loss against the reference: sums good to 2^-40.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"

@@ -2,10 +2,6 @@
 // group by group, their sum, and the step of a photo's code.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "kernels/check.h"
 

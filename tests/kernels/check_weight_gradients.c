@@ -2,10 +2,6 @@
 #include "support/cmocka_test.h"
 #include "train/fields/hash.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/check.h"

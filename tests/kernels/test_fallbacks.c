@@ -1,9 +1,6 @@
 // Devices differ in limits, not in results: on one device every fallback gives the same bits after three whole steps.
 #include "support/cmocka_test.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "reference/step_bench.h"

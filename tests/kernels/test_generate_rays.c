@@ -2,10 +2,6 @@
 // axes and in faces; lenses that bend much.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "kernels/check.h"
 

@@ -1,12 +1,6 @@
 // generate_rays on the lenses and the depth ranges that COLMAP scenes bring, against vw_camera_project() in double.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "gpu/compute.h"

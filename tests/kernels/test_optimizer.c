@@ -1,10 +1,6 @@
 // Decision 4 in update_grid and update_weights: what lazy Adam promises of silent entries, and that params stay finite.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/check.h"

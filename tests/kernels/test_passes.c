@@ -4,9 +4,6 @@
 // forms get every second case. test_passes NAME gives one pass all of them.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "gpu/compute.h"

@@ -2,11 +2,6 @@
 // must be right as well when only the last bits of a few pixels change (decision 5). And sums of any number of losses.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/psnr.h"
 #include "kernels/check.h"

@@ -1,10 +1,6 @@
 // Decision 3 in scatter_grid: sums of fixed-point gradients are exact and never wrap, with either kind of atomics.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/check.h"

@@ -2,13 +2,6 @@
 // noise of a known size for every training.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/random.h"
 #include "lab/evaluation/evaluation.h"
 #include "lab/evaluation/leave_one_out.h"

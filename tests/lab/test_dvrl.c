@@ -1,9 +1,6 @@
 // DVRL: the gradient of its network, and what it selects where features tell which photos harm.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-
 #include "lab/methods/value_network.h"
 
 enum { PHOTOS = 20, FEATURES = 3, EPOCHS = 30 };

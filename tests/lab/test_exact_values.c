@@ -1,10 +1,6 @@
 // Exact values of games whose Shapley and Banzhaf values are known: additive, majority and glove games.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
 #include "lab/evaluation/exact_values.h"
 
 enum { SEEDS = 2, FIRST_SEED = 3, PHOTOS_MAX = 5 };

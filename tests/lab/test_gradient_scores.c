@@ -1,11 +1,6 @@
 // Scores from gradients of a run that a folder holds: sums over its steps, the same on a repeat, and what is refused.
 #include "support/ledger_chain.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/statistics.h"
 #include "lab/methods/gradient_scores.h"
 #include "run/session.h"
@@ -144,8 +139,7 @@ TEST(what_cannot_be_replayed_is_refused) {
     double values[PHOTOS];
     double *scores[VW_GRADIENT_METHODS] = {[VW_GRADIENT_INFLUENCE] = values};
     struct vw_gradient_scores_params params = params_of(fixture, "begun");
-    assert_int_equal(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "not finished"));
+    ASSERT_FAILS(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_USAGE, "not finished");
     params = params_of(fixture, "whole");
     params.interrupt.requested = stop;
     assert_int_equal(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_INTERRUPTED);
@@ -154,8 +148,7 @@ TEST(what_cannot_be_replayed_is_refused) {
     ASSERT_OK(
         vw_session_open(&(struct vw_session_params){.scene = {.path = VW_SOURCE_FOLDER "/scenes/eight.json"}}, &other));
     params.scene = other.scene;
-    assert_int_equal(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "another scene"));
+    ASSERT_FAILS(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_USAGE, "another scene");
     vw_session_close(&other);
 }
 
@@ -170,8 +163,7 @@ TEST(an_edited_ledger_is_a_mismatch) {
                "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 40");
     chain_rewrite(temporary_path(fixture->folder, "edited/ledger.db"));
     const struct vw_gradient_scores_params params = params_of(fixture, "edited");
-    assert_int_equal(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_MISMATCH);
-    assert_non_null(strstr(vw_error_message(), "step 40"));
+    ASSERT_FAILS(vw_gradient_scores_make(&params, scores, NULL), VW_ERROR_MISMATCH, "step 40");
 }
 
 TEST_GROUP(set_up, tear_down)

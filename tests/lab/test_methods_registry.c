@@ -1,11 +1,6 @@
 // Methods that score photos by retrainings, on games whose exact values are known: every row of the registry.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/statistics.h"

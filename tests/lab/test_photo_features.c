@@ -2,10 +2,6 @@
 // residuals of a field.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/random.h"
 #include "image/image.h"

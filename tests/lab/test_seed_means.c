@@ -2,9 +2,6 @@
 // intervals hold the truth as often as they say.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-
 #include "base/random.h"
 #include "lab/evaluation/seed_means.h"
 

@@ -1,9 +1,6 @@
 // Truncation and the end of TMC Data Shapley, on games of many photos.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-
 #include "lab/methods/registry.h"
 
 enum { PHOTOS = 24, ENOUGH = 3, EPOCHS = 10 };

@@ -2,10 +2,6 @@
 // values are known.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
 #include "base/random.h"
 #include "lab/evaluation/evaluation.h"
 #include "value/evaluation/worth_regression.h"

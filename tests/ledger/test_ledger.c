@@ -246,8 +246,7 @@ FOLDER_TEST(creating_needs_a_free_place) {
     free(head);
 
     char *missing = vw_path_join(*state, "missing/ledger.db");
-    assert_int_equal(vw_ledger_create(missing, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_IO);
-    assert_non_null(strstr(vw_error_message(), missing));
+    ASSERT_FAILS(vw_ledger_create(missing, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_IO, missing);
     free(missing);
     free(path);
 }
@@ -287,14 +286,11 @@ FOLDER_TEST(only_ledgers_open) {
 
     path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     sql_change(path, "UPDATE run SET seed = 1; PRAGMA user_version = 10");
-    assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "newer viewworth"));
+    ASSERT_FAILS(vw_ledger_open(path, &ledger), VW_ERROR_INPUT, "newer viewworth");
     sql_change(path, "UPDATE run SET seed = 3; PRAGMA user_version = 9"); // without the tables of a sweep
-    assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "or lacks one"));
+    ASSERT_FAILS(vw_ledger_open(path, &ledger), VW_ERROR_INPUT, "or lacks one");
     sql_change(path, "UPDATE run SET seed = 2; PRAGMA user_version = 3");
-    assert_int_equal(vw_ledger_open(path, &ledger), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "older viewworth"));
+    ASSERT_FAILS(vw_ledger_open(path, &ledger), VW_ERROR_INPUT, "older viewworth");
     assert_null(ledger);
     free(path);
 }

@@ -347,10 +347,8 @@ FOLDER_TEST(stores_are_checked_likewise) {
     vw_sweeps_close(&sweeps);
     sql_run(retrainings_path, "CREATE INDEX forged ON retraining (retraining_id, val_psnr)");
     sql_run(sweeps_path, "CREATE INDEX forged ON measurement (configuration_id, quantity, value)");
-    assert_int_equal(vw_retrainings_open(retrainings_path, &retrainings), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), retrainings_path));
-    assert_int_equal(vw_sweeps_open(sweeps_path, &sweeps), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), sweeps_path));
+    ASSERT_FAILS(vw_retrainings_open(retrainings_path, &retrainings), VW_ERROR_INPUT, retrainings_path);
+    ASSERT_FAILS(vw_sweeps_open(sweeps_path, &sweeps), VW_ERROR_INPUT, sweeps_path);
     free(retrainings_path);
     free(sweeps_path);
 }

@@ -172,8 +172,7 @@ FOLDER_TEST(a_full_disk_loses_no_recorded_batch) {
     test_ledger_finish(ledger, "finished");
     ASSERT_OK(vw_ledger_extend(ledger, "{}"));
     sqlite3_exec(ledger->database.handle, "PRAGMA max_page_count = 1", NULL, NULL, NULL); // becomes the present size
-    assert_int_equal(vw_ledger_append(ledger, rest, rest_count, test_validation_views), VW_ERROR_IO);
-    assert_non_null(strstr(vw_error_message(), "disk is full"));
+    ASSERT_FAILS(vw_ledger_append(ledger, rest, rest_count, test_validation_views), VW_ERROR_IO, "disk is full");
     assert_non_null(strstr(vw_error_message(), path));
     assert_answer(path, "SELECT count(*) FROM step", "3");
     assert_answer(path, "SELECT count(*) FROM view", "6");

@@ -109,7 +109,6 @@ FOLDER_TEST(what_is_no_such_file_is_refused) {
     struct vw_ledger_run run = test_run("{}");
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
     vw_ledger_close(&ledger);
-    assert_int_equal(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), path));
+    ASSERT_FAILS(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT, path);
     free(path);
 }

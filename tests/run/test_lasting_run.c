@@ -90,11 +90,6 @@ static void assert_verifies(const char *out) {
 
 static bool is_there(const char *out, const char *name) { return vw_file_exists_inside(out, name); }
 
-static void assert_refused(enum vw_status status, enum vw_status expected, const char *word) {
-    if (status != expected || !strstr(vw_error_message(), word))
-        fail_msg("gave %d, not %d with \"%s\": %s", (int)status, (int)expected, word, vw_error_message());
-}
-
 // ---- Cases ---------------------------------------------------------------------------------------------------------
 
 // "whole": valued and swept by one command; "plain": valued only.
@@ -148,7 +143,7 @@ TEST(a_stopped_sweep_goes_on) {
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/stopped", (const char *)*state);
     copy_plain(*state, out);
-    assert_refused(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
     assert_verifies(out); // it is the finished run that it was
     struct vw_lasting_sweep none = read_sweep(out);
@@ -188,7 +183,7 @@ TEST(a_sweep_by_validation_photo_goes_on) {
     assert_int_equal(going_on.sweeps, reports);
     assert_same_sweep(out, whole);
     copy_plain(*state, stopped);
-    assert_refused(sweep_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(sweep_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(sweep_matrix(stopped, &going_on));
     struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(stopped);
     assert_int_equal(a.view_count, 2);
@@ -217,7 +212,7 @@ TEST(damaged_files_of_a_sweep_start_it_anew) {
         void *bytes = NULL;
         size_t size_bytes = 0;
         copy_plain(*state, out);
-        assert_refused(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+        ASSERT_FAILS(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
         ASSERT_OK(vw_file_read(temporary_path(out, names[i]), 1 << 24, &bytes, &size_bytes));
         ((char *)bytes)[size_bytes / 2] ^= 1;
         ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
@@ -236,9 +231,9 @@ TEST(lost_credits_start_a_sweep_anew) {
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/lost", (const char *)*state);
     copy_plain(*state, out);
-    assert_refused(sweep(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(sweep(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
-    assert_refused(sweep(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(sweep(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
     free(credits);
     ASSERT_OK(sweep(out, 0, false, &going_on));
@@ -257,7 +252,7 @@ TEST(a_step_that_does_not_repeat_is_refused) {
     copy_plain(*state, out);
     sql_change(temporary_path(out, "ledger.db"), "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 7");
     chain_rewrite(temporary_path(out, "ledger.db"));
-    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
+    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
     struct vw_lasting_sweep none = read_sweep(out);
     assert_int_equal(none.step_count, 0);
 }
@@ -271,10 +266,10 @@ TEST(an_edited_sweep_is_found) {
     ASSERT_OK(sweep(out, 16, false, &observer)); // with fewer rays
     assert_answer(temporary_path(out, "ledger.db"), "SELECT rays FROM lasting", "16");
     sql_change(temporary_path(out, "ledger.db"), "UPDATE lasting_step SET psnr = psnr + 1 WHERE step = 9");
-    assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH, "lasting");
+    ASSERT_FAILS(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH, "lasting");
     chain_rewrite(temporary_path(out, "ledger.db"));
-    assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH,
-                   "score lasting_psnr");
+    ASSERT_FAILS(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH,
+                 "score lasting_psnr");
 }
 
 TEST(what_cannot_be_swept_is_refused) {
@@ -283,22 +278,21 @@ TEST(what_cannot_be_swept_is_refused) {
     char out[300];
     halves.table_precision = VW_TABLE_FLOAT16;
     snprintf(out, sizeof out, "%s/refused", (const char *)*state);
-    assert_refused(make_run(out, &halves, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
-                   "--table-precision float32");
+    ASSERT_FAILS(make_run(out, &halves, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
+                 "--table-precision float32");
     strcpy(posed.effects, "pose");
-    assert_refused(make_run(out, &posed, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
-                   "--effects -pose");
+    ASSERT_FAILS(make_run(out, &posed, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
+                 "--effects -pose");
     assert_false(is_there(out, "ledger.db")); // before the first step
-    assert_refused(
-        make_run(out, &config, (struct vw_run_params){.lasting.wanted = true, .train_only = true}, &observer),
-        VW_ERROR_USAGE, "lasting, which need validation");
+    ASSERT_FAILS(make_run(out, &config, (struct vw_run_params){.lasting.wanted = true, .train_only = true}, &observer),
+                 VW_ERROR_USAGE, "lasting, which need validation");
     config.epochs = 2;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.train_only = true}, &observer));
-    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
+    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
     snprintf(out, sizeof out, "%s/interrupted", (const char *)*state);
     config.epochs = 4000;
-    assert_refused(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-    assert_refused(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
+    ASSERT_FAILS(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
     assert_int_equal(observer.sweeps, 0);
 }
 
@@ -341,8 +335,8 @@ TEST(only_differences_select) {
     vw_selection_free(&selection);
     for (size_t i = 0; i < VW_ARRAY_COUNT(absolute); i++) {
         params.rule = absolute[i];
-        assert_refused(vw_selection_make(scores, count, images, image_count, &params, &selection), VW_ERROR_USAGE,
-                       "only differences");
+        ASSERT_FAILS(vw_selection_make(scores, count, images, image_count, &params, &selection), VW_ERROR_USAGE,
+                     "only differences");
     }
     free(scores);
     vw_ledger_close(&ledger);

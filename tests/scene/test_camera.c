@@ -2,11 +2,6 @@
 // formulas.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "scene/lens_mask.h"
 #include "viewworth/scene.h"

@@ -1,11 +1,6 @@
 // Reading COLMAP models: what every field becomes, binary and text, folders, and the lens of every camera model.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/memory.h"

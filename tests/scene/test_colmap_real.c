@@ -2,12 +2,6 @@
 // their README.txt state.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/temporary_folder.h"

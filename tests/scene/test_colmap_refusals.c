@@ -1,11 +1,6 @@
 // COLMAP models that are broken or hostile: each is refused in one line that names the file and the field.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/file.h"

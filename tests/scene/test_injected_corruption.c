@@ -2,11 +2,6 @@
 // nothing else changes.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/image.h"

@@ -1,9 +1,6 @@
 // Finding names: exactly, and by what they end with.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <string.h>
-
 #include "scene/name_index.h"
 
 static const char *const names[] = {"images/a.png", "b.png",       NULL,           "./c.png", "images/left/d.png",

@@ -1,12 +1,6 @@
 // What points tell: near and far of each view, and the box.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "scene/bounds.h"
 #include "scene/near_far.h"

@@ -1,10 +1,6 @@
 // Split files of NeRF-W: any column order, strange ids, every refusal; and the real ones.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "base/memory.h"
 #include "scene/formats/nerfw_tsv.h"

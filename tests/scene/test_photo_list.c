@@ -2,10 +2,6 @@
 // refused. (What select makes of whole runs is in tests/cli/test_select.sh.)
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -42,11 +38,6 @@ static enum vw_status write_list(const struct vw_scene_params *params, const cha
 
 static void check_written(enum vw_status status) {
     if (status) fail_msg("%d: %s", status, vw_error_message());
-}
-
-static void check_refused(enum vw_status status, enum vw_status expected, const char *said) {
-    if (status != expected || !strstr(vw_error_message(), said))
-        fail_msg("%d: %s, not: %s", status, vw_error_message(), said);
 }
 
 // A word per view: its name and t(rain), v(al), T(est) or x(excluded).
@@ -106,7 +97,7 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
     check_written(write_list(&lists, "ynyyny", to, "transforms", true));
     check_scene(&(struct vw_scene_params){.path = to, .headers_only = true},
                 "images/00.png:t images/01.png:v images/02.png:t images/03.png:t images/04.png:T images/05.png:t");
-    check_refused(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
+    ASSERT_FAILS(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
 }
 
 // Where three files say the splits, photos go to the file of their split, as long as all else in the files is the same.
@@ -124,29 +115,29 @@ FOLDER_TEST(three_files_hold_a_split_each) {
                              true)); // they fit into one, too
     check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
-    check_refused(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: exists");
-    check_refused(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
-    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
-                  "another scene");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: exists");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
+                 "another scene");
 
-    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "c.tsv"), NULL, false), VW_ERROR_USAGE,
-                  "name a .json file, or a folder");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "c.tsv"), NULL, false), VW_ERROR_USAGE,
+                 "name a .json file, or a folder");
     const char *beside = temporary_path(*state, "c.d/");
     const char *val = temporary_file(*state, "val.txt", "00.png\n");
     check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .val_list = val}, "nyynnnn",
                              beside, NULL, false));
     tiny_scene_write(
         scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
-    check_refused(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT,
-                  "name a folder");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT,
+                 "name a folder");
     const char *mixed = temporary_path(*state, "mixed");
     const char *test = temporary_file(*state, "test.txt", "00.png\n06.png\n");
-    check_refused(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test},
-                             "nyyynnn", mixed, NULL, false),
-                  VW_ERROR_INPUT, "without lists of splits");
+    ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test},
+                            "nyyynnn", mixed, NULL, false),
+                 VW_ERROR_INPUT, "without lists of splits");
     assert_false(vw_folder_exists(mixed)); // as it was not there before
-    check_refused(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
-                  "a folder that exists");
+    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
+                 "a folder that exists");
     assert_false(vw_folder_exists(temporary_path(*state, "p")));
     free(scene);
 }
@@ -183,9 +174,9 @@ FOLDER_TEST(paths_lead_from_the_list) {
         free(wanted);
         free(text);
     }
-    check_refused(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
-                             temporary_path(*state, "no/t.json"), NULL, false),
-                  VW_ERROR_USAGE, "name a folder that exists");
+    ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
+                            temporary_path(*state, "no/t.json"), NULL, false),
+                 VW_ERROR_USAGE, "name a folder that exists");
     assert_int_equal(vw_folder_create(temporary_path(*state, "bad\xff")), VW_OK);
     check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
                              temporary_path(*state, "bad\xff/t.json"), NULL, false)); // only the way down matters
@@ -245,14 +236,14 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
         &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = to},
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    check_refused(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
+    ASSERT_FAILS(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
     assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
     check_scene(
         &(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    check_refused(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
-                  "may have only one TSV");
+    ASSERT_FAILS(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
+                 "may have only one TSV");
 }
 
 // What lists moved from one split to another: nobody trains on what validates or tests.
@@ -306,7 +297,7 @@ FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
     const struct vw_photo_list list = {*state, NULL, gone, 2, temporary_path(*state, "gone.txt")};
     const char *format = NULL;
     bool opens = false;
-    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
+    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
 }
 
 // A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its
@@ -320,11 +311,11 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
     write_dense(tourism, rows);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
-        check_refused(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE,
-                      "another scene");
-        check_refused(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
-                                 temporary_path(tourism, names[i]), NULL, false),
-                      VW_ERROR_USAGE, "another scene");
+        ASSERT_FAILS(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE,
+                     "another scene");
+        ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
+                                temporary_path(tourism, names[i]), NULL, false),
+                     VW_ERROR_USAGE, "another scene");
     }
     const char *elsewhere =
         temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
@@ -379,17 +370,17 @@ FOLDER_TEST(names_unfit_for_lists_are_refused) {
     assert_string_equal(format, "text");
     assert_false(opens);
     check_text(list.to, "=a, \"b\"\né/d e\n");
-    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "exists; name a new");
+    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE, "exists; name a new");
     list.to = temporary_path(*state, "bad.txt");
     for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++) {
         const struct vw_listed_photo photos[] = {{"fine", VW_SPLIT_TRAIN, true}, {bad[i], VW_SPLIT_TRAIN, true}};
         list.photos = photos;
         list.photo_count = 2;
-        check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "photo 1");
+        ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "photo 1");
         assert_false(vw_file_exists(list.to));
     }
     assert_int_equal(symlink("nowhere", temporary_path(*state, "link")), 0);
     list = (struct vw_photo_list){.photos = good, .photo_count = 3, .to = temporary_path(*state, "link")};
-    check_refused(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
-                  "exists; name a new"); // also a link to nothing
+    ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_USAGE,
+                 "exists; name a new"); // also a link to nothing
 }

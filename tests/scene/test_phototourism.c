@@ -1,10 +1,6 @@
 // PhotoTourism folders, which format a folder is read as, and points beside another scene file.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/memory.h"

@@ -1,10 +1,6 @@
 // Recipes without a device: what is refused, cameras, splits, defects and their truth.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-
 #include "support/recipe_fixture.h"
 
 #define DEFECTS(list) "\"defects\": [" list "]"

@@ -1,10 +1,6 @@
 // Recipes drawn by a device: geometry against analysis, defects, determinism, points.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-
 #include "image/image.h"
 #include "support/gpu_fixture.h"
 #include "support/recipe_fixture.h"

@@ -1,11 +1,6 @@
 // Opening a scene: the box, downscaling, transparency, the hash, and the real scenes.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/hash.h"

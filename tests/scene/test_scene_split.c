@@ -1,10 +1,6 @@
 // Which view trains, validates or tests; name lists and providers.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 

@@ -10,6 +10,10 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "viewworth/status.h"
 
@@ -35,6 +39,17 @@ void test_group(CMFixtureFunction set_up, CMFixtureFunction tear_down);
         enum vw_status status_of_call = (call);                                                                        \
         if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
     } while (0)
+
+// Fails the test unless the call gives the error and its message contains the text.
+#define ASSERT_FAILS(call, error, text) assert_fails_at((call), (error), (text), #call, __FILE__, __LINE__)
+
+static inline void assert_fails_at(enum vw_status status, enum vw_status error, const char *text, const char *call,
+                                   const char *file, int line) {
+    const char *message = status ? vw_error_message() : "";
+    if (status == error && strstr(message, text)) return;
+    print_error("%s gave %d: %s, not %d: %s\n", call, (int)status, message, (int)error, text);
+    _fail(file, line);
+}
 
 // Comparison of doubles; cmocka 1.1.5 has it only for floats.
 #define assert_near(value, expected, tolerance) assert_near_at(value, expected, tolerance, #value, __FILE__, __LINE__)

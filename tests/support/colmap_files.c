@@ -1,10 +1,6 @@
 #include "support/colmap_files.h"
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "base/file.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

@@ -1,10 +1,6 @@
 #include "detection_cases.h"
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "detect/decide.h"
 #include "support/full.h"

@@ -1,10 +1,6 @@
 #include "support/gpu_fixture.h"
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 static struct vw_gpu *shared_gpu;
 
 struct vw_gpu *test_gpu(void) {

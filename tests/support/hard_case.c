@@ -1,11 +1,6 @@
 #include "support/hard_case.h"
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "reference/step_bench.h"
 

@@ -1,10 +1,6 @@
 #include "support/hard_run.h"
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/psnr.h"
 #include "gpu/compute.h"

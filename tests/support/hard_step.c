@@ -2,9 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include <float.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/compute.h"

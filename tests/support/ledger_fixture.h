@@ -5,13 +5,7 @@
 #include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
-#include <stdint.h>
-
 #include <ftw.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "base/file.h"

@@ -4,9 +4,6 @@
 
 #include "support/cmocka_test.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/temporary_folder.h"
 #include "viewworth/scene.h"

@@ -2,7 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include <errno.h>
-#include <stdlib.h>
 
 enum { TESTS_MAX = 64 };
 static struct CMUnitTest tests[TESTS_MAX];

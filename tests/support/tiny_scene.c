@@ -1,11 +1,6 @@
 #include "support/tiny_scene.h"
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "image/decoder.h"
 #include "image/image.h"

@@ -3,12 +3,6 @@
 // direction and the credit of a step; and the gradient of U, validation's score, by differences of its rays' colours.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "reference/reference.h"
 #include "reference/step_bench.h"

@@ -3,11 +3,6 @@
 // refuses, and that it learns photos that differ in exposure.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
@@ -207,8 +202,8 @@ TEST(the_sweep_refuses_it) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     struct vw_adjoint_passes sweep;
     const struct vw_adjoint_params params = {.batch_steps = 1};
-    assert_int_equal(vw_adjoint_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "--effects -appearance_encoder"));
+    ASSERT_FAILS(vw_adjoint_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE,
+                 "--effects -appearance_encoder");
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
 }

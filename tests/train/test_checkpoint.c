@@ -2,10 +2,6 @@
 // never stopped; files that do not fit are refused and change nothing.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "base/memory.h"
 #include "support/temporary_folder.h"

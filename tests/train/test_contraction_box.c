@@ -1,10 +1,6 @@
 // The inner region of unbounded scenes: which box the field sees when the effect unbounded is on.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "train/effects/contraction.h"
 #include "train/effects/wide_box.h"

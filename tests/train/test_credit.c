@@ -3,11 +3,6 @@
 // photo.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/random.h"
 #include "image/image.h"

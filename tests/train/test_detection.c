@@ -1,11 +1,6 @@
 // Which effects scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/file.h"
 #include "base/memory.h"
 #include "detect/decide.h"

@@ -1,10 +1,6 @@
 // Which effects are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "viewworth/train.h"
 

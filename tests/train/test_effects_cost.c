@@ -2,9 +2,6 @@
 // take bytes too.
 #include "support/cmocka_test.h"
 
-#include <stdio.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/open_trainer.h"

@@ -2,10 +2,6 @@
 // (decision 11).
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"

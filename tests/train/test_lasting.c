@@ -2,12 +2,6 @@
 // interrupted, and that it says what happens when steps are longer or shorter.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "support/full.h"
@@ -392,8 +386,8 @@ TEST(half_tables_are_refused) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     training.effects = vw_trainer_effects(trainer, &training.effect_count);
     struct vw_lasting *lasting = NULL;
-    assert_int_equal(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "--table-precision float32"));
+    ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
+                 "--table-precision float32");
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
 }

@@ -1,10 +1,6 @@
 // `value --noise-floor`: what the probes of a run say, and that they leave the run alone.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 

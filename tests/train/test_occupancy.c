@@ -2,11 +2,6 @@
 // validation sees everything, off it leaves nothing behind, and it finds space to skip.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "detect/occupied_share.h"
 #include "gpu/compute.h"

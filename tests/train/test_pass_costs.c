@@ -2,12 +2,6 @@
 // work does.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"

@@ -2,9 +2,6 @@
 // leaves the training alone.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/coverage.h"

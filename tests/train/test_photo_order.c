@@ -2,8 +2,6 @@
 // time for.
 #include "support/cmocka_test.h"
 
-#include <string.h>
-
 #include "train/photo_order.h"
 
 static const struct vw_batch_room tiny_steps = {.pixels_per_step = 8, .bytes_per_step = 400, .batch_bytes = 1 << 20};

@@ -1,10 +1,6 @@
 // The pixels of a step: anywhere in the photo, or the first of them as a picture of it, one in each cell of a grid.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "support/synthetic_scene.h"
 #include "train/pixels.h"
 

@@ -2,10 +2,6 @@
 // checkpoint, that validation sees all cameras as the scene has them, what is refused, and that it mends wrong cameras.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "reference/pose.h"
 #include "reference/step_bench.h"
@@ -90,13 +86,12 @@ TEST(what_it_cannot_be_beside_is_refused_by_name) {
     vw_effects_list(verdicts, &count);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on = !strcmp(verdicts[i].name, "pose");
     strcpy(config.effects, "+pose");
-    assert_int_equal(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "pose is not there with --field mlp"));
+    ASSERT_FAILS(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE,
+                 "pose is not there with --field mlp");
     config = config_with("+pose");
     assert_int_equal(vw_effects_follow_field(&config, verdicts, count), VW_OK);
     for (uint32_t i = 0; i < count; i++) verdicts[i].on |= !strcmp(verdicts[i].name, "unbounded");
-    assert_int_equal(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "pose cannot be beside unbounded"));
+    ASSERT_FAILS(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE, "pose cannot be beside unbounded");
 }
 
 TEST(the_sweep_refuses_it_by_name) {
@@ -106,8 +101,8 @@ TEST(the_sweep_refuses_it_by_name) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     training.effects = vw_trainer_effects(trainer, &training.effect_count);
     struct vw_lasting *lasting = NULL;
-    assert_int_equal(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "--effects -pose"));
+    ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
+                 "--effects -pose");
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
 }

@@ -2,8 +2,6 @@
 // held.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"

@@ -2,11 +2,6 @@
 // takes the files of the other. What its passes compute is in tests/kernels and tests/hard_cases.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"

@@ -1,10 +1,6 @@
 // Trainings that share their submissions: each has the bits that it has alone, and they wait at the barriers of one.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/hazard.h"
 #include "gpu/pipeline.h"

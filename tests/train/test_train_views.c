@@ -1,10 +1,6 @@
 // What a trainer is handed: its views, and verdicts on effects. It decides neither.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
 
@@ -70,20 +66,17 @@ TEST(what_cannot_be_trained_on_is_refused) {
     const struct vw_config config = test_config();
     struct vw_trainer *trainer = NULL;
     struct vw_trainer_params params = {.gpu = test_gpu(), .scene = scene, .config = &config};
-    assert_int_equal(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "no verdicts on effects"));
+    ASSERT_FAILS(vw_trainer_create(&params, &trainer), VW_ERROR_USAGE, "no verdicts on effects");
 
     const uint32_t twice[] = {2, 2}, falling[] = {2, 1}, beyond[] = {2, scene->view_count};
     const uint32_t *const lists[] = {twice, falling, beyond};
     params.train_view_count = 2;
     for (size_t i = 0; i < VW_ARRAY_COUNT(lists); i++) {
         params.train_views = lists[i];
-        assert_int_equal(test_trainer_open(params, &trainer), VW_ERROR_USAGE);
-        assert_non_null(strstr(vw_error_message(), "train_views[1]"));
+        ASSERT_FAILS(test_trainer_open(params, &trainer), VW_ERROR_USAGE, "train_views[1]");
     }
     params.train_view_count = 0;
-    assert_int_equal(test_trainer_open(params, &trainer), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "no view is left to train on"));
+    ASSERT_FAILS(test_trainer_open(params, &trainer), VW_ERROR_INPUT, "no view is left to train on");
     vw_scene_close(&scene);
 }
 

@@ -2,10 +2,6 @@
 // parts is the run: test_fields.)
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/lasting.h"
@@ -115,8 +111,8 @@ TEST(the_sweep_refuses_it_by_name) {
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     training.effects = vw_trainer_effects(trainer, &training.effect_count);
     struct vw_lasting *lasting = NULL;
-    assert_int_equal(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE);
-    assert_non_null(strstr(vw_error_message(), "--effects -transient"));
+    ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
+                 "--effects -transient");
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
 }

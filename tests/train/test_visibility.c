@@ -2,11 +2,6 @@
 // validation does not know it, and that it finds what stands before the scene in single photos.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"

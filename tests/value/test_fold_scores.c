@@ -1,8 +1,4 @@
 // Scores over folds: means, errors and intervals by the formula of the header, and how photos are divided.
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "support/cmocka_test.h"
 

@@ -1,10 +1,6 @@
 // Gains of lists over all photos: a case by hand, and games whose gain is known.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-
 #include "base/random.h"
 #include "value/evaluation/gains.h"
 

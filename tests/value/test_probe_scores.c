@@ -144,6 +144,5 @@ TEST(an_unknown_photo_is_an_error) {
     struct vw_ledger_score scores[TEST_IMAGE_COUNT];
     uint32_t count = 0;
     run.probes[3].view = 1000;
-    assert_int_equal(vw_probe_scores_append(&input, scores, &count), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "step 4: probe 3 is of image 1000"));
+    ASSERT_FAILS(vw_probe_scores_append(&input, scores, &count), VW_ERROR_INPUT, "step 4: probe 3 is of image 1000");
 }

@@ -1,6 +1,4 @@
 // Repair curves of a ledger whose responses are known.
-#include <math.h>
-#include <stdlib.h>
 
 #include "support/cmocka_test.h"
 

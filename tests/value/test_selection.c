@@ -207,8 +207,7 @@ TEST(ranks_are_not_compared_with_zero) {
     vw_selection_free(&selection);
     for (size_t i = 0; i < VW_ARRAY_COUNT(refused); i++) {
         params.rule = refused[i];
-        assert_int_equal(vw_selection_make(ranks, 2, test_images, TEST_IMAGE_COUNT, &params, &selection),
-                         VW_ERROR_USAGE);
-        assert_non_null(strstr(vw_error_message(), "\"quality\" has a zero that means nothing"));
+        ASSERT_FAILS(vw_selection_make(ranks, 2, test_images, TEST_IMAGE_COUNT, &params, &selection), VW_ERROR_USAGE,
+                     "\"quality\" has a zero that means nothing");
     }
 }

@@ -151,8 +151,8 @@ TEST(an_unknown_image_is_refused) {
     game->records[7].view = 99;
     struct vw_value_input input = test_input_of(game, 1, 0);
     struct vw_series series;
-    assert_int_equal(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series), VW_ERROR_INPUT);
-    assert_non_null(strstr(vw_error_message(), "step 7: trained on image 99"));
+    ASSERT_FAILS(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series), VW_ERROR_INPUT,
+                 "step 7: trained on image 99");
     vw_series_free(&series);
     free(game);
 }

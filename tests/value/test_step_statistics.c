@@ -1,9 +1,6 @@
 // When a run is given up: by its steps alone, at the same one however they come.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-
 #include "value/step_statistics.h"
 
 // The first step, counting from 1, after which a run whose step s is flagged as flagged(s) says is given up; 0 when it

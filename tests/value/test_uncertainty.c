@@ -1,13 +1,6 @@
 // Whether 95 % intervals hold 95 % of the time: on series whose mean over seeds is known. SEED=N draws others.
 #include "support/cmocka_test.h"
 
-#include <stdint.h>
-
-#include <math.h>
-#include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "base/memory.h"
 #include "base/random.h"
 #include "value/uncertainty.h"

@@ -2,11 +2,6 @@
 // outcome is a mean over them, besides what their number gives.
 #include "support/cmocka_test.h"
 
-#include <math.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/random.h"
 #include "value/worth.h"
 
