@@ -90,7 +90,7 @@ unlisted_commands() {
 unknown_options() {
     local known option command
     known=$(printf '%s\n' --version --generate-docs --vary; for command in $commands; do options_of "$command"; done)
-    grep -hoE '`[^`]*`' "${product[@]}" | grep -v 'scripts/\|cmake' | grep -oE -- '(^|[ `/])--[a-z][a-z0-9-]*' |
+    grep -hoE '`[^`]*`' "${product[@]}" | grep -v 'scripts/\|cmake\|sha256sum' | grep -oE -- '(^|[ `/])--[a-z][a-z0-9-]*' |
         tr -d ' `/' | sort -u | while read -r option; do
         grep -qxF -e "$option" <<<"$known" || grep -rqF -e "$option" scripts || echo "no command has $option"
     done
