@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_BASE_STATISTICS_H
 #define VIEWWORTH_BASE_STATISTICS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "viewworth/status.h"
@@ -36,5 +37,9 @@ enum vw_status vw_ranks(const double *values, uint32_t count, double *ranks);
 double vw_student_quantile(double degrees);
 // Returns the 95 % quantile in the same way (90 % are within +-t).
 double vw_student_quantile_95(double degrees);
+
+// Sets on_front[i] if no other choice has at most its cost and at least its quality, one of them strictly better. Equal
+// choices are all on the front. A choice with a NaN is not on it and dominates none.
+void vw_pareto_front_mark(const double *costs, const double *qualities, uint32_t count, bool *on_front);
 
 #endif

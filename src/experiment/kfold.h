@@ -29,7 +29,7 @@ struct vw_kfold {
     const struct vw_kfold_params *params; // borrowed
     struct vw_session session;            // of the scene with its own splits
     struct vw_kfold_fold folds[VW_FOLDS_MOST];
-    struct vw_ledger_score *scores; // owned: over folds, see value/fold_scores.h
+    struct vw_ledger_score *scores; // owned: over folds, see experiment/fold_scores.h
     uint32_t score_count;
     struct vw_agreement_summary agreement; // Spearman's correlation of vw_value_default_method between two folds, over
                                            // the photos that trained in both

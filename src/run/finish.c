@@ -18,28 +18,10 @@
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
 #include "run/run_private.h"
-#include "value/ranking.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
 // ---- Ending --------------------------------------------------------------------------------------------------------
-
-void vw_run_end_early(struct vw_run *run, enum vw_status status) {
-    struct vw_ledger_run row;
-    struct vw_saved_error why = vw_error_save();
-    if (!vw_ledger_get_run(run->ledger, &row) && strcmp(row.status, "running") == 0 && status != VW_ERROR_MISMATCH) {
-        char finished_utc[VW_UTC_BYTES];
-        vw_utc_now(finished_utc);
-        const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
-        struct vw_scoring scoring; // the scores so far, or none
-        (void)vw_scoring_make(run->ledger, &run->config, &scoring);
-        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count) &&
-            vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) // a full disk may have no room for scores
-            vw_log_warning("%s", vw_error_message());
-        vw_scoring_free(&scoring);
-    }
-    vw_error_restore(&why);
-}
 
 static void log_statistics(const struct vw_step_statistics *statistics) {
     if (statistics->nonfinite > 0)
@@ -102,22 +84,6 @@ static enum vw_status end(struct vw_run *run) {
 }
 
 // ---- Scores --------------------------------------------------------------------------------------------------------
-
-// The scores of a method are neighbours.
-enum vw_status vw_run_rank(struct vw_run *run) {
-    const struct vw_scoring *scoring = &run->results.scoring;
-    free(run->ranked);
-    run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
-    if (!run->ranked) return VW_ERROR_MEMORY;
-    if (scoring->score_count) memcpy(run->ranked, scoring->scores, scoring->score_count * sizeof *run->ranked);
-    for (uint32_t first = 0, last; first < scoring->score_count; first = last) {
-        for (last = first + 1; last < scoring->score_count;)
-            if (strcmp(run->ranked[last].method, run->ranked[first].method) != 0) break;
-            else last++;
-        qsort(&run->ranked[first], last - first, sizeof *run->ranked, vw_score_compare);
-    }
-    return VW_OK;
-}
 
 static enum vw_status score(struct vw_run *run) {
     if (run->scored || !run->validate) return VW_OK;

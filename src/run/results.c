@@ -1,11 +1,30 @@
 // What a run tells of itself once it is open, and of its scores once it is finished.
 #include "run/run_private.h"
 
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "value/methods.h"
 #include "viewworth/value.h"
 
 const struct vw_run_results *vw_run_get_results(const struct vw_run *run) { return &run->results; }
+
+// The scores of a method are neighbours.
+enum vw_status vw_run_rank(struct vw_run *run) {
+    const struct vw_scoring *scoring = &run->results.scoring;
+    free(run->ranked);
+    run->ranked = vw_allocate(scoring->score_count, sizeof *run->ranked);
+    if (!run->ranked) return VW_ERROR_MEMORY;
+    if (scoring->score_count) memcpy(run->ranked, scoring->scores, scoring->score_count * sizeof *run->ranked);
+    for (uint32_t first = 0, last; first < scoring->score_count; first = last) {
+        for (last = first + 1; last < scoring->score_count;)
+            if (strcmp(run->ranked[last].method, run->ranked[first].method) != 0) break;
+            else last++;
+        qsort(&run->ranked[first], last - first, sizeof *run->ranked, vw_score_compare);
+    }
+    return VW_OK;
+}
 
 static bool is_of_method(const struct vw_ledger_score *score, const char *method) {
     return strcmp(score->method, method) == 0;

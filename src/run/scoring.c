@@ -84,3 +84,9 @@ void vw_scoring_free(struct vw_scoring *scoring) {
     free(scoring->scores);
     free(scoring->retrainings);
 }
+
+enum vw_status vw_check_scored_epochs(uint32_t epochs, uint32_t burn_in_epochs) {
+    if (epochs > burn_in_epochs) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--epochs %u leaves no epoch after --burn-in %u to score; take more epochs", epochs,
+                   burn_in_epochs);
+}

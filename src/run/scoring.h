@@ -22,6 +22,8 @@ struct vw_scoring {
     uint32_t retraining_count;
 };
 
+// Returns VW_ERROR_USAGE where burn-in leaves no epoch to score.
+enum vw_status vw_check_scored_epochs(uint32_t epochs, uint32_t burn_in_epochs);
 // Computes all scores from the ledger's steps, probes and retrainings; `config` is the run's. Free it also after a
 // failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);

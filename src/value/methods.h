@@ -24,4 +24,10 @@ extern const uint32_t vw_method_count;
 extern const struct vw_method vw_paper_methods[];
 extern const uint32_t vw_paper_method_count;
 
+// Compares two struct vw_ledger_score for qsort.
+int vw_score_compare(const void *left, const void *right);
+// Copies the scores of a method, in order: an array for free(), whose texts are lent by `scores`.
+enum vw_status vw_scores_rank(const struct vw_ledger_score *scores, uint32_t score_count, const char *method,
+                              struct vw_ledger_score **ranked, uint32_t *ranked_count);
+
 #endif

@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "ledger/find_image.h"
-#include "value/ranking.h"
+#include "value/methods.h"
 #include "viewworth/value.h"
 
 // Lists the methods with scores, separated by commas; owned by the caller, NULL if memory is short. The rows of a

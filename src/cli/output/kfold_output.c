@@ -7,7 +7,7 @@
 
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
-#include "value/ranking.h"
+#include "value/methods.h"
 #include "viewworth/value.h"
 
 enum { SHOWN_AT_EACH_END = 5 };

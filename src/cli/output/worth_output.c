@@ -7,7 +7,7 @@
 #include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "ledger/find_image.h"
-#include "value/ranking.h"
+#include "value/methods.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
 

@@ -3,12 +3,12 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "experiment/seed_runs.h"
 #include "experiment/sweep/state.h"
 #include "experiment/sweep/sweep.h"
 #include "run/scoring.h"
 #include "value/evaluation/agreement.h"
-#include "value/evaluation/pareto_front.h"
 #include "value/evaluation/score_tables.h"
 
 enum { SEEDS_MAX = 50 };

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "value/ranking.h"
+#include "value/methods.h"
 
 enum vw_status vw_lasting_check_config(const struct vw_config *config) {
     if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;

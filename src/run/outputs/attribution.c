@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "report/tables.h"
-#include "run/checks.h"
+#include "run/scoring.h"
 #include "scene/duplicates.h"
 #include "viewworth/log.h"
 

@@ -1,4 +1,4 @@
-#include "value/fold_scores.h"
+#include "experiment/fold_scores.h"
 
 #include <math.h>
 #include <stdbool.h>

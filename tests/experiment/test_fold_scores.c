@@ -3,8 +3,8 @@
 #include "support/cmocka_test.h"
 
 #include "base/statistics.h"
+#include "experiment/fold_scores.h"
 #include "experiment/kfold.h"
-#include "value/fold_scores.h"
 #include "viewworth/scene.h"
 
 static struct vw_ledger_score made_score(uint32_t image_id, const char *method, double value, double error) {

@@ -2,7 +2,7 @@
 #include "support/ledger_fixture.h"
 
 #include "base/random.h"
-#include "value/evaluation/pareto_front.h"
+#include "base/statistics.h"
 
 enum { SEED = 7, SETS = 500, COUNT_MAX = 12, LEVELS = 5 };
 

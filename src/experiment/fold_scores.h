@@ -9,8 +9,8 @@
 // what the folds' trainings share; so the larger one counts: stderr = sqrt(max(v, w) / n), and the 95 % interval is the
 // score +- stderr times Student's quantile for n + 1 degrees of freedom. With n = 1 (two folds) the fold's own error
 // and interval stay. The interval of `quality` ends within [0,1].
-#ifndef VIEWWORTH_VALUE_FOLD_SCORES_H
-#define VIEWWORTH_VALUE_FOLD_SCORES_H
+#ifndef VIEWWORTH_EXPERIMENT_FOLD_SCORES_H
+#define VIEWWORTH_EXPERIMENT_FOLD_SCORES_H
 
 #include <stdint.h>
 
