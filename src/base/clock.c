@@ -11,3 +11,10 @@ static double read_clock_s(clockid_t clock) {
 double vw_now_s(void) { return read_clock_s(CLOCK_MONOTONIC); }
 
 double vw_cpu_s(void) { return read_clock_s(CLOCK_PROCESS_CPUTIME_ID); }
+
+void vw_utc_now(char text[VW_UTC_BYTES]) {
+    time_t now = time(NULL);
+    struct tm parts;
+    gmtime_r(&now, &parts);
+    strftime(text, VW_UTC_BYTES, "%Y-%m-%dT%H:%M:%SZ", &parts);
+}

@@ -5,4 +5,9 @@
 double vw_now_s(void); // monotonic seconds
 double vw_cpu_s(void); // seconds that all threads of the process have computed
 
+enum { VW_UTC_BYTES = 21 }; // "2026-11-21T03:04:05Z"
+
+// Writes the current time, for the ledger's columns only.
+void vw_utc_now(char text[VW_UTC_BYTES]);
+
 #endif

@@ -37,4 +37,8 @@ char *vw_path_join(const char *folder, const char *name);
 // Returns the folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
 
+// Returns the path of a file in $XDG_CACHE_HOME/viewworth (or ~/.cache/viewworth), owned by the caller; NULL when there
+// is no such folder, or memory is short.
+char *vw_cache_path(const char *name);
+
 #endif

@@ -124,3 +124,5 @@ void vw_pareto_front_mark(const double *costs, const double *qualities, uint32_t
             on_front[i] = !dominates(costs[other], qualities[other], costs[i], qualities[i]); // false for NaN
     }
 }
+
+double vw_psnr_db(double mse) { return -10.0 * log10(mse < VW_MSE_FLOOR ? VW_MSE_FLOOR : mse); }

@@ -1,4 +1,4 @@
-// Medians, quantiles and correlations of a few numbers. Values that are compared must not be NaN.
+// Medians, quantiles and correlations of a few numbers, and PSNR. Values that are compared must not be NaN.
 #ifndef VIEWWORTH_BASE_STATISTICS_H
 #define VIEWWORTH_BASE_STATISTICS_H
 
@@ -41,5 +41,11 @@ double vw_student_quantile_95(double degrees);
 // Sets on_front[i] if no other choice has at most its cost and at least its quality, one of them strictly better. Equal
 // choices are all on the front. A choice with a NaN is not on it and dominates none.
 void vw_pareto_front_mark(const double *costs, const double *qualities, uint32_t count, bool *on_front);
+
+// The floor of the MSE (decision 5), which keeps a perfect match finite: 100 dB.
+#define VW_MSE_FLOOR 1e-10
+
+// Returns -10 log10(max(mse, VW_MSE_FLOOR)) in dB; NaN stays NaN.
+double vw_psnr_db(double mse);
 
 #endif

@@ -6,7 +6,6 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "base/psnr.h"
 #include "base/statistics.h"
 #include "detect/occupied_share.h"
 #include "gpu/compute.h"

@@ -9,7 +9,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "gpu/compute.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"

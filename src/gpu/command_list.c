@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "gpu/barrier.h"
 #include "gpu/buffer.h"
+#include "gpu/transfer.h"
 
 void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one) {
     list->count = list->push_bytes = 0;

@@ -5,9 +5,9 @@
 #include "base/memory.h"
 #include "gpu/debug.h"
 #include "gpu/extensions.h"
-#include "gpu/loop_controls.h"
 #include "gpu/pipeline.h"
 #include "gpu/shader_cache.h"
+#include "gpu/shader_controls.h"
 #include "gpu/transfer.h"
 #include "gpu/wait.h"
 

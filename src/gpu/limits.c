@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "gpu/loop_controls.h"
+#include "gpu/shader_controls.h"
 
 // The floor. Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe
 // has or leaves a limit alone, the Vulkan 1.2 minimum stands. It asks for 30 storage buffers; passes whose effects need

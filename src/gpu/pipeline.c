@@ -5,9 +5,8 @@
 
 #include "base/memory.h"
 #include "gpu/debug.h"
-#include "gpu/float_controls.h"
-#include "gpu/loop_controls.h"
 #include "gpu/pipeline_statistics.h"
+#include "gpu/shader_controls.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/cache_folder.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"

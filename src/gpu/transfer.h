@@ -2,6 +2,9 @@
 #ifndef VIEWWORTH_GPU_TRANSFER_H
 #define VIEWWORTH_GPU_TRANSFER_H
 
+#include <stdbool.h>
+#include <volk.h>
+
 #include "gpu/state.h"
 
 enum vw_status vw_transfer_open(struct vw_gpu *gpu);
@@ -12,5 +15,12 @@ enum vw_status vw_transfer_begin(struct vw_gpu *gpu, const char *object);
 enum vw_status vw_transfer_finish(struct vw_gpu *gpu, const char *object);
 // Waits for everything submitted before.
 enum vw_status vw_transfer_drain(struct vw_gpu *gpu, const char *object);
+
+// The one kind of barrier: everything before it is done and visible to everything after it.
+struct vw_barrier_params {
+    bool indirect;   // workgroup counts are read from buffers before or after it
+    bool host_reads; // the host reads mapped buffers after it
+};
+void vw_barrier_record(VkCommandBuffer commands, struct vw_barrier_params params);
 
 #endif

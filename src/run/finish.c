@@ -9,7 +9,6 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
-#include "base/utc.h"
 #include "report/page.h"
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"

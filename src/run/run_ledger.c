@@ -1,9 +1,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/hash.h"
 #include "base/memory.h"
-#include "base/utc.h"
 #include "run/run_private.h"
 #include "run/run_row.h"
 #include "viewworth/log.h"

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "image/image.h"
+#include "viewworth/scene.h"
 #include "viewworth/status.h"
 
 // Finds the mask of a photo in a folder images/ of the scene folder: the file in masks/ beside it with the photo's
@@ -22,5 +23,9 @@ enum vw_status vw_mask_probe(const char *folder, const char *path, uint32_t phot
 // byte per pixel, VW_MASK_HIDE or VW_MASK_KEEP, owned by the caller. VW_ERROR_INPUT if it hides everything.
 enum vw_status vw_mask_make(const char *path, const struct vw_image *file, uint32_t photo_width_px,
                             uint32_t photo_height_px, uint32_t downscale, uint8_t **mask);
+
+// Marks pixels without a ray in the lens model (the dark corners of a circular fisheye, and pixels beyond the fold of
+// a polynomial) in the view's mask (creates it if there is none) and counts them. The mask has the size of the camera.
+enum vw_status vw_lens_mask(struct vw_view *view, uint64_t *hidden_count);
 
 #endif

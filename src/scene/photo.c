@@ -7,8 +7,7 @@
 #include "image/downscale.h"
 #include "image/image.h"
 #include "scene/builder.h"
-#include "scene/camera_fit.h"
-#include "scene/lens_mask.h"
+#include "scene/camera.h"
 #include "scene/mask.h"
 #include "scene/photo_source.h"
 

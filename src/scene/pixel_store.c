@@ -9,7 +9,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "base/cache_folder.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "viewworth/log.h"

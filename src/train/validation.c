@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/passes.h"

@@ -6,7 +6,7 @@
 
 #include "base/hash.h"
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "ledger/find_image.h"
 
 // ---- Splitting ----

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "ledger/find_image.h"
 #include "viewworth/value.h"
 

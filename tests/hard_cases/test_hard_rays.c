@@ -4,7 +4,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "scene/lens_mask.h"
+#include "scene/mask.h"
 #include "support/box_geometry.h"
 #include "support/hard_step.h"
 #include "train/pixels.h"

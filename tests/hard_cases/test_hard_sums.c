@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "generate_errors.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"

@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "gpu/loop_controls.h"
+#include "gpu/shader_controls.h"
 #include "gpu/shaders.h"
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"

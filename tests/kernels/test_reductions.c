@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "kernels/check.h"
 #include "support/gpu_fixture.h"
 

@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "run/run_private.h"

@@ -2,7 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"

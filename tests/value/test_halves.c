@@ -2,7 +2,7 @@
 // its photos to validate.
 #include "support/ledger_fixture.h"
 
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "value/halves.h"
 
 enum { PHOTOS = 6, VIEWS = 5, IMAGES = PHOTOS + VIEWS, EPOCHS = 6, STEPS = 1 + PHOTOS * EPOCHS, LOST_STEP = 20 };

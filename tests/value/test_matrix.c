@@ -2,7 +2,6 @@
 // what is odd of a view.
 #include "support/ledger_fixture.h"
 
-#include "base/psnr.h"
 #include "base/statistics.h"
 #include "report/tables.h"
 #include "value/matrix.h"

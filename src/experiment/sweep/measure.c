@@ -4,7 +4,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/psnr.h"
 #include "base/statistics.h"
 #include "experiment/paired_timing.h"
 #include "experiment/seed_runs.h"

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/file.h"
 #include "base/hash.h"
-#include "base/utc.h"
 #include "ledger/step_log.h"
 #include "report/page.h"
 #include "run/imported/imported_run.h"

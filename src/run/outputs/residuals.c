@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "image/image.h"
 #include "image/photo_formats.h"
 

@@ -7,7 +7,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/psnr.h"
+#include "base/statistics.h"
 #include "image/image.h"
 #include "run/out_lock.h"
 #include "run/recorded/recorded_run.h"

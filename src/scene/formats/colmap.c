@@ -8,7 +8,7 @@
 #include "image/image.h"
 #include "scene/bounds.h"
 #include "scene/builder.h"
-#include "scene/camera_fit.h"
+#include "scene/camera.h"
 #include "scene/near_far.h"
 #include "scene/safe_path.h"
 

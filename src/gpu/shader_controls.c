@@ -1,6 +1,7 @@
-#include "gpu/float_controls.h"
+#include "gpu/shader_controls.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -50,4 +51,30 @@ uint32_t *vw_spirv_keep_nan(const struct vw_shader *shader, size_t *code_bytes) 
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); next += parts[i++].words)
         memcpy(next, parts[i].from, 4 * parts[i].words);
     return code;
+}
+
+enum { // SPIR-V 1.5, sections 2.3, 3.23, 3.52.17
+    OP_LOOP_MERGE = 246,
+    CONTROL_WORD = 3, // index in OP_LOOP_MERGE
+    CONTROL_UNROLL = 1,
+    CONTROL_DONT_UNROLL = 2,
+};
+
+static const char *choice(void) {
+    const char *set = getenv("VIEWWORTH_LOOPS");
+    return set && *set ? set : "unrolled";
+}
+
+bool vw_loops_unroll(void) { return strcmp(choice(), "kept") != 0; }
+
+enum vw_status vw_loops_check_choice(void) {
+    if (!strcmp(choice(), "unrolled") || !strcmp(choice(), "kept")) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "VIEWWORTH_LOOPS is \"%s\"; set it to unrolled or kept, or unset it", choice());
+}
+
+void vw_spirv_keep_loops(uint32_t *code, size_t code_bytes) {
+    size_t words = code_bytes / 4;
+    for (size_t at = HEADER_WORDS; at < words && code[at] >> 16; at += code[at] >> 16)
+        if ((code[at] & 0xFFFF) == OP_LOOP_MERGE && code[at + CONTROL_WORD] & CONTROL_UNROLL)
+            code[at + CONTROL_WORD] ^= CONTROL_UNROLL | CONTROL_DONT_UNROLL;
 }

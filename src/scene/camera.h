@@ -1,6 +1,6 @@
 // Fits cameras to photos of another size.
-#ifndef VIEWWORTH_SCENE_CAMERA_FIT_H
-#define VIEWWORTH_SCENE_CAMERA_FIT_H
+#ifndef VIEWWORTH_SCENE_CAMERA_H
+#define VIEWWORTH_SCENE_CAMERA_H
 
 #include "viewworth/scene.h"
 
