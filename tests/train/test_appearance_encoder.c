@@ -1,12 +1,10 @@
-// The effect `appearance_encoder` in whole trainings: that off it takes no room, that bits do not depend on batches,
-// that every view has the code of its own photo, that whole views show it their left halves alone, what it replaces and
-// refuses, and that it learns photos that differ in exposure.
+// The effect appearance_encoder in whole trainings: every view has the code of its own photo, whole views show it their
+// left halves alone, and it learns photos that differ in exposure. (What all effects promise: test_effect_promises.)
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
-#include "train/adjoint/adjoint_passes.h"
 #include "train/effects/encoder.h"
 #include "train/trainer.h"
 
@@ -14,44 +12,6 @@ static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();
     strcpy(config.effects, effects);
     return config;
-}
-
-TEST(what_is_off_takes_no_room) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config off = config_with("none"), on = config_with("appearance_encoder");
-    off.consistency_weight = 0.001; // of an effect that is off
-    struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
-                      *with = test_trainer_create(scene, &on, true, 1);
-    uint64_t width = 4 * with->model.specialization.width4;
-    test_trainer_has_no_effects(without);
-    assert_null(without->step.consistency);
-    assert_null(with->step.consistency);
-    assert_null(without->validation.evaluator.views);
-    assert_int_equal(with->model.param_count - without->model.param_count,
-                     9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * width);
-    assert_int_equal(with->model.param_bytes - without->model.param_bytes,
-                     4 * (with->model.param_count - without->model.param_count));
-    assert_int_equal(with->validation.view_fit.fits != NULL, 0);
-    vw_trainer_destroy(&without);
-    vw_trainer_destroy(&with);
-    vw_scene_close(&scene);
-}
-
-TEST(bits_do_not_depend_on_batches) {
-    struct vw_scene *scene = test_scene();
-    for (int other = 0; other < 3; other++) {
-        struct vw_config config = other ? test_config_of(VW_FIELD_MLP) : test_config();
-        config.consistency_weight = other == 1 ? 0.0 : 0.01;
-        strcpy(config.effects, other ? "appearance_encoder,visibility,sky" : "appearance_encoder");
-        config.beta1 = other ? 0.9 : 0.0;
-        config.importance_samples = other ? 8 : 0;
-        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
-        test_run_assert_same(one, many);
-        assert_int_equal(one->stats.nonfinite_steps, 0);
-        test_run_free(one);
-        test_run_free(many);
-    }
-    vw_scene_close(&scene);
 }
 
 // ---- Codes of views -------------------------------------------------------------------------------------------------
@@ -145,39 +105,6 @@ TEST(whole_views_show_their_left_halves) {
 
 // ---- Beside others --------------------------------------------------------------------------------------------------
 
-TEST(it_replaces_other_appearance) {
-    static const char *const others[] = {"appearance", "appearance_code"};
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
-    for (int named = 0; named < 2; named++)
-        for (size_t i = 0; i < VW_ARRAY_COUNT(others); i++) {
-            struct vw_config config = config_with("+appearance_encoder");
-            if (named) strcat(strcat(config.effects, ",+"), others[i]);
-            vw_effects_list(verdicts, &count);
-            for (uint32_t k = 0; k < count; k++)
-                verdicts[k].on =
-                    !strcmp(verdicts[k].name, "appearance_encoder") || !strcmp(verdicts[k].name, others[i]);
-            assert_int_equal(vw_effects_follow_field(&config, verdicts, count), named ? VW_ERROR_USAGE : VW_OK);
-            if (named) assert_non_null(strstr(vw_error_message(), "appearance_encoder replaces appearance"));
-            else assert_false(vw_effects_is_on(verdicts, count, others[i]));
-            assert_true(vw_effects_is_on(verdicts, count, "appearance_encoder"));
-            if (!named) assert_true(vw_effects_halve_views(verdicts, count) && !vw_effects_fit_views(verdicts, count));
-        }
-}
-
-TEST(the_consistency_loss_is_not_beside_transients) {
-    struct vw_config config = config_with("appearance_encoder,transient");
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
-    vw_effects_list(verdicts, &count);
-    for (int weighs = 0; weighs < 2; weighs++) {
-        config.consistency_weight = weighs ? 0.001 : 0.0;
-        ASSERT_OK(vw_effects_choose(config.effects, verdicts, count));
-        assert_int_equal(vw_effects_follow_field(&config, verdicts, count), weighs ? VW_ERROR_USAGE : VW_OK);
-    }
-    assert_non_null(strstr(vw_error_message(), "--consistency-weight"));
-}
-
 // Its weight is part of what a run is, and absent where it is 0, as in runs from before there was one.
 TEST(the_weight_of_consistency_is_in_the_config) {
     struct vw_config config = vw_config_default, read = vw_config_default;
@@ -194,18 +121,6 @@ TEST(the_weight_of_consistency_is_in_the_config) {
     free(text);
     config.consistency_weight = -0.001;
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-}
-
-TEST(the_sweep_refuses_it) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = config_with("appearance_encoder");
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct vw_adjoint_passes sweep;
-    const struct vw_adjoint_params params = {.batch_steps = 1};
-    ASSERT_FAILS(vw_adjoint_create(vw_trainer_context(trainer), &params, &sweep), VW_ERROR_USAGE,
-                 "--effects -appearance_encoder");
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 // ---- Learning -------------------------------------------------------------------------------------------------------

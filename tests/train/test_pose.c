@@ -1,13 +1,10 @@
-// The effect pose in whole trainings: that off it takes no room, that bits do not depend on batches and survive a
-// checkpoint, that validation sees all cameras as the scene has them, what is refused, and that it mends wrong cameras.
+// The effect pose in whole trainings: it mends wrong cameras. (What all effects promise: test_effect_promises.)
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "reference/pose.h"
 #include "reference/step_bench.h"
 #include "support/trainer_fixture.h"
-#include "train/adjoint/lasting.h"
-#include "train/fields/registry.h"
 
 static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();
@@ -15,99 +12,6 @@ static struct vw_config config_with(const char *effects) {
     config.epochs = 20; // so that cameras move before a checkpoint, too
     return config;
 }
-
-TEST(what_is_off_takes_no_room) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config off = config_with("none"), on = config_with("pose");
-    struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
-                      *with = test_trainer_create(scene, &on, true, 1);
-    test_trainer_has_no_effects(without);
-    assert_int_equal(without->model.param_bytes, without->model.grid.size_bytes + without->model.weights.size_bytes);
-    assert_int_equal(with->model.param_count - without->model.param_count, 5 * 6);
-    vw_trainer_destroy(&without);
-    vw_trainer_destroy(&with);
-    vw_scene_close(&scene);
-}
-
-TEST(bits_do_not_depend_on_batches_or_parts) {
-    static const char *const effects[] = {"pose", "pose,sky,appearance,appearance_code,visibility",
-                                          "pose,occupancy,distortion"};
-    struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
-        struct vw_config config = config_with(effects[i]);
-        config.beta1 = i == 1 ? 0.9 : 0.0;
-        config.rays = i == 2 ? 1200 : 60; // several chunks
-        config.epochs = i == 2 ? 8 : config.epochs;
-        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7),
-                        *parts = test_run_in_parts(scene, &config);
-        test_run_assert_same(one, many);
-        test_run_assert_same(one, parts);
-        assert_int_equal(one->stats.nonfinite_steps, 0);
-        test_run_free(one);
-        test_run_free(many);
-        test_run_free(parts);
-    }
-    vw_scene_close(&scene);
-}
-
-// Decision 1: the same field renders the same, in train photos too, whatever the corrections. Photos that are not
-// trained on keep none.
-TEST(validation_does_not_know_it) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config on = config_with("pose"), off = config_with("none");
-    struct test_run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
-                      *plain = test_trainer_create(scene, &off, true, 0);
-    float *expected = NULL, *found = NULL;
-    test_run_finish(trained, run);
-    ASSERT_OK(vw_buffer_write(plain->field.params, 0, run->params, plain->model.param_bytes));
-    for (uint32_t view = 0; view < 6; view += 5) { // trained on, and not
-        double pose[REFERENCE_POSE];
-        reference_pose_of(&trained->model, (const float *)run->params, view, pose);
-        assert_true(view == 5 ? largest(pose, REFERENCE_POSE) == 0.0 : largest(pose, REFERENCE_POSE) > 0.0);
-        ASSERT_OK(vw_trainer_render(trained, view, &found));
-        ASSERT_OK(vw_trainer_render(plain, view, &expected));
-        const struct vw_image *image = &scene->views[view].image;
-        assert_memory_equal(found, expected, 3 * sizeof(float) * image->width_px * image->height_px);
-        free(expected);
-        free(found);
-        expected = found = NULL;
-    }
-    vw_trainer_destroy(&trained);
-    vw_trainer_destroy(&plain);
-    test_run_free(run);
-    vw_scene_close(&scene);
-}
-
-TEST(what_it_cannot_be_beside_is_refused_by_name) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
-    struct vw_config config = test_config_of(VW_FIELD_MLP);
-    vw_effects_list(verdicts, &count);
-    for (uint32_t i = 0; i < count; i++) verdicts[i].on = !strcmp(verdicts[i].name, "pose");
-    strcpy(config.effects, "+pose");
-    ASSERT_FAILS(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE,
-                 "pose is not there with --field mlp");
-    config = config_with("+pose");
-    assert_int_equal(vw_effects_follow_field(&config, verdicts, count), VW_OK);
-    for (uint32_t i = 0; i < count; i++) verdicts[i].on |= !strcmp(verdicts[i].name, "unbounded");
-    ASSERT_FAILS(vw_effects_follow_field(&config, verdicts, count), VW_ERROR_USAGE, "pose cannot be beside unbounded");
-}
-
-TEST(the_sweep_refuses_it_by_name) {
-    struct vw_config config = config_with("pose");
-    struct vw_scene *scene = test_scene();
-    struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    training.effects = vw_trainer_effects(trainer, &training.effect_count);
-    struct vw_lasting *lasting = NULL;
-    ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
-                 "--effects -pose");
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
-}
-
-// ---- Wrong cameras --------------------------------------------------------------------------------------------------
 
 // What is wrong with the camera of a train photo: about a degree, and a hundredth of the box.
 static void draw_error(uint32_t view, double error[REFERENCE_POSE]) {

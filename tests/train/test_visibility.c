@@ -1,5 +1,5 @@
-// The effect `visibility` in whole trainings: that off it takes no room, that bits do not depend on batches, that
-// validation does not know it, and that it finds what stands before the scene in single photos.
+// The effect visibility in whole trainings: it finds what stands before the scene in single photos. (What all effects
+// promise: test_effect_promises.)
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -12,59 +12,6 @@ static struct vw_config config_with(const char *effects) {
     struct vw_config config = test_config();
     strcpy(config.effects, effects);
     return config;
-}
-
-TEST(what_is_off_takes_no_room) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config off = config_with("none"), on = config_with("visibility");
-    struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
-                      *with = test_trainer_create(scene, &on, true, 1);
-    test_trainer_has_no_effects(without);
-    assert_int_equal(without->model.param_bytes, without->model.grid.size_bytes + without->model.weights.size_bytes);
-    assert_int_equal(with->model.param_count - without->model.param_count, 16 * 39 + 16 * 17 + 17 + 5 * 16);
-    vw_trainer_destroy(&without);
-    vw_trainer_destroy(&with);
-    vw_scene_close(&scene);
-}
-
-TEST(bits_do_not_depend_on_batches) {
-    struct vw_scene *scene = test_scene();
-    for (int momentum = 0; momentum < 2; momentum++) {
-        struct vw_config config = config_with(momentum ? "visibility,appearance,sky" : "visibility");
-        config.beta1 = momentum ? 0.9 : 0.0;
-        config.loss = momentum ? VW_LOSS_HUBER : VW_LOSS_L1;
-        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
-        test_run_assert_same(one, many);
-        assert_int_equal(one->stats.nonfinite_steps, 0);
-        test_run_free(one);
-        test_run_free(many);
-    }
-    vw_scene_close(&scene);
-}
-
-// Decision 1: the same params render the same, whatever the network and the codes say.
-TEST(validation_does_not_know_it) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config on = config_with("visibility"), off = config_with("none");
-    struct test_run *run = vw_allocate(1, sizeof *run);
-    struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
-                      *plain = test_trainer_create(scene, &off, true, 0);
-    float *expected = NULL, *found = NULL;
-    test_run_finish(trained, run);
-    ASSERT_OK(vw_buffer_write(plain->field.params, 0, run->params, plain->model.param_bytes));
-    for (uint32_t view = 0; view < 6; view += 5) { // trained on, and not
-        ASSERT_OK(vw_trainer_render(trained, view, &found));
-        ASSERT_OK(vw_trainer_render(plain, view, &expected));
-        const struct vw_image *image = &scene->views[view].image;
-        assert_memory_equal(found, expected, 3 * sizeof(float) * image->width_px * image->height_px);
-        free(expected);
-        free(found);
-        expected = found = NULL;
-    }
-    vw_trainer_destroy(&trained);
-    vw_trainer_destroy(&plain);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // ---- Boxes before the scene -----------------------------------------------------------------------------------------

@@ -182,16 +182,6 @@ static double mixed_with_draws(const uint32_t *order, uint32_t first, uint32_t s
 // Undoing the filter amplifies rounding, 1e-14 of some 20 dB, by (1 + b) / (1 - b) = 19.
 static const double amplified_rounding = 1e-12;
 
-TEST(worths_come_back_from_momentum) {
-    struct test_game *game = test_play(mixed, 20, seed);
-    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
-    for (uint32_t i = 0; i < series.count; i++)
-        assert_close(series.visits[i].delta, worth_db[game->order[1 + TEST_TRAIN_COUNT + i]], amplified_rounding,
-                     "a credit");
-    vw_series_free(&series);
-    free(game);
-}
-
 // What the luck of a step's draw earned comes back with it: credits are no noisier than deltas are without momentum.
 TEST(draws_stay_with_their_steps) {
     struct test_game *game = test_play(mixed_with_draws, 20, seed);

@@ -101,26 +101,6 @@ TEST(what_was_visited_has_a_standard_error) {
     free(scores);
 }
 
-// A flagged step has no delta of its own; the step after it is measured from the last value before it.
-TEST(flagged_steps_are_bridged) {
-    struct test_recording *training = train(0, 3, 3);
-    const uint32_t flagged = 8; // in the second epoch
-    uint32_t photo = training->records[flagged].view, next = training->records[flagged + 1].view, count = 0;
-    struct vw_ledger_score *whole = score(training, 1, &count);
-    double photo_worth = test_find_score(whole, count, "dv_psnr", photo)->value / 2;
-    double next_value = test_find_score(whole, count, "dv_psnr", next)->value;
-    flag(training, flagged);
-    struct vw_ledger_score *scores = score(training, 1, &count);
-    assert_int_equal(test_find_score(scores, count, "dv_psnr", photo)->visits, 1);
-    check_near(test_find_score(scores, count, "dv_psnr", photo)->value, photo_worth, "dv_psnr of the flagged photo");
-    assert_int_equal(test_find_score(scores, count, "dv_psnr", next)->visits, 2);
-    check_near(test_find_score(scores, count, "dv_psnr", next)->value, next_value + photo_worth,
-               "dv_psnr of the next photo");
-    free(scores);
-    free(whole);
-    free(training);
-}
-
 // The delta of the first step after burn-in is taken from the last value within it, and step 0 may lack a value.
 TEST(a_flagged_start_is_no_delta) {
     struct test_recording *training = train(0, 1, 3);
@@ -135,18 +115,6 @@ TEST(a_flagged_start_is_no_delta) {
     assert_int_equal(count, 0);
     free(score(&(struct test_recording){.count = 0}, 0, &count));
     assert_int_equal(count, 0);
-    free(training);
-}
-
-TEST(an_unknown_image_is_refused) {
-    struct test_recording *training = train(0, 3, 3);
-    training->records[9].view = 99;
-    struct vw_ledger_score *scores = NULL;
-    uint32_t count = 0;
-    struct vw_value_input input = input_of(training, 1);
-    assert_int_equal(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT);
-    assert_null(scores);
-    assert_non_null(strstr(vw_error_message(), "step 9"));
     free(training);
 }
 

@@ -1,0 +1,206 @@
+// What every effect promises, by tables: off it takes no room and no effect changes where the field begins; bits do not
+// depend on batches or parts; validation sees the field alone; it is refused by name where it cannot be.
+#include "support/cmocka_test.h"
+
+#include "base/memory.h"
+#include "base/word_list.h"
+#include "support/trainer_fixture.h"
+#include "train/adjoint/lasting.h"
+#include "train/effects/registry.h"
+#include "train/fields/registry.h"
+
+static struct vw_config config_with(enum vw_field field, const char *effects) {
+    struct vw_config config = test_config_of(field);
+    strcpy(config.effects, effects);
+    return config;
+}
+
+static void read_params(const struct vw_trainer *trainer, char *bytes, uint64_t size_bytes) {
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, bytes, size_bytes));
+}
+
+TEST(what_is_off_takes_no_room) {
+    static const struct {
+        const char *effects;
+        enum vw_field field;
+        uint64_t params; // for 5 train photos, and all 8 where validation needs one
+    } cases[] = {
+        {"pose", VW_FIELD_HASH, 5 * 6},
+        {"visibility", VW_FIELD_HASH, 16 * 39 + 16 * 17 + 17 + 5 * 16},
+        {"transient", VW_FIELD_HASH, 16 * (16 + 16 + 1) + 16 * 17 + 5 * 17 + 16 * 5},
+        {"transient", VW_FIELD_MLP, 8 * (16 + 16 + 1) + 3 * 8 * 9 + 5 * 9 + 16 * 5},
+        {"appearance_encoder", VW_FIELD_HASH, 9 * 4 * 16 + 16 + 2 * (9 * 16 * 16 + 16) + 16 * 48 + 48 + 48 * 16},
+    };
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config off = config_with(cases[i].field, "none"), on = config_with(cases[i].field, cases[i].effects);
+        off.consistency_weight = 0.001; // of an effect that is off
+        struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
+                          *with = test_trainer_create(scene, &on, true, 1);
+        uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
+        char *first = vw_allocate(shared, 1), *second = vw_allocate(shared, 1);
+        test_trainer_has_no_effects(without);
+        assert_null(without->field.head_rows);
+        assert_null(without->validation.evaluator.views);
+        assert_int_equal(without->model.param_bytes, shared);
+        if (with->model.param_count - without->model.param_count != cases[i].params)
+            fail_msg("%s: %llu params", cases[i].effects,
+                     (unsigned long long)(with->model.param_count - without->model.param_count));
+        read_params(without, first, shared);
+        read_params(with, second, shared);
+        assert_memory_equal(first, second, shared);
+        free(first);
+        free(second);
+        vw_trainer_destroy(&without);
+        vw_trainer_destroy(&with);
+    }
+    vw_scene_close(&scene);
+}
+
+TEST(bits_do_not_depend_on_batches_or_parts) {
+    static const struct {
+        const char *effects;
+        enum vw_field field;
+        uint32_t rays, epochs; // 1200 rays are several chunks; cameras move before a checkpoint of 20 epochs, too
+        double beta1, consistency_weight;
+        enum vw_loss loss;
+        uint32_t importance_samples;
+        bool parts;
+    } cases[] = {
+        {"pose", VW_FIELD_HASH, 60, 20, 0, 0, VW_LOSS_L2, 0, true},
+        {"pose,sky,appearance,appearance_code,visibility", VW_FIELD_HASH, 60, 20, 0.9, 0, VW_LOSS_L2, 0, true},
+        {"pose,occupancy,distortion", VW_FIELD_HASH, 1200, 8, 0, 0, VW_LOSS_L2, 0, true},
+        {"visibility", VW_FIELD_HASH, 60, 3, 0, 0, VW_LOSS_L1, 0, false},
+        {"visibility,appearance,sky", VW_FIELD_HASH, 60, 3, 0.9, 0, VW_LOSS_HUBER, 0, false},
+        {"appearance_encoder", VW_FIELD_HASH, 60, 3, 0, 0.01, VW_LOSS_L2, 0, false},
+        {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0, VW_LOSS_L2, 8, false},
+        {"appearance_encoder,visibility,sky", VW_FIELD_MLP, 60, 3, 0.9, 0.01, VW_LOSS_L2, 8, false},
+    };
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config config = config_with(cases[i].field, cases[i].effects);
+        config.rays = cases[i].rays;
+        config.epochs = cases[i].epochs;
+        config.beta1 = cases[i].beta1;
+        config.consistency_weight = cases[i].consistency_weight;
+        config.importance_samples = cases[i].importance_samples;
+        config.loss = cases[i].loss;
+        struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7),
+                        *parts = cases[i].parts ? test_run_in_parts(scene, &config) : NULL;
+        test_run_assert_same(one, many);
+        if (parts) test_run_assert_same(one, parts);
+        assert_int_equal(one->stats.nonfinite_steps, 0);
+        test_run_free(one);
+        test_run_free(many);
+        if (parts) test_run_free(parts);
+    }
+    vw_scene_close(&scene);
+}
+
+// Decision 1: the params that a field has without the effect render the same with it, in train photos too, whatever the
+// effect has learned.
+TEST(validation_sees_the_field_alone) {
+    static const struct {
+        const char *effects;
+        enum vw_field field;
+    } cases[] = {{"pose", VW_FIELD_HASH},
+                 {"visibility", VW_FIELD_HASH},
+                 {"transient", VW_FIELD_HASH},
+                 {"transient", VW_FIELD_MLP}};
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config on = config_with(cases[i].field, cases[i].effects), off = config_with(cases[i].field, "none");
+        on.epochs = 20;
+        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
+                          *plain = test_trainer_create(scene, &off, true, 0);
+        uint64_t own = plain->model.param_bytes, bytes = trained->model.param_bytes;
+        char *before = vw_allocate(bytes, 1);
+        float *expected = NULL, *found = NULL;
+        read_params(trained, before, bytes);
+        test_run_finish(trained, run);
+        assert_memory_not_equal(before + own, (const char *)run->params + own, bytes - own); // it has learned
+        ASSERT_OK(vw_buffer_write(plain->field.params, 0, run->params, own));
+        for (uint32_t view = 0; view < 6; view += 5) { // trained on, and not
+            const struct vw_image *image = &scene->views[view].image;
+            ASSERT_OK(vw_trainer_render(trained, view, &found));
+            ASSERT_OK(vw_trainer_render(plain, view, &expected));
+            assert_memory_equal(found, expected, 3 * sizeof(float) * image->width_px * image->height_px);
+            free(expected);
+            free(found);
+            expected = found = NULL;
+        }
+        free(before);
+        vw_trainer_destroy(&trained);
+        vw_trainer_destroy(&plain);
+        test_run_free(run);
+    }
+    vw_scene_close(&scene);
+}
+
+TEST(what_cannot_be_together_is_refused_by_name) {
+    static const struct {
+        const char *option, *found; // as --effects says, and what is on before fields and effects are heard
+        enum vw_field field;
+        enum vw_loss loss;
+        double consistency_weight;
+        const char *refused; // the message; NULL: nothing is refused
+        const char *left;    // what goes off by itself
+    } cases[] = {
+        {"+pose", "pose", VW_FIELD_MLP, VW_LOSS_L2, 0, "pose is not there with --field mlp", NULL},
+        {"+pose", "pose", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, NULL},
+        {"+pose", "pose,unbounded", VW_FIELD_HASH, VW_LOSS_L2, 0, "pose cannot be beside unbounded", NULL},
+        {"auto", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "occupancy"},
+        {"+transient", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "occupancy"},
+        {"transient,occupancy", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0,
+         "occupancy cannot be beside transient", NULL},
+        {"auto", "transient", VW_FIELD_HASH, VW_LOSS_HUBER, 0, "needs --loss l2, not huber", NULL},
+        {"+appearance_encoder", "appearance_encoder,appearance", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "appearance"},
+        {"+appearance_encoder", "appearance_encoder,appearance_code", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL,
+         "appearance_code"},
+        {"+appearance_encoder,+appearance", "appearance_encoder,appearance", VW_FIELD_HASH, VW_LOSS_L2, 0,
+         "appearance_encoder replaces appearance", NULL},
+        {"+appearance_encoder,+appearance_code", "appearance_encoder,appearance_code", VW_FIELD_HASH, VW_LOSS_L2, 0,
+         "appearance_encoder replaces appearance", NULL},
+        {"appearance_encoder,transient", "appearance_encoder,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, NULL},
+        {"appearance_encoder,transient", "appearance_encoder,transient", VW_FIELD_HASH, VW_LOSS_L2, 0.001,
+         "--consistency-weight", NULL},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        uint32_t count;
+        struct vw_config config = config_with(cases[i].field, cases[i].option);
+        config.loss = cases[i].loss;
+        config.consistency_weight = cases[i].consistency_weight;
+        vw_effects_list(verdicts, &count);
+        for (uint32_t k = 0; k < count; k++) verdicts[k].on = vw_word_list_has(cases[i].found, verdicts[k].name);
+        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
+        if (cases[i].refused) ASSERT_FAILS(status, VW_ERROR_USAGE, cases[i].refused);
+        else ASSERT_OK(status);
+        for (uint32_t k = 0; k < count && !status; k++)
+            assert_int_equal(verdicts[k].on, vw_word_list_has(cases[i].found, verdicts[k].name) &&
+                                                 !(cases[i].left && !strcmp(verdicts[k].name, cases[i].left)));
+        if (!status && strstr(cases[i].option, "+appearance_encoder"))
+            assert_true(vw_effects_halve_views(verdicts, count) && !vw_effects_fit_views(verdicts, count));
+    }
+}
+
+TEST(lasting_credit_refuses_by_name) {
+    static const char *const names[] = {"pose", "transient", "appearance_encoder"};
+    struct vw_scene *scene = test_scene();
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        char remedy[64];
+        struct vw_config config = config_with(VW_FIELD_HASH, names[i]);
+        struct vw_trainer_params training = {.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true};
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
+        training.effects = vw_trainer_effects(trainer, &training.effect_count);
+        struct vw_lasting *lasting = NULL;
+        snprintf(remedy, sizeof remedy, "--effects -%s", names[i]);
+        ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
+                     remedy);
+        vw_trainer_destroy(&trainer);
+    }
+    vw_scene_close(&scene);
+}
+
+TEST_GROUP(NULL, test_gpu_close)
