@@ -1,32 +1,24 @@
-// viewworth: what each photo is worth to a 3-D reconstruction. The table of commands, and the only place that ends the
-// program.
-#include <stdio.h>
-#include <string.h>
-
+// viewworth: what each photo is worth to a 3-D reconstruction. The table of its commands.
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/help.h"
-#include "cli/manual.h"
-#include "cli/output/progress.h"
-#include "cli/params.h"
-#include "cli/parse_options.h"
-#include "viewworth/log.h"
-#include "viewworth/version.h"
+#include "cli/program.h"
+
+enum command_group { VALUE, USE, CHECK, COMPARE };
 
 // clang-format off
 #define NEEDS_SCENE_FOLDER "If the scene path was relative, run the command in the same folder as the training."
 
 static const struct vw_command commands[] = {
-    {VW_COMMANDS_VALUE, "devices", NULL, "List the Vulkan devices in order of preference", NULL,
+    {VALUE, "devices", NULL, "List the Vulkan devices in order of preference", NULL,
      VW_OPTIONS_JSON, vw_command_devices},
-    {VW_COMMANDS_VALUE, "info", "SCENE", "Show what a scene contains and which effects it calls for",
+    {VALUE, "info", "SCENE", "Show what a scene contains and which effects it calls for",
      "SCENE is one of: a folder with transforms*.json, with a COLMAP model, or with a NeRF-W list (.tsv) beside "
      "dense/; a transforms file; a recipe (.json).\n"
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
      "command prints the gain with its standard error, and what a step costs more, for a run with these options.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
-    {VW_COMMANDS_VALUE, "value", "SCENE",
+    {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
      "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
@@ -38,7 +30,7 @@ static const struct vw_command commands[] = {
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
      "not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
-    {VW_COMMANDS_VALUE, "batch", "JOBS.json", "Value many scenes, with several seeds and configurations, from one file",
+    {VALUE, "batch", "JOBS.json", "Value many scenes, with several seeds and configurations, from one file",
      "JOBS.json: {\"defaults\": {\"epochs\": 16}, \"seeds\": [0, 1, 2], \"configs\": [{\"name\": \"draft\", "
      "\"options\": {\"accuracy\": \"draft\"}}], \"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [7], "
      "\"options\": {\"downscale\": 2}}]}. Every job is valued with every seed and config; only jobs, with name and "
@@ -51,7 +43,7 @@ static const struct vw_command commands[] = {
      "ledgers), scores.csv and summary.csv (all jobs), batch.json (the state of every job) and report.html.\n"
      "Run the same command again to resume: jobs that are done are kept, jobs that failed are tried again.",
      VW_OPTIONS_BATCH | VW_OPTIONS_JSON, vw_command_batch},
-    {VW_COMMANDS_VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
+    {VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
      "OUT is the --out folder of value. The retrainings take as many steps as the run, each on 40 to 100 % of the "
      "photos and with a seed of its own; every eighth is on all photos. With 2 to 12 providers some have whole "
      "providers, for what each provider is worth. A regression over their results gives worth_psnr in dB: what a "
@@ -61,17 +53,17 @@ static const struct vw_command commands[] = {
      "scores can be trusted on this scene. Adds the retrainings to ledger.db and retrainings.db, and writes "
      "scores.csv, the tables and the report again. Run the same command again to resume it. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_WORTH | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_worth},
-    {VW_COMMANDS_VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
+    {VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
      "Writes ledger.db, field.vwf (the trained field) and checkpoints to the --out folder.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON,
      vw_command_train},
-    {VW_COMMANDS_VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
+    {VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",
      "LOG.csv has the columns step, epoch, photo, psnr and l1, in any order; other columns are ignored. A row names "
      "the photo that the step trained on and the validation PSNR (dB) and mean absolute error after the step. Step 0 "
      "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
-    {VW_COMMANDS_USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
+    {USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
      "scores.csv and the report. Only differences between photos mean something: their zero does not.\n"
@@ -81,7 +73,7 @@ static const struct vw_command commands[] = {
      "validation photo. Uses the run's device unless --device is "
      "given. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
-    {VW_COMMANDS_USE, "select", "OUT", "Write a list of the photos worth training on",
+    {USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "
      "select it, and keeps all photos unless a list is better beyond noise. Lists by lasting credit are among them "
      "after viewworth lasting OUT --lasting-matrix. Writes retrainings.db to OUT. Uses the "
@@ -98,21 +90,21 @@ static const struct vw_command commands[] = {
      "The scene must still name all valued photos. This command does not check whether photos or poses have changed; "
      "verify --replay does. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_SELECT | VW_OPTIONS_JSON, vw_command_select},
-    {VW_COMMANDS_USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
-     "OUT is the --out folder of value, reproduce, benchmark, compare, tradeoff or batch (whose table of jobs it "
+    {USE, "report", "OUT...", "Write the HTML report again, for one or several result folders",
+     "OUT is the --out folder of value, compare, tradeoff or batch (whose table of jobs it "
      "shows). The report shows thumbnails if the scene can be opened. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_report},
-    {VW_COMMANDS_USE, "merge", "OUT...", "Put the results of many runs side by side",
+    {USE, "merge", "OUT...", "Put the results of many runs side by side",
      "Takes the runs of these folders and of all folders in them; a run is called by its path from the folder that is "
      "named. Verifies every ledger. Writes to the --out folder: merged.db (the tables of all ledgers, with a column "
      "job), scores.csv (the scores of all runs) and report.html. scripts/canonical_dump.sql (installed in "
      "share/viewworth) prints what two merged.db must have in common if the same jobs were run.",
      VW_OPTIONS_MERGE | VW_OPTIONS_JSON, vw_command_merge},
-    {VW_COMMANDS_USE, "render", "OUT", "Render a view with the trained field, beside its photo",
+    {USE, "render", "OUT", "Render a view with the trained field, beside its photo",
      "The image has the photo on the left and the render on the right. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VIEW | VW_OPTIONS_JSON, vw_command_render},
 
-    {VW_COMMANDS_CHECK, "verify", "OUT", "Check that the run in OUT and its files were not changed",
+    {CHECK, "verify", "OUT", "Check that the run in OUT and its files were not changed",
      "Finds rows that were edited, removed, added or reordered: recomputes every hash, every score and the identity of "
      "the run. Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them "
      "with the files; "
@@ -123,18 +115,8 @@ static const struct vw_command commands[] = {
      "(ssh-keygen -Y sign, minisign) detects that, --expect HEAD detects it if the chain head was noted elsewhere, and "
      "--replay N trains the first N steps again, with the scene. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_VERIFY | VW_OPTIONS_JSON, vw_command_verify},
-    {VW_COMMANDS_CHECK, "reproduce", "SCENE",
-     "Value the photos with several seeds and measure how well the scores agree",
-     "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "
-     "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
-     "side by side). With --lasting, sweeps every run and also writes lasting_seeds.csv: lasting credit over the "
-     "seeds, with intervals, and which photos it cannot tell apart. Resumes runs that are not finished and reuses "
-     "finished ones.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE | VW_OPTIONS_RUNS |
-         VW_OPTIONS_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
-     vw_command_reproduce},
 
-    {VW_COMMANDS_EXPERIMENT, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",
+    {COMPARE, "compare", "SCENE", "Compare sets of photos by the reconstructions that they give",
      "Trains on every --list with the same seeds. Measures PSNR, SSIM and L1 of whole validation and test photos, "
      "and whether lists differ by more than noise. If an appearance effect is on, it comes from the left half of a "
      "photo, and only the right half is measured.\n"
@@ -146,14 +128,7 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_compare},
-    {VW_COMMANDS_EXPERIMENT, "benchmark", "SCENE", "Evaluate the scoring methods against ground truth",
-     "Values the scene with two seeds and trains on random halves of its photos with two other seeds. Then measures "
-     "how well the scores of each method find corrupted photos and predict the results of those trainings.\n"
-     "Writes to the --out folder: seed_N/, retrainings.db and benchmark.csv. Run the same command again to resume it.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_BENCHMARK |
-         VW_OPTIONS_LASTING | VW_OPTIONS_JSON,
-     vw_command_benchmark},
-    {VW_COMMANDS_EXPERIMENT, "tradeoff", "SCENE", "Measure what accuracy costs in time, one parameter at a time",
+    {COMPARE, "tradeoff", "SCENE", "Measure what accuracy costs in time, one parameter at a time",
      "Values the scene with the configuration that the options give, the base, and with configurations that change "
      "one parameter each. A full-resolution reference (all validation pixels, twice the rays) shows how accurate the "
      "scores of the others are.\n"
@@ -167,40 +142,21 @@ static const struct vw_command commands[] = {
 };
 // clang-format on
 
-static enum vw_status run_command(const struct vw_command *command, int argc, char **argv) {
-    struct vw_options options;
-    enum vw_status status = vw_options_parse(command, argc, argv, &options);
-    if (status) return status;
-    if (options.help || options.help_all) {
-        vw_help_print_command(command, options.help_all);
-        return VW_OK;
-    }
-    vw_log_set_sink(vw_log_to_stderr, &options.quiet);
-    status = vw_params_set_memory(&options);
-    return status ? status : command->run(&options);
-}
+static const char *const groups[] = {
+    [VALUE] = "Value photos", [USE] = "Use the scores", [CHECK] = "Check the results", [COMPARE] = "Experiments", NULL};
 
-static enum vw_status run(int argc, char **argv) {
-    if (argc < 2) return vw_fail(VW_ERROR_USAGE, "no command given; see viewworth --help");
-    if (strcmp(argv[1], "--help") == 0) {
-        vw_help_print_program(commands, VW_ARRAY_COUNT(commands));
-        return VW_OK;
-    }
-    if (strcmp(argv[1], "--version") == 0) {
-        printf("viewworth %s\n", vw_version());
-        return VW_OK;
-    }
-    if (strcmp(argv[1], "--generate-docs") == 0)
-        return vw_manual_write(argc == 3 ? argv[2] : "", commands, VW_ARRAY_COUNT(commands));
-    for (size_t i = 0; i < VW_ARRAY_COUNT(commands); i++)
-        if (strcmp(argv[1], commands[i].name) == 0) return run_command(&commands[i], argc - 1, argv + 1);
-    return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see viewworth --help", argv[1]);
-}
+static const struct vw_program viewworth = {
+    .name = "viewworth",
+    .summary = "what each photo is worth to a 3-D reconstruction",
+    .description = "viewworth trains a radiance field from posed photos, one photo per step, and measures the "
+                   "validation photos after every step. It keeps a ledger of how much each photo changed the "
+                   "validation error, and computes scores with uncertainty from it.",
+    .groups = groups,
+    .commands = commands,
+    .command_count = VW_ARRAY_COUNT(commands),
+    .tables = {{vw_option_table, &vw_option_count}},
+    .defaults = &vw_options_default,
+    .options_bytes = sizeof(struct vw_options),
+};
 
-int main(int argc, char **argv) {
-    enum vw_status status = run(argc, argv);
-    if ((fflush(stdout) || ferror(stdout)) && !status)
-        status = vw_fail(VW_ERROR_IO, "stdout: cannot write; check where it goes");
-    if (status) fprintf(stderr, "viewworth: %s\n", vw_error_message());
-    return vw_exit_code(status);
-}
+int main(int argc, char **argv) { return vw_program_run(&viewworth, argc, argv); }

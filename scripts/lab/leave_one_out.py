@@ -1,4 +1,4 @@
-"""What a finished `viewworth benchmark --leave-one-out` has recorded: leave-one-out by seed, scores by seed, and the
+"""What a finished `viewworth-lab benchmark --leave-one-out` has recorded: leave-one-out by seed, scores by seed, and the
 statistics that compare them. For compare_losses and compare_scores."""
 import itertools
 import math

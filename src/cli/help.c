@@ -3,8 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/option_table.h"
-
 enum { WIDTH = 80, OPTION_COLUMN = 24, COMMAND_COLUMN = 24 };
 
 // Prints `text` word by word from column `column` on, and indents further lines. A newline in it becomes an empty line.
@@ -40,63 +38,61 @@ static void print_term(const char *term, const char *text, size_t column) {
     print_wrapped(text, column, column);
 }
 
-const char *vw_command_group_title(enum vw_command_group group) {
-    static const char *const titles[VW_COMMANDS_COUNT] = {[VW_COMMANDS_VALUE] = "Value photos",
-                                                          [VW_COMMANDS_USE] = "Use the scores",
-                                                          [VW_COMMANDS_CHECK] = "Check the results",
-                                                          [VW_COMMANDS_EXPERIMENT] = "Experiments"};
-    return titles[group];
-}
-
-void vw_help_print_program(const struct vw_command *commands, size_t count) {
-    printf("viewworth: what each photo is worth to a 3-D reconstruction\n\nusage: viewworth COMMAND [options]\n");
-    for (enum vw_command_group group = 0; group < VW_COMMANDS_COUNT; group++) {
-        printf("\n%s:\n", vw_command_group_title(group));
-        for (size_t i = 0; i < count; i++) {
-            if (commands[i].group != group) continue;
+void vw_help_print_program(const struct vw_program *program) {
+    const char *name = program->name;
+    printf("%s: %s\n\nusage: %s COMMAND [options]\n", name, program->summary, name);
+    for (uint32_t group = 0; program->groups[group]; group++) {
+        printf("\n%s:\n", program->groups[group]);
+        for (uint32_t i = 0; i < program->command_count; i++) {
+            const struct vw_command *command = &program->commands[i];
+            if (command->group != group) continue;
             char term[COMMAND_COLUMN + 16];
-            snprintf(term, sizeof term, "%s %s", commands[i].name, commands[i].operand ? commands[i].operand : "");
-            print_term(term, commands[i].summary, COMMAND_COLUMN);
+            snprintf(term, sizeof term, "%s %s", command->name, command->operand ? command->operand : "");
+            print_term(term, command->summary, COMMAND_COLUMN);
         }
     }
-    printf("\nviewworth COMMAND --help explains a command and its main options.\n"
-           "viewworth COMMAND --help-all lists all its options.\n"
-           "viewworth --version prints the version.\n"
-           "viewworth --generate-docs FOLDER writes man pages and bash completion.\n");
+    printf("\n%s COMMAND --help explains a command and its main options.\n"
+           "%s COMMAND --help-all lists all its options.\n"
+           "%s --version prints the version.\n"
+           "%s --generate-docs FOLDER writes man pages and bash completion.\n",
+           name, name, name, name);
 }
 
 static bool is_listed(const struct vw_option *option, const struct vw_command *command, bool all) {
     return vw_option_fits(option, command) && (all || option->common);
 }
 
-static void print_option(const struct vw_option *option) {
+static void print_option(const struct vw_program *program, const struct vw_option *option) {
     char usage[VW_OPTION_USAGE_BYTES], sentence[VW_OPTION_HELP_BYTES];
     vw_option_usage(option, usage);
-    vw_option_sentence(option, sentence);
+    vw_option_sentence(program, option, sentence);
     print_term(usage, sentence, OPTION_COLUMN);
 }
 
-static void print_section(const struct vw_command *command, enum vw_option_section section, bool all) {
+static void print_section(const struct vw_program *program, const struct vw_command *command,
+                          enum vw_option_section section, bool all) {
     bool has_title = false;
-    for (int i = 0; i < vw_option_count; i++) {
-        const struct vw_option *option = &vw_option_table[i];
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
         if (option->section != section || !is_listed(option, command, all)) continue;
         if (!has_title) printf("\n%s:\n", vw_option_section_title(section));
         has_title = true;
-        print_option(option);
+        print_option(program, option);
     }
 }
 
-static int count_hidden(const struct vw_command *command) {
+static int count_hidden(const struct vw_program *program, const struct vw_command *command) {
     int count = 0;
-    for (int i = 0; i < vw_option_count; i++)
-        count += vw_option_fits(&vw_option_table[i], command) && !vw_option_table[i].common;
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
+        count += vw_option_fits(option, command) && !option->common;
+    }
     return count;
 }
 
-void vw_help_print_command(const struct vw_command *command, bool all) {
+void vw_help_print_command(const struct vw_program *program, const struct vw_command *command, bool all) {
     const char *operand = command->operand ? command->operand : "";
-    printf("usage: viewworth %s%s%s%s [options]\n\n", command->name, *operand ? " " : "", operand,
+    printf("usage: %s %s%s%s%s [options]\n\n", program->name, command->name, *operand ? " " : "", operand,
            vw_command_needs_out(command) ? " --out FOLDER" : "");
     print_wrapped(command->summary, 0, 0);
     if (command->details) {
@@ -104,7 +100,7 @@ void vw_help_print_command(const struct vw_command *command, bool all) {
         print_wrapped(command->details, 0, 0);
     }
     for (enum vw_option_section section = 0; section < VW_SECTION_COUNT; section++)
-        print_section(command, section, all);
-    int hidden = all ? 0 : count_hidden(command);
-    if (hidden) printf("\nviewworth %s --help-all lists all options (%d more).\n", command->name, hidden);
+        print_section(program, command, section, all);
+    int hidden = all ? 0 : count_hidden(program, command);
+    if (hidden) printf("\n%s %s --help-all lists all options (%d more).\n", program->name, command->name, hidden);
 }

@@ -3,14 +3,12 @@
 #define VIEWWORTH_CLI_HELP_H
 
 #include <stdbool.h>
-#include <stddef.h>
 
-#include "cli/options.h"
+#include "cli/program.h"
 
 // The commands by group.
-void vw_help_print_program(const struct vw_command *commands, size_t count);
+void vw_help_print_program(const struct vw_program *program);
 // A command's usage, what it does, and its options by section: the common ones, or all.
-void vw_help_print_command(const struct vw_command *command, bool all);
-const char *vw_command_group_title(enum vw_command_group group);
+void vw_help_print_command(const struct vw_program *program, const struct vw_command *command, bool all);
 
 #endif

@@ -8,9 +8,13 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
-#include "cli/help.h"
-#include "cli/option_table.h"
 #include "viewworth/version.h"
+
+struct page {
+    const struct vw_program *program;
+    const char *name;                 // of the man page; NULL: the completion
+    const struct vw_command *command; // NULL: the program's own page
+};
 
 // ---- Man pages ----
 
@@ -48,33 +52,35 @@ static void write_ends(FILE *stream, const char *see_also) {
     write_roff(stream, see_also);
 }
 
-static void write_option(FILE *stream, const struct vw_option *option) {
+static void write_option(FILE *stream, const struct vw_program *program, const struct vw_option *option) {
     char usage[VW_OPTION_USAGE_BYTES], sentence[VW_OPTION_HELP_BYTES];
     vw_option_usage(option, usage);
-    vw_option_sentence(option, sentence);
+    vw_option_sentence(program, option, sentence);
     fputs(".TP\n.B ", stream);
     write_roff(stream, usage);
     write_roff(stream, sentence);
 }
 
-static void write_options(FILE *stream, const struct vw_command *command) {
+static void write_options(FILE *stream, const struct vw_program *program, const struct vw_command *command) {
     fputs(".SH OPTIONS\n", stream);
     for (enum vw_option_section section = 0; section < VW_SECTION_COUNT; section++) {
         bool has_title = false;
-        for (int i = 0; i < vw_option_count; i++) {
-            const struct vw_option *option = &vw_option_table[i];
+        for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+            const struct vw_option *option = vw_program_option(program, i);
             if (option->section != section || !vw_option_fits(option, command)) continue;
             if (!has_title) fprintf(stream, ".SS %s\n", vw_option_section_title(section));
             has_title = true;
-            write_option(stream, option);
+            write_option(stream, program, option);
         }
     }
 }
 
-static void write_command_page(FILE *stream, const char *page, const struct vw_command *command) {
-    write_title(stream, page);
-    write_name(stream, page, command->summary);
-    fprintf(stream, ".SH SYNOPSIS\n.B viewworth %s\n", command->name);
+static void write_command_page(FILE *stream, const struct page *page) {
+    const struct vw_program *program = page->program;
+    const struct vw_command *command = page->command;
+    write_title(stream, page->name);
+    write_name(stream, page->name, command->summary);
+    fprintf(stream, ".SH SYNOPSIS\n.B %s %s\n", program->name, command->name);
     char *call = vw_format_text("%s%s [options]", command->operand ? command->operand : "",
                                 vw_command_needs_out(command) ? " --out FOLDER" : "");
     if (call) write_roff(stream, call + (call[0] == ' '));
@@ -83,41 +89,44 @@ static void write_command_page(FILE *stream, const char *page, const struct vw_c
     char *description = vw_format_text("%s.\n%s", command->summary, command->details ? command->details : "");
     if (description) write_roff(stream, description);
     free(description);
-    write_options(stream, command);
-    write_ends(stream, "viewworth(1)");
+    write_options(stream, program, command);
+    char *see_also = vw_format_text("%s(1)", program->name);
+    write_ends(stream, see_also ? see_also : "");
+    free(see_also);
 }
 
-static void write_program_page(FILE *stream, const struct vw_command *commands, size_t count) {
-    write_title(stream, "viewworth");
-    write_name(stream, "viewworth", "What each photo is worth to a 3-D reconstruction");
-    fputs(".SH SYNOPSIS\n.B viewworth\nCOMMAND [options]\n.SH DESCRIPTION\n", stream);
-    write_roff(stream, "viewworth trains a radiance field from posed photos, one photo per step, and measures the "
-                       "validation photos after every step. It keeps a ledger of how much each photo changed the "
-                       "validation error, and computes scores with uncertainty from it.");
+static void write_program_page(FILE *stream, const struct vw_program *program) {
+    write_title(stream, program->name);
+    write_name(stream, program->name, program->summary);
+    fprintf(stream, ".SH SYNOPSIS\n.B %s\nCOMMAND [options]\n.SH DESCRIPTION\n", program->name);
+    write_roff(stream, program->description);
     fputs(".SH COMMANDS\n", stream);
-    for (enum vw_command_group group = 0; group < VW_COMMANDS_COUNT; group++) {
-        fprintf(stream, ".SS %s\n", vw_command_group_title(group));
-        for (size_t i = 0; i < count; i++) {
-            if (commands[i].group != group) continue;
+    for (uint32_t group = 0; program->groups[group]; group++) {
+        fprintf(stream, ".SS %s\n", program->groups[group]);
+        for (uint32_t i = 0; i < program->command_count; i++) {
+            if (program->commands[i].group != group) continue;
             fputs(".TP\n.B ", stream);
-            write_roff(stream, commands[i].name);
-            write_roff(stream, commands[i].summary);
+            write_roff(stream, program->commands[i].name);
+            write_roff(stream, program->commands[i].summary);
         }
     }
-    write_ends(stream, "viewworth-value(1) and a page for every other command: viewworth-COMMAND(1)");
+    char *see_also = vw_format_text("%s-COMMAND(1), a page for every command", program->name);
+    write_ends(stream, see_also ? see_also : "");
+    free(see_also);
 }
 
 // ---- Bash completion ----
 
-static void write_command_words(FILE *stream, const struct vw_command *commands, size_t count) {
-    for (size_t i = 0; i < count; i++) fprintf(stream, "%s ", commands[i].name);
+static void write_command_words(FILE *stream, const struct vw_program *program) {
+    for (uint32_t i = 0; i < program->command_count; i++) fprintf(stream, "%s ", program->commands[i].name);
     fputs("--help --version", stream);
 }
 
-static void write_command_options(FILE *stream, const struct vw_command *command) {
+static void write_command_options(FILE *stream, const struct vw_program *program, const struct vw_command *command) {
     fprintf(stream, "    %s) options='", command->name);
-    for (int i = 0; i < vw_option_count; i++)
-        if (vw_option_fits(&vw_option_table[i], command)) fprintf(stream, " --%s", vw_option_table[i].name);
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++)
+        if (vw_option_fits(vw_program_option(program, i), command))
+            fprintf(stream, " --%s", vw_program_option(program, i)->name);
     fputs("' ;;\n", stream);
 }
 
@@ -128,37 +137,31 @@ static void write_option_words(FILE *stream, const struct vw_option *option) {
     if (words) fprintf(stream, "    --%s) words='%s' ;;\n", option->name, words);
 }
 
-static void write_completion(FILE *stream, const struct vw_command *commands, size_t count) {
-    fputs("# Bash completion of viewworth, generated from its table of options.\n"
-          "_viewworth() {\n"
-          "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} options='' words=''\n"
+static void write_completion(FILE *stream, const struct vw_program *program) {
+    const char *name = program->name;
+    fprintf(stream, "# Bash completion of %s, generated from its table of options.\n_%s() {\n", name, name);
+    fputs("    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} options='' words=''\n"
           "    case ${COMP_WORDS[1]} in\n",
           stream);
-    for (size_t i = 0; i < count; i++) write_command_options(stream, &commands[i]);
+    for (uint32_t i = 0; i < program->command_count; i++) write_command_options(stream, program, &program->commands[i]);
     fputs("    esac\n    case $before in\n", stream);
-    for (int i = 0; i < vw_option_count; i++) write_option_words(stream, &vw_option_table[i]);
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++)
+        write_option_words(stream, vw_program_option(program, i));
     fputs("    esac\n    if ((COMP_CWORD == 1)); then\n        words='", stream);
-    write_command_words(stream, commands, count);
+    write_command_words(stream, program);
     fputs("'\n    elif [[ $word == -* ]]; then\n        words=$options\n    fi\n"
           "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
-          "}\n"
-          "complete -o default -F _viewworth viewworth # file names where there is nothing to offer\n",
+          "}\n",
           stream);
+    fprintf(stream, "complete -o default -F _%s %s # file names where there is nothing to offer\n", name, name);
 }
 
 // ---- Files ----
 
-struct page {
-    const char *name; // of the man page; NULL: the completion
-    const struct vw_command *command;
-    const struct vw_command *commands; // all of them, if `command` is NULL
-    size_t count;
-};
-
 static void write_page(FILE *stream, const struct page *page) {
-    if (page->command) write_command_page(stream, page->name, page->command);
-    else if (page->name) write_program_page(stream, page->commands, page->count);
-    else write_completion(stream, page->commands, page->count);
+    if (page->command) write_command_page(stream, page);
+    else if (page->name) write_program_page(stream, page->program);
+    else write_completion(stream, page->program);
 }
 
 static enum vw_status write_file(const char *path, const struct page *page) {
@@ -180,27 +183,26 @@ static enum vw_status write_man_page(const char *folder, const struct page *page
     return status;
 }
 
-static enum vw_status write_command_pages(const char *folder, const struct vw_command *commands, size_t count) {
+static enum vw_status write_command_pages(const struct vw_program *program, const char *folder) {
     enum vw_status status = VW_OK;
-    for (size_t i = 0; i < count && !status; i++) {
-        char *name = vw_format_text("viewworth-%s", commands[i].name);
-        status = name ? write_man_page(folder, &(struct page){.name = name, .command = &commands[i]}) : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < program->command_count && !status; i++) {
+        char *name = vw_format_text("%s-%s", program->name, program->commands[i].name);
+        const struct page page = {.program = program, .name = name, .command = &program->commands[i]};
+        status = name ? write_man_page(folder, &page) : VW_ERROR_MEMORY;
         free(name);
     }
     return status;
 }
 
-enum vw_status vw_manual_write(const char *folder, const struct vw_command *commands, size_t count) {
+enum vw_status vw_manual_write(const struct vw_program *program, const char *folder) {
     if (!*folder) return vw_fail(VW_ERROR_USAGE, "--generate-docs: name the folder to write into");
-    struct page program = {.name = "viewworth", .commands = commands, .count = count};
-    struct page completion = {.commands = commands, .count = count};
     char *man = vw_path_join(folder, "man"), *completions = vw_path_join(folder, "completion");
-    char *path = vw_path_join(folder, "completion/viewworth");
-    enum vw_status status = man && completions && path ? vw_folder_create(man) : VW_ERROR_MEMORY;
+    char *path = completions ? vw_path_join(completions, program->name) : NULL;
+    enum vw_status status = man && path ? vw_folder_create(man) : VW_ERROR_MEMORY;
     if (!status) status = vw_folder_create(completions);
-    if (!status) status = write_man_page(folder, &program);
-    if (!status) status = write_command_pages(folder, commands, count);
-    if (!status) status = write_file(path, &completion);
+    if (!status) status = write_man_page(folder, &(struct page){.program = program, .name = program->name});
+    if (!status) status = write_command_pages(program, folder);
+    if (!status) status = write_file(path, &(struct page){.program = program});
     free(man);
     free(completions);
     free(path);

@@ -6,15 +6,13 @@
 
 #include "base/memory.h"
 #include "batch/jobs.h"
+#include "cli/program.h"
 #include "experiment/comparison_data.h"
 #include "experiment/sweep/configurations.h"
-#include "lab/methods/gradient_list.h"
-#include "lab/methods/registry.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }
 static const char *field_choice(uint32_t choice) { return vw_field_name((enum vw_field)choice); }
 static const char *background_choice(uint32_t choice) { return vw_background_name((enum vw_background_form)choice); }
-static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
 static const char *coarse_network_choice(uint32_t choice) {
     return vw_coarse_network_name((enum vw_coarse_network)choice);
 }
@@ -25,13 +23,13 @@ static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw
 static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
-                   sizeof(enum vw_background_form) == sizeof(uint32_t) && sizeof(enum vw_vary) == sizeof(uint32_t) &&
+                   sizeof(enum vw_background_form) == sizeof(uint32_t) &&
                    sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
                    sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
-#define OPTION(type, field) .kind = VW_OPTION_##type, .offset = offsetof(struct vw_options, field)
-#define RANGE(from, to) .least = from, .most = to
+#define OPTION(type, field) VW_OPTION_FIELD(struct vw_options, type, field)
+#define RANGE VW_OPTION_RANGE
 #define CHOICE(field, name_of, last) OPTION(CHOICE, field), .choice_name = name_of, .choice_count = (uint32_t)(last) + 1
 #define COMMON .common = true
 #define DEFAULT(text) .default_text = text
@@ -119,8 +117,6 @@ const struct vw_option vw_option_table[] = {
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("dv_psnr; of without-outliers dv_psnr, dv_loss and quality")},
-    {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN,
-     OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"seeds", "K",
      "Number of trainings of each list, one per seed (with --valuation-seeds of each valuation); seeds count up from "
      "--seed",
@@ -152,55 +148,14 @@ const struct vw_option vw_option_table[] = {
      "Vulkan devices for the trainings of --kfold at the same time, each an index or part of a name, with commas "
      "between, or all; with equal names and drivers, so that they change no result",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(TEXT, devices), DEFAULT("--device alone")},
-    {"vary", NULL,
-     "What the seed changes between the runs: all of order, pixels and init, or one kind alone, where everything else "
-     "uses --seed in all runs; validation: the validation pixels alone, which are the same in all runs otherwise; "
-     "all,validation: each run has its own, so that their error does not count as agreement",
-     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, CHOICE(config.vary, vary_choice, VW_VARY_ALL_VALIDATION), COMMON},
-    {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
-     VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
     {"equal", NULL,
      "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as "
      "in the paper)",
-     VW_OPTIONS_COMPARE | VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
     {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
     {"parameters", "LIST", "Parameters to change, with commas between: " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF,
      VW_SECTION_MAIN, OPTION(TEXT, parameters), COMMON, DEFAULT("all")},
-    {"halves", "N",
-     "Number of random halves of the train photos that evaluate the scores, each trained on twice; 0: none; LDS needs "
-     "at least 3",
-     VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, halves), RANGE(0, 10000), COMMON},
-    {"subsets", "N|all",
-     "Number of subsets of the train photos to train on, 8 to 10000: one half of them are random halves, the others "
-     "have random sizes of 40 to 100 %; all: every subset of at most 10 photos, for exact Shapley and Banzhaf values",
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, subsets), COMMON, DEFAULT("200"), .words = "all"},
-    {"retraining-seeds", "K",
-     "Number of trainings of each subset, one per seed; their mean is what scores should predict", VW_OPTIONS_BENCHMARK,
-     VW_SECTION_MAIN, OPTION(COUNT, retraining_seeds), RANGE(1, 8), COMMON},
-    {"valued-seeds", "K", "Number of runs that are valued, one per seed", VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN,
-     OPTION(COUNT, valued_seeds), RANGE(1, 8), COMMON},
-    {"leave-one-out", NULL, "Also train without each photo in turn, with each retraining seed", VW_OPTIONS_BENCHMARK,
-     VW_SECTION_MAIN, OPTION(FLAG, leave_one_out), COMMON},
-    {"worth-retrainings", "LIST",
-     "Also evaluate worth (see viewworth worth) from so many retrainings, at most 6 numbers with commas between; these "
-     "retrainings are not those that judge",
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, worth_retrainings), COMMON, DEFAULT("none")},
-    {"methods", "LIST|all",
-     "Also evaluate methods of the literature, with commas between: by retrainings, "
-     "which are not those that judge, " VW_RETRAINING_METHODS "; by gradients along the run, " VW_GRADIENT_METHOD_NAMES,
-     VW_OPTIONS_BENCHMARK | VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"),
-     .words = "all"},
-    {"run-equivalents", "LIST",
-     "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of "
-     "train photos, as in N/2 and 4N",
-     VW_OPTIONS_BENCHMARK | VW_OPTIONS_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, run_equivalents), COMMON,
-     DEFAULT("1,2,4,10,N,4N")},
-    {"curves", "LIST|all|none|gain",
-     "Methods with removal and addition curves, with commas between; gain: all methods, but only what leaving out the "
-     "lowest 20 % of the photos gains",
-     VW_OPTIONS_BENCHMARK, VW_SECTION_MAIN, OPTION(TEXT, curves), DEFAULT("dv_psnr,ground_truth"),
-     .words = "all none gain"},
     {"measure", NULL,
      "Take four times as many steps in each pilot, the short trainings that measure what effects gain, for narrower "
      "intervals",
@@ -249,8 +204,6 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, providers), COMMON},
     {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
-    {"corrupt", "N", "Number of train photos to corrupt, each by one of five defects, as ground truth for scores",
-     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, corrupt), RANGE(0, 1000000)},
 
     // The training.
     {"seed", "N", "Seed of photo order, pixels, jitter and initialisation", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
@@ -322,16 +275,10 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_TIME, OPTION(FLAG, profile)},
 
     // More scores.
-    {"noise-floor", NULL,
-     "Also estimate measurement noise by repeated validation, steps of learning rate 0 and resampled pixels",
-     VW_OPTIONS_VALUE, VW_SECTION_SCORES, OPTION(FLAG, config.noise_floor)},
-    {"same-state", "N", "Also score all photos by steps from the same N states of the field", VW_OPTIONS_VALUE,
-     VW_SECTION_SCORES, OPTION(COUNT, config.same_state), RANGE(1, 1000000)},
     {"lasting", NULL,
      "Also sweep the finished training backwards for lasting credit: what the steps on a photo leave behind at its end "
      "(scores lasting_psnr and lasting_loss)",
-     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_REPRODUCE | VW_OPTIONS_BENCHMARK, VW_SECTION_SCORES,
-     OPTION(FLAG, lasting.wanted), COMMON},
+     VW_OPTIONS_ONE_VALUE, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
     {"lasting-rays", "N", "Rays of each step by which the sweep follows its gradient back; fewer are faster",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536),
      DEFAULT("all rays of a step")},
@@ -386,17 +333,9 @@ const struct vw_option vw_option_table[] = {
     {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},
 };
 
-const int vw_option_count = VW_ARRAY_COUNT(vw_option_table);
-_Static_assert(VW_ARRAY_COUNT(vw_option_table) <= 128, "struct vw_options has a bit for each");
+const uint32_t vw_option_count = VW_ARRAY_COUNT(vw_option_table);
 
-const struct vw_options vw_options_default = {.downscale = 1,
-                                              .per_device = 1,
-                                              .seeds = 3,
-                                              .verify_seeds = 2,
-                                              .retraining_seeds = 2,
-                                              .valued_seeds = 2,
-                                              .halves = 24,
-                                              .views = 2};
+const struct vw_options vw_options_default = VW_OPTIONS_DEFAULT;
 
 const char *vw_option_section_title(enum vw_option_section section) {
     static const char *const titles[VW_SECTION_COUNT] = {
@@ -438,10 +377,17 @@ void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_B
     snprintf(text, VW_OPTION_USAGE_BYTES, "--%s%s%s", option->name, *argument ? " " : "", argument);
 }
 
-static void describe_default(const struct vw_option *option, char *text, size_t text_bytes) {
-    struct vw_options options = vw_options_default;
-    options.config = vw_config_default;
-    const void *field = (const char *)&options + option->offset;
+// Returns the option's field in the defaults. Those of the config are the library's.
+static const void *default_of(const struct vw_program *program, const struct vw_option *option) {
+    size_t config = offsetof(struct vw_options, config);
+    if (option->offset >= config && option->offset < config + sizeof(struct vw_config))
+        return (const char *)&vw_config_default + (option->offset - config);
+    return (const char *)program->defaults + option->offset;
+}
+
+static void describe_default(const struct vw_program *program, const struct vw_option *option, char *text,
+                             size_t text_bytes) {
+    const void *field = default_of(program, option);
     text[0] = 0;
     switch (option->kind) {
     case VW_OPTION_FLAG:
@@ -468,10 +414,11 @@ static bool is_off_by_default(const struct vw_option *option, const char *standa
     return option->kind == VW_OPTION_COUNT && option->least > 0 && strcmp(standard, "0") == 0;
 }
 
-void vw_option_sentence(const struct vw_option *option, char text[VW_OPTION_HELP_BYTES]) {
+void vw_option_sentence(const struct vw_program *program, const struct vw_option *option,
+                        char text[VW_OPTION_HELP_BYTES]) {
     char range[VW_CONFIG_RANGE_BYTES], standard[300];
     vw_option_range(option, range);
-    describe_default(option, standard, sizeof standard);
+    describe_default(program, option, standard, sizeof standard);
     const char *before = "default ";
     if (is_off_by_default(option, standard)) {
         before = "";

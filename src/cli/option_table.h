@@ -1,4 +1,5 @@
-// The table of options: the only source for parsing, help, man pages and completion.
+// The options of viewworth, and how a row of a table of options reads: the only source for parsing, help, man pages and
+// completion.
 #ifndef VIEWWORTH_CLI_OPTION_TABLE_H
 #define VIEWWORTH_CLI_OPTION_TABLE_H
 
@@ -32,6 +33,9 @@ enum vw_option_section {
     VW_SECTION_COUNT
 };
 
+struct vw_command;
+struct vw_program;
+
 struct vw_option {
     const char *name;     // without dashes
     const char *argument; // what help calls the value; NULL: a flag, or one of the choices
@@ -39,7 +43,7 @@ struct vw_option {
     unsigned groups;      // VW_OPTIONS_* of the commands that take it
     enum vw_option_section section;
     enum vw_option_kind kind;
-    size_t offset;            // of its field in struct vw_options
+    size_t offset;            // of its field in the options of the program
     bool common;              // shown by --help, not by --help-all alone
     uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
     const char *default_text; // the default of a text; NULL: none, or not worth a word
@@ -48,8 +52,12 @@ struct vw_option {
     uint32_t choice_count;
 };
 
+// The fields of a row that say where its value goes, and the range of a count.
+#define VW_OPTION_FIELD(options, type, field) .kind = VW_OPTION_##type, .offset = offsetof(options, field)
+#define VW_OPTION_RANGE(from, to) .least = from, .most = to
+
 extern const struct vw_option vw_option_table[];
-extern const int vw_option_count;
+extern const uint32_t vw_option_count;
 extern const struct vw_options vw_options_default;
 
 const char *vw_option_section_title(enum vw_option_section section);
@@ -67,6 +75,7 @@ enum { VW_OPTION_USAGE_BYTES = 160 };
 void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_BYTES]);
 // The help sentence with range and default: "Training rays per step (1 to 65536, default 500)."
 enum { VW_OPTION_HELP_BYTES = 640 };
-void vw_option_sentence(const struct vw_option *option, char text[VW_OPTION_HELP_BYTES]);
+void vw_option_sentence(const struct vw_program *program, const struct vw_option *option,
+                        char text[VW_OPTION_HELP_BYTES]);
 
 #endif

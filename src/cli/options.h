@@ -11,6 +11,8 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
+struct vw_program;
+
 // An option that may be repeated, in the order given.
 enum { VW_TEXTS_MOST = 32 };
 struct vw_texts {
@@ -47,15 +49,7 @@ struct vw_options {
     enum vw_option_preset preset;
     const char *expect;
     uint32_t replay_steps;
-    const char *subsets; // a number, or "all"
-    uint32_t retraining_seeds, valued_seeds;
-    uint32_t halves;        // random halves of the train photos, by which a sweep evaluates scores
     const char *parameters; // names of what a sweep changes
-    bool leave_one_out;
-    const char *worth_retrainings; // numbers with commas between
-    const char *methods;           // names with commas between, or "all"
-    const char *run_equivalents;   // numbers and parts of N with commas between
-    const char *curves;
     const char *view;
     const char *to;
     bool verify, without_outliers, positive, significant, not_harmful;
@@ -67,7 +61,6 @@ struct vw_options {
     const char *scores;       // OUT of a valued run
     uint32_t valuation_seeds; // valuations that select lists; 0: those of `scores`
     uint32_t views;
-    bool paper_methods;
     const char *devices; // indices or names with commas between, or "all"
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
@@ -75,8 +68,13 @@ struct vw_options {
     const char *partition, *time_limit; // of Slurm
     uint32_t gpus;                      // that each job asks Slurm for
     bool json, quiet, help, help_all;
-    uint64_t given[2]; // private: a bit per row of the option table
+    const struct vw_program *program; // private: whose options these are
+    uint64_t given[2];                // private: a bit per option of the program
 };
+
+// The options of a command line that has none. The config's are vw_config_default.
+#define VW_OPTIONS_DEFAULT                                                                                             \
+    { .downscale = 1, .per_device = 1, .seeds = 3, .verify_seeds = 2, .views = 2 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {
@@ -86,13 +84,10 @@ enum {
     VW_OPTIONS_OUT = 8, // --out, which is required, and --resume
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
-    VW_OPTIONS_VALUE = 64,
     VW_OPTIONS_VERIFY = 128,
     VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
-    VW_OPTIONS_REPRODUCE = 1024,
-    VW_OPTIONS_IMPORT = 2048, // --out, which is required, and the training options that scores depend on
-    VW_OPTIONS_BENCHMARK = 4096,
+    VW_OPTIONS_IMPORT = 2048,     // --out, which is required, and the training options that scores depend on
     VW_OPTIONS_ONE_RUN = 8192,    // commands that make a single run
     VW_OPTIONS_ONE_VALUE = 16384, // commands that value a single run
     VW_OPTIONS_RUNS = 32768,      // commands that make several runs in one folder (--out is required) and always resume
@@ -105,29 +100,11 @@ enum {
     VW_OPTIONS_WORTH = 8388608,
     VW_OPTIONS_BATCH = 16777216,
     VW_OPTIONS_MERGE = 33554432,
+    VW_OPTIONS_OTHER = 67108864, // the first of a program that adds options of its own
     // Those of the command value, which the jobs of a batch give, too.
-    VW_OPTIONS_OF_VALUE = VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_VALUE |
-                          VW_OPTIONS_ONE_RUN | VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT |
-                          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
-};
-
-// The headings under which viewworth --help lists commands, in this order.
-enum vw_command_group {
-    VW_COMMANDS_VALUE,
-    VW_COMMANDS_USE,
-    VW_COMMANDS_CHECK,
-    VW_COMMANDS_EXPERIMENT,
-    VW_COMMANDS_COUNT
-};
-
-struct vw_command {
-    enum vw_command_group group;
-    const char *name;
-    const char *operand; // as help spells it; with "..." at its end one or more; NULL: none
-    const char *summary; // what the command does, in the imperative, without full stop
-    const char *details; // what it writes and what to know; paragraphs end with \n; NULL: nothing more
-    unsigned options;    // VW_OPTIONS_* it takes
-    enum vw_status (*run)(const struct vw_options *options);
+    VW_OPTIONS_OF_VALUE = VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN |
+                          VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS |
+                          VW_OPTIONS_JSON,
 };
 
 #endif

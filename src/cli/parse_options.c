@@ -12,8 +12,8 @@
 #include "cli/option_table.h"
 
 enum {
-    OPTIONS_MAX = 128, // bits of vw_options.given
-    FIRST_CODE = 256   // getopt's code of row i of the table is FIRST_CODE + i
+    OPTIONS_MAX = VW_PROGRAM_OPTIONS_MAX,
+    FIRST_CODE = 256 // getopt's code of row i of the table is FIRST_CODE + i
 };
 
 static enum vw_status refuse_number(const struct vw_option *option, const char *text, const char *noun) {
@@ -88,28 +88,30 @@ static enum vw_status store(const struct vw_option *option, const char *text, st
     return status;
 }
 
-static void list_for_getopt(const struct vw_command *command, struct option list[OPTIONS_MAX + 1]) {
+static void list_for_getopt(const struct vw_program *program, const struct vw_command *command,
+                            struct option list[OPTIONS_MAX + 1]) {
     int count = 0;
-    for (int i = 0; i < vw_option_count; i++) {
-        const struct vw_option *option = &vw_option_table[i];
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
         if (!vw_option_fits(option, command)) continue;
         int argument = option->kind == VW_OPTION_FLAG ? no_argument : required_argument;
-        list[count++] = (struct option){option->name, argument, NULL, FIRST_CODE + i};
+        list[count++] = (struct option){option->name, argument, NULL, FIRST_CODE + (int)i};
     }
     list[count] = (struct option){0};
 }
 
 // Names what getopt refused: `word`, or the short option whose letter is in optopt.
-static enum vw_status refuse(const struct vw_command *command, bool value_missing, const char *word) {
+static enum vw_status refuse(const struct vw_program *program, const struct vw_command *command, bool value_missing,
+                             const char *word) {
     if (value_missing)
-        return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see viewworth %s --help", command->name, word,
+        return vw_fail(VW_ERROR_USAGE, "%s: %s needs a value; see %s %s --help", command->name, word, program->name,
                        command->name);
     if (optopt >= FIRST_CODE)
         return vw_fail(VW_ERROR_USAGE, "%s: --%s takes no value", command->name,
-                       vw_option_table[optopt - FIRST_CODE].name);
+                       vw_program_option(program, (uint32_t)(optopt - FIRST_CODE))->name);
     char letter[3] = {'-', (char)optopt, 0};
-    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see viewworth %s --help", command->name,
-                   optopt ? letter : word, command->name);
+    return vw_fail(VW_ERROR_USAGE, "%s: unknown option \"%s\"; see %s %s --help", command->name, optopt ? letter : word,
+                   program->name, command->name);
 }
 
 // getopt takes any beginning that fits one name alone. A slip would set another option, and a new option could change
@@ -127,11 +129,11 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
     int wanted = command->operand ? 1 : 0;
     bool several = command->operand && strstr(command->operand, "...");
     if (count < wanted)
-        return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see viewworth %s --help", command->name, command->operand,
-                       command->name);
+        return vw_fail(VW_ERROR_USAGE, "%s: %s is missing; see %s %s --help", command->name, command->operand,
+                       options->program->name, command->name);
     if (count > wanted && !several)
-        return vw_fail(VW_ERROR_USAGE, "%s: unexpected argument \"%s\"; see viewworth %s --help", command->name,
-                       operands[wanted], command->name);
+        return vw_fail(VW_ERROR_USAGE, "%s: unexpected argument \"%s\"; see %s %s --help", command->name,
+                       operands[wanted], options->program->name, command->name);
     if (wanted) options->operand = operands[0];
     options->operands = (const char *const *)operands;
     options->operand_count = (uint32_t)count;
@@ -145,30 +147,33 @@ static enum vw_status apply_preset(struct vw_options *options) {
     const struct vw_option_of_preset *given = vw_option_preset_options(options->preset);
     enum vw_status status = VW_OK;
     for (; given->name && !status; given++) {
-        int row = 0;
+        uint32_t row = 0;
         if (vw_options_have(options, given->name)) continue;
-        while (strcmp(vw_option_table[row].name, given->name) != 0) row++;
+        while (strcmp(vw_program_option(options->program, row)->name, given->name) != 0) row++;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
-        status = store(&vw_option_table[row], given->value, options);
+        status = store(vw_program_option(options->program, row), given->value, options);
     }
     return status;
 }
 
-enum vw_status vw_options_parse(const struct vw_command *command, int argc, char **argv, struct vw_options *options) {
-    *options = vw_options_default;
+enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
+                                char **argv, struct vw_options *options) {
+    memcpy((void *)options, program->defaults, program->options_bytes);
+    options->program = program;
     options->config = vw_config_default;
     struct option list[OPTIONS_MAX + 1];
-    list_for_getopt(command, list);
+    list_for_getopt(program, command, list);
     optind = 0; // getopt keeps its state between calls: reset it
     opterr = 0; // getopt prints nothing: messages come from refuse()
     int code;
     while ((code = getopt_long(argc, argv, ":", list, NULL)) != -1) {
-        if (code == ':' || code == '?') return refuse(command, code == ':', argv[optind - 1]);
-        int row = code - FIRST_CODE;
-        enum vw_status status = refuse_beginning(command, argv, vw_option_table[row].name);
+        if (code == ':' || code == '?') return refuse(program, command, code == ':', argv[optind - 1]);
+        uint32_t row = (uint32_t)(code - FIRST_CODE);
+        const struct vw_option *option = vw_program_option(program, row);
+        enum vw_status status = refuse_beginning(command, argv, option->name);
         if (status) return status;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
-        status = store(&vw_option_table[row], optarg, options);
+        status = store(option, optarg, options);
         if (status) return status;
     }
     enum vw_status status = apply_preset(options);
@@ -183,8 +188,9 @@ enum vw_status vw_options_parse(const struct vw_command *command, int argc, char
 }
 
 bool vw_options_have(const struct vw_options *options, const char *name) {
-    for (int i = 0; i < vw_option_count; i++)
-        if ((options->given[i / 64] >> i % 64 & 1) && strcmp(vw_option_table[i].name, name) == 0) return true;
+    for (uint32_t i = 0; i < vw_program_option_count(options->program); i++)
+        if ((options->given[i / 64] >> i % 64 & 1) && strcmp(vw_program_option(options->program, i)->name, name) == 0)
+            return true;
     return false;
 }
 

@@ -36,7 +36,7 @@ value_by_threads() { LP_NUM_THREADS=$1 value "threads$1"; }
 check "--help lists the commands" prints '^  value SCENE' "$program" --help
 check "--help lists them in groups" prints '^Use the scores:$' "$program" --help
 check "--version names a version" prints '^viewworth [0-9]+\.[0-9]+\.[0-9]+$' "$program" --version
-for command in devices info value train reproduce render; do
+for command in devices info value train render; do
     check "$command --help shows its usage" prints "^usage: viewworth $command " "$program" "$command" --help
 done
 helps() { # helps PATTERN COMMAND [--help-all]: the help, with its lines joined, matches
@@ -46,7 +46,7 @@ helps() { # helps PATTERN COMMAND [--help-all]: the help, with its lines joined,
     return 1
 }
 not() { ! "$@" >/dev/null; }
-for command in reproduce benchmark; do
+for command in compare tradeoff; do
     check "$command --help says that it resumes" helps '--out FOLDER [^-]* are resumed\.' "$command"
     check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done

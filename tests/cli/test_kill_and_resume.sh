@@ -59,7 +59,7 @@ intact() {
     done
 }
 
-start() { exec "$program" "${words[@]}" --out "$folder/$1" --quiet; } # start OUT: the command of the case
+start() { exec "${by:-$program}" "${words[@]}" --out "$folder/$1" --quiet; } # start OUT: the command of the case
 
 has_status() { [[ ! -e $folder/$1/ledger.db || $(query "$1" 'SELECT status FROM run') == "$2" ]]; } # has_status OUT STATUS: of a single run
 
@@ -79,7 +79,7 @@ stop() {
     wait "$process" 2>/dev/null || code=$?
     case $1 in
     KILL) [[ $code -eq 137 ]] && has_status "$2" running ;;
-    *) [[ $code -eq 1 ]] && grep -qE '^viewworth: .*(--resume|same command)' "$folder/stderr" && has_status "$2" interrupted ;;
+    *) [[ $code -eq 1 ]] && grep -qE '^viewworth(-lab)?: .*(--resume|same command)' "$folder/stderr" && has_status "$2" interrupted ;;
     esac && return
     echo "exit code $code:"
     cat "$folder/stderr"
@@ -120,16 +120,16 @@ resumes() {
 }
 
 resumes value value "$scene" --resume --epochs 80 "${small[@]}" --effects occupancy
-signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
+by=$lab signal=TERM together=3 resumes benchmark benchmark "$tiny" --subsets 8 --curves none --epochs 24 "${tiny_field[@]}"
 devices=2 resumes compare compare "$tiny" --list all --list "$folder/half.txt" --list random --seeds 2 --epochs 100 \
     --views 1 "${tiny_field[@]}"
 # The other commands stop and resume as these do.
 if [[ -n ${VIEWWORTH_FULL:-} || ${#chosen[@]} -gt 0 ]]; then
     signal=TERM resumes train train "$scene" --resume --epochs 80 "${small[@]}"
     resumes until-stable value "$scene" --resume --epochs 90 "${small[@]}" --until-stable 0.9
-    resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
-    together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
-    together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs --halves 0 "${tiny_field[@]}"
+    by=$lab resumes same-state value "$scene" --resume --epochs 90 "${small[@]}" --same-state 3
+    by=$lab together=3 resumes reproduce reproduce "$scene" --seeds 3 --epochs 15 "${small[@]}"
+    together=2 resumes tradeoff tradeoff "$tiny" --seeds 2 --epochs 40 --parameters epochs "${tiny_field[@]}"
 fi
 
 # A budget chooses options when the run starts. A resumed run keeps them, and the printed options give the same run.

@@ -55,7 +55,7 @@ check "an imported run" run "$program" import-steps "$folder/log.csv" --out "$fo
 check "is refused" fails 2 'was imported, and its steps cannot be taken again' lasting imported
 check "a folder without a run is named" fails 2 'no ledger here' lasting nothing
 
-reproduce() { run "$program" reproduce "$scene" --out "$folder/seeds" --seeds 2 "${small[@]}" --epochs 4 --quiet "$@"; }
+reproduce() { run "$lab" reproduce "$scene" --out "$folder/seeds" --seeds 2 "${small[@]}" --epochs 4 --quiet "$@"; }
 check "two seeds" reproduce
 check "are swept" reproduce --lasting --no-gate --json
 check "their means" test "$(json '$.lasting.pairs'),$(json '$.lasting.methods[0].method'),$(json '$.lasting.gates[1]')" = 15,lasting_psnr,
@@ -70,7 +70,7 @@ check "text says what is told apart" eval 'reproduce --lasting --no-gate &&
     grep -qE "all intervals overlap|pairs of photos" "$folder/stdout"'
 
 benchmark() { # benchmark [OPTION]...
-    run "$program" benchmark "$scene" --out "$folder/bench" --valued-seeds 1 --retraining-seeds 1 --subsets 8 --curves none \
+    run "$lab" benchmark "$scene" --out "$folder/bench" --valued-seeds 1 --retraining-seeds 1 --subsets 8 --curves none \
         --worth-retrainings 8 "${small[@]}" --epochs 4 --quiet "$@"
 }
 worth_cost() { awk -F, '$2 == "cost/trainings" && $3 == "worth_8" {print $4}' "$folder/bench/benchmark.csv"; }

@@ -8,7 +8,7 @@ scene=$root/scenes/clean.json
 # value OUT EPOCHS [OPTION]...: with an effect, so that there is a state of it to go on with
 value() { (exec_value "$@"); }
 exec_value() { # in place of the shell, so that signals reach it
-    exec "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects occupancy --quiet "${@:3}"
+    exec "${by:-$program}" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --effects occupancy --quiet "${@:3}"
 }
 verify() { "$program" verify "$folder/$1" "${@:2}"; }
 verifies() { run verify "$@"; }
@@ -72,7 +72,7 @@ query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epoch
 check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
-check "the noise floor is measured" run value noisy 10 --noise-floor --json
+check "the noise floor is measured" by=$lab run value noisy 10 --noise-floor --json
 check "repeated and zero-learning-rate probes move nothing, resampled ones do" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
     SELECT j ->> 'repeated_db' = 0 AND j ->> 'zero_learning_rate_db' = 0 AND j ->> 'resampled_db' > 0 FROM answer")" = 1

@@ -41,7 +41,7 @@ check "train" refuses train "$scene" --out "$folder/long" "${tiny[@]}"
 check "report" refuses report "$folder/long" --no-thumbnails
 check "render" refuses render "$folder/long" --quiet --device llvmpipe
 check "import-steps" refuses import-steps "$folder/none.csv" --out "$folder/long"
-for command in reproduce benchmark compare tradeoff; do
+for command in compare tradeoff; do
     more=()
     [[ $command != compare ]] || more=(--list "$folder/some" --list random)
     check "$command" refuses "$command" "$scene" --out "$folder/long" --epochs 4 "${more[@]}" "${tiny[@]}"
@@ -94,11 +94,10 @@ hostile() { # hostile NAME PATTERN COMMAND...: refused with OUT/NAME a link to a
 check "renders/ a link" hostile renders renders/retrainings compare "$scene" --list "$folder/some" --list random --epochs 2
 check "renders/retrainings/ a link" hostile renders/retrainings renders/retrainings \
     compare "$scene" --list "$folder/some" --list random --epochs 2
-check "seed_0/ a link" hostile seed_0 seed_0 reproduce "$scene" --seeds 2 --epochs 2
 check "configurations/ a link" hostile configurations configurations tradeoff "$scene" --epochs 2 --parameters rays
 for name in ledger.db ledger.db-journal field.vwf checkpoint_0.vwc; do
     check "$name a link" hostile "$name" "$name" value "$scene" --epochs 2
 done
-check "retrainings.db a link" hostile retrainings.db retrainings.db benchmark "$scene" --epochs 2
+check "retrainings.db a link" hostile retrainings.db retrainings.db compare "$scene" --list "$folder/some" --list random --epochs 2
 check "tradeoff.db a link" hostile tradeoff.db tradeoff.db tradeoff "$scene" --epochs 2
 conclude

@@ -8,7 +8,7 @@ cp "$root/tests/support/tiny.json" "$folder"
 sed '/"defects"/d; s/"split": "test"}],/"split": "test"}]/' "$folder/tiny.json" >"$folder/sound.json"
 tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
 
-benchmark_it() { "$program" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"; } # benchmark_it OUT [OPTION]...
+benchmark_it() { "$lab" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"; } # benchmark_it OUT [OPTION]...
 benchmark() { run benchmark_it "$@"; }
 ask() { sqlite3 "$folder/$1/retrainings.db" "$2"; }
 retrainings() { ask "$1" 'SELECT count(*) FROM retraining'; }
@@ -66,7 +66,7 @@ check "and without a training" test "$(retrainings whole)" = "$before"
 extend_seeds() {
     local seed
     for seed in 0 1; do
-        run "$program" value "$folder/tiny.json" --out "$folder/whole/seed_$seed" --seed "$seed" "${tiny[@]}" --epochs 5 --resume ||
+        run "$lab" value "$folder/tiny.json" --out "$folder/whole/seed_$seed" --seed "$seed" "${tiny[@]}" --epochs 5 --resume ||
             return 1
     done
 }
@@ -82,7 +82,7 @@ check "without curves none are evaluated" test "$(row removal_low/20,random)" = 
 # ---- Nothing to tell ----
 
 evaluate_sound() {
-    run "$program" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves ground_truth
+    run "$lab" benchmark "$folder/sound.json" --out "$folder/sound" "${tiny[@]}" --epochs 2 --subsets 8 --curves ground_truth
 }
 curve() { grep -c "^$folder/sound.json,removal_low/20,$1," "$folder/sound/benchmark.csv"; }
 check "a benchmark of photos that are all sound" evaluate_sound
@@ -113,7 +113,7 @@ refused() { benchmark_it refused "$@"; }
 check "too few subsets" fails 2 'subsets' refused --subsets 3
 check "subsets of a word" fails 2 'subsets takes all or' refused --subsets every
 sed 's/"count": 6/"count": 11/' "$folder/tiny.json" >"$folder/eleven.json"
-check "all subsets of eleven photos" fails 2 'at most 10 photos' "$program" benchmark "$folder/eleven.json" --out "$folder/eleven" \
+check "all subsets of eleven photos" fails 2 'at most 10 photos' "$lab" benchmark "$folder/eleven.json" --out "$folder/eleven" \
     "${tiny[@]}" --subsets all --quiet
 check "which trains nothing" test ! -e "$folder/eleven/seed_0"
 check "no seeds left to evaluate with" fails 2 'seed.*lower' refused --seed 9223372036854775804
@@ -122,7 +122,7 @@ check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corr
 check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves ground_truth,dv_pnsr
 check "nothing is left of refusals" test ! -e "$folder/refused"
 check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0 --quiet
-check "no such scene" fails 2 'nowhere' "$program" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
+check "no such scene" fails 2 'nowhere' "$lab" benchmark "$folder/nowhere" --out "$folder/refused" --quiet
 mkdir -p "$folder/other" && echo "no retrainings" >"$folder/other/retrainings.db"
 check "a file that holds no retrainings" fails 2 'retrainings.db.*not' benchmark_it other --quiet
 check "which stays as it was" test "$(cat "$folder/other/retrainings.db")" = "no retrainings"

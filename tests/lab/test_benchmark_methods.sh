@@ -23,7 +23,7 @@ worths=\$(grep -A 1 -x -e --worth-retrainings "\$out/words" | tail -n 1)
 } >"\$out/benchmark.csv"
 END
 chmod +x "$folder/stand_in"
-export VIEWWORTH=$folder/stand_in
+export VIEWWORTH=$program VIEWWORTH_LAB=$folder/stand_in
 photos() { "$program" info "$1" --pilot-steps 0 --json --quiet --device llvmpipe | sed -n 's/.*"train": \([0-9]*\).*/\1/p'; }
 row() { grep -c "^3 scenes,lds/val_psnr,$1,.*,3\$" "$folder/figure/pooled/benchmark.csv"; }
 

@@ -6,7 +6,7 @@ set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 
-compare() { VIEWWORTH=$program "$root/scripts/lab/compare_losses" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+compare() { VIEWWORTH=$program VIEWWORTH_LAB=$lab "$root/scripts/lab/compare_losses" "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 tiny() { compare "$folder/out" 4 huber:0.3 "$root/tests/support/tiny.json" -- --epochs 2 "${small[@]}" --val-rays 64 --device llvmpipe; }
 value() { sqlite3 :memory: ".mode csv" ".import '$folder/out/losses.csv' t" ".mode list" \
     "SELECT value FROM t WHERE loss = '$1' AND measure = '$2'"; } # value LOSS MEASURE

@@ -7,7 +7,7 @@ scene=$root/scenes/clean.json
 probing=(--same-state 3)
 
 value() { # value OUT EPOCHS [OPTION]...
-    "$program" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --quiet "${@:3}"
+    "$lab" value "$scene" --out "$folder/$1" --epochs "$2" "${small[@]}" --quiet "${@:3}"
 }
 verify() { "$program" verify "$folder/$1" "${@:2}"; }
 answers() { # answers RUN SQL EXPECTED

@@ -7,7 +7,7 @@ scene=$folder/corrupted.json
 sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
 
 reproduce() { run reproduce_it "$@"; } # reproduce OUT [OPTION]...
-reproduce_it() { "$program" reproduce "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
+reproduce_it() { "$lab" reproduce "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
 
 refused() { fails 2 "$2" reproduce_it "$1" "${@:3}"; } # refused OUT PATTERN [OPTION]...
 
@@ -25,7 +25,7 @@ check "three seeds" reproduce whole --seeds 3
 r='-?[01]\.[0-9]{3}'
 check "the table has a row per method, r and rho first" grep -qE "^dv_psnr +$r \[$r $r\] +$r \[$r $r\] " "$folder/stdout"
 check "and one per number of epochs" test "$(grep -cE '^ +[56] +(3840|4608) ' "$folder/stdout")" = 2
-value() { run "$program" value "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
+value() { run "$lab" value "$scene" --out "$folder/$1" --epochs 6 "${small[@]}" --quiet "${@:2}"; }
 check "a seed's run is the one of value" eval 'value alone --seed 1 && same_run alone whole/seed_1'
 check "also where effects are decided, once for all seeds" eval 'reproduce decided --seeds 2 --effects auto --pilot-steps 8 &&
     value decided_alone --seed 1 --effects auto --pilot-steps 8 && same_run decided_alone decided/seed_1'
@@ -123,7 +123,7 @@ check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 92233
 # ---- Methods of the literature ----
 
 of_methods() { # of_methods COMMAND [OPTION]...
-    run "$program" "$1" "$root/scenes/eight.json" --out "$folder/methods" --epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 \
+    run "$lab" "$1" "$root/scenes/eight.json" --out "$folder/methods" --epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 \
         --log2-table 6 --width 16 --effects none --device llvmpipe --run-equivalents 4 "${@:2}"
 }
 retrainings() { sqlite3 "$folder/methods/retrainings.db" 'SELECT count(*) FROM retraining WHERE seed >= 1 << 30'; }
@@ -172,5 +172,5 @@ for option in '--payout 10' '--until-stable 0.9' --profile; do
     # shellcheck disable=SC2086
     check "$option is for single runs" refused one "unknown option \"${option% *}\"" $option
 done
-check "value has no --vary" fails 2 'unknown option "--vary"' "$program" value "$scene" --out "$folder/one" --vary order
+check "value has no --vary" fails 2 'unknown option "--vary"' "$lab" value "$scene" --out "$folder/one" --vary order
 conclude "$@"

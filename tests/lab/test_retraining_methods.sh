@@ -8,7 +8,7 @@ tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 -
     --retraining-seeds 1 --valued-seeds 1 --curves none)
 
 benchmark() { # benchmark OUT [OPTION]...
-    run "$program" benchmark "$root/scenes/eight.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"
+    run "$lab" benchmark "$root/scenes/eight.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"
 }
 ask() { sqlite3 "$folder/all/retrainings.db" "$1"; }
 retrainings() { ask 'SELECT count(*) FROM retraining'; }
@@ -58,7 +58,7 @@ check "draw and train each for itself" test "$(sqlite3 "$folder/two/retrainings.
 
 # ---- Refusals ----
 
-refused() { "$program" benchmark "$root/scenes/eight.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
+refused() { "$lab" benchmark "$root/scenes/eight.json" --out "$folder/refused" "${tiny[@]}" "$@"; }
 check "a method that is none" fails 2 '--methods: "shapley" is none' refused --methods tmc_shapley,shapley
 check "budgets without methods" fails 2 'add --methods' refused --run-equivalents 4
 for list in 0 N/0 N2 4n 1.5 '' 1,, 1,2,3,4,5,6,7,8,9,10,11,12,13; do

@@ -8,7 +8,7 @@ RANDOM=$seed
 echo "seed $seed"
 
 value() { # value OUT
-    "$program" value "$root/scenes/clean.json" --out "$folder/$1" --epochs 120 --device llvmpipe --noise-floor --quiet --resume \
+    "$program" value "$root/scenes/clean.json" --out "$folder/$1" --epochs 120 --device llvmpipe --quiet --resume \
         >"$folder/stdout" 2>"$folder/stderr"
 }
 

@@ -1,8 +1,9 @@
-# For tests/*/test_*.sh that run the program from outside, to be sourced by a script that is given the program's path. Leaves $program,
+# For tests/*/test_*.sh that run the program from outside, to be sourced by a script that is given the program's path. Leaves $program, $lab beside it,
 # $root of the tree, an empty $folder that is removed at the end, $small (options of a training that takes a second or two), checks
 # (shell_test.sh) and queries (run_rows.sh).
 
 program=$(realpath "$1")
+lab=$(dirname "$program")/viewworth-lab
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/support/shell_test.sh"
 folder=$(mktemp -d)
@@ -43,7 +44,7 @@ fails() {
     local code=0
     "${@:3}" >"$folder/stdout" 2>"$folder/stderr" || code=$?
     [[ $code -eq $1 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] &&
-        grep -qE "^viewworth: .*($2)" "$folder/stderr" && return
+        grep -qE "^viewworth(-lab)?: .*($2)" "$folder/stderr" && return
     echo "exit code $code:"
     cat "$folder/stdout" "$folder/stderr"
     return 1

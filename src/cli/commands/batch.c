@@ -17,24 +17,25 @@
 
 // Whether `value` would take the job's words, before any job begins, and whether beside others. getopt moves words, so
 // that it gets a copy.
-static enum vw_status check_job(struct vw_job *job) {
+static enum vw_status check_job(const struct vw_program *program, struct vw_job *job) {
     static const struct vw_command value = {.name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
     struct vw_options options;
     char out[] = "--out=NAME", **words = vw_allocate(job->word_count + 2, sizeof *words);
     if (!words) return VW_ERROR_MEMORY;
     memcpy(words, job->words, job->word_count * sizeof *words);
     words[job->word_count] = out;
-    enum vw_status status = vw_options_parse(&value, (int)job->word_count + 1, words, &options);
+    enum vw_status status = vw_options_parse(program, &value, (int)job->word_count + 1, words, &options);
     if (!status) status = vw_options_check_lasting(&options);
     job->single = options.budget || options.accuracy || options.profile || options.worth || options.together;
     free(words);
     return status;
 }
 
-static enum vw_status load_jobs(const char *path, struct vw_jobs *jobs) {
+static enum vw_status load_jobs(const struct vw_options *options, struct vw_jobs *jobs) {
+    const char *path = options->operand;
     enum vw_status status = vw_jobs_load(path, jobs);
     for (uint32_t i = 0; !status && i < jobs->count; i++) {
-        status = check_job(&jobs->jobs[i]);
+        status = check_job(options->program, &jobs->jobs[i]);
         if (status) status = vw_fail_context(status, "%s: job %s", path, jobs->jobs[i].name);
     }
     return status;
@@ -126,7 +127,7 @@ static enum vw_status check_together(const struct vw_options *options) {
 enum vw_status vw_command_batch(const struct vw_options *options) {
     struct vw_jobs jobs = {0};
     enum vw_status status = check_together(options);
-    if (!status) status = load_jobs(options->operand, &jobs);
+    if (!status) status = load_jobs(options, &jobs);
     if (!status) status = options->slurm ? submit(options, &jobs) : run_here(options, &jobs);
     vw_jobs_free(&jobs);
     return status;

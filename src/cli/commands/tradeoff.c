@@ -1,17 +1,15 @@
+#include "cli/commands/tradeoff.h"
+
 #include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
 #include "cli/output/tradeoff_output.h"
-#include "experiment/sweep/sweep.h"
-#include "lab/evaluation/sweep_evaluation.h"
 
-enum vw_status vw_command_tradeoff(const struct vw_options *options) {
+enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator) {
     struct vw_progress progress = {0};
     struct vw_device_list devices;
     enum vw_status status = vw_device_list_read(options, &devices);
-    struct vw_sweep_evaluation evaluation = {.halves = options->halves};
-    const struct vw_sweep_evaluator evaluator = vw_sweep_evaluator_of(&evaluation);
     struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                     .evaluator = &evaluator};
+                                     .evaluator = evaluator};
     if (!status) status = vw_sweep_parameters_parse(options->parameters, &params.parameters);
     if (status) return status;
     struct vw_sweep sweep;
@@ -19,6 +17,7 @@ enum vw_status vw_command_tradeoff(const struct vw_options *options) {
     vw_progress_end(&progress);
     if (!status) status = vw_sweep_print(&sweep, options->json);
     vw_sweep_free(&sweep);
-    vw_sweep_evaluation_free(&evaluation);
     return status;
 }
+
+enum vw_status vw_command_tradeoff(const struct vw_options *options) { return vw_tradeoff_make(options, NULL); }

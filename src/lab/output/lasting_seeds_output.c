@@ -1,4 +1,4 @@
-#include "cli/output/lasting_seeds_output.h"
+#include "lab/output/lasting_seeds_output.h"
 
 #include <inttypes.h>
 #include <math.h>

@@ -1,4 +1,4 @@
-#include "cli/output/reproduction_output.h"
+#include "lab/output/reproduction_output.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -7,8 +7,8 @@
 
 #include "base/memory.h"
 #include "cli/output/json_output.h"
-#include "cli/output/lasting_seeds_output.h"
 #include "cli/output/print.h"
+#include "lab/output/lasting_seeds_output.h"
 #include "viewworth/value.h"
 
 enum { NAME_WIDTH = 18, CELL_WIDTH = 21 };

@@ -7,7 +7,7 @@ set -uo pipefail
 cp "$root/tests/support/tiny.json" "$folder"
 tiny=(--epochs 8 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
 
-sweep_it() { "$program" tradeoff "$folder/tiny.json" --out "$folder/$1" --seeds 2 "${tiny[@]}" "${@:2}"; } # sweep_it OUT [OPTION]...
+sweep_it() { "$lab" tradeoff "$folder/tiny.json" --out "$folder/$1" --seeds 2 "${tiny[@]}" "${@:2}"; } # sweep_it OUT [OPTION]...
 sweep() { run sweep_it "$@"; }
 ask() { sqlite3 "$folder/$1/tradeoff.db" "$2"; }
 near() { awk -v a="$1" -v b="$2" 'BEGIN {exit !(a - b < 1e-9 && b - a < 1e-9)}'; } # to the rounding of sums in another order
@@ -59,7 +59,7 @@ check "PSNR is what rendering the fields gives" awk -v a="$(metric base val_psnr
 check "nor do whole photos at another size" test "$(metric downscale-4 val_psnr)" != "$(metric base val_psnr)"
 check "a run's seconds are its steps'" near "$(metric rays-2 run_seconds)" "$(metric rays-2 'steps * value_ms / 1000')"
 check "the ratio is that of the steps" near "$(metric rays-2 scoring_ratio)" "$(metric rays-2 'value_ms / train_ms')"
-run "$program" reproduce "$folder/tiny.json" --out "$folder/whole/configurations/base" --seeds 2 "${tiny[@]}" --effects none
+run "$lab" reproduce "$folder/tiny.json" --out "$folder/whole/configurations/base" --seeds 2 "${tiny[@]}" --effects none
 for pair in pearson,seed_pearson spearman,seed_spearman; do
     check "seeds agree as reproduce has it: ${pair#*,}" near "$(metric base "${pair#*,}")" \
         "$(awk -F, -v m="${pair%,*}" '$1 == "dv_psnr" && $2 == 8 && $7 == m {print $8}' "$folder/whole/configurations/base/reproduce.csv")"
@@ -116,7 +116,7 @@ for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "--se
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}
 done
-all=$("$program" tradeoff --help | tr -s '[:space:]' ' ' | sed -n 's/.*with commas between: \([^(]*\) (default all).*/\1/p' | tr -d ' ')
+all=$("$lab" tradeoff --help | tr -s '[:space:]' ' ' | sed -n 's/.*with commas between: \([^(]*\) (default all).*/\1/p' | tr -d ' ')
 check "every parameter of the help is one" fails 2 '"none-such" is none of' sweep_it none --parameters "$all,none-such"
 check "an --out that is a file" fails 2 'is a file; name a folder' sweep_it first.csv
 check "nothing is written" test ! -e "$folder/none"

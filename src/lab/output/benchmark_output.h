@@ -1,6 +1,6 @@
 // The result of `viewworth benchmark` on stdout, as tables or as one JSON object.
-#ifndef VIEWWORTH_CLI_OUTPUT_BENCHMARK_OUTPUT_H
-#define VIEWWORTH_CLI_OUTPUT_BENCHMARK_OUTPUT_H
+#ifndef VIEWWORTH_LAB_OUTPUT_BENCHMARK_OUTPUT_H
+#define VIEWWORTH_LAB_OUTPUT_BENCHMARK_OUTPUT_H
 
 #include <stdbool.h>
 

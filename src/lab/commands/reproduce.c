@@ -1,15 +1,19 @@
-#include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
-#include "cli/output/reproduction_output.h"
 #include "cli/parse_options.h"
+#include "lab/commands/commands.h"
+#include "lab/output/reproduction_output.h"
 #include "lab/reproduction.h"
 
-enum vw_status vw_command_reproduce(const struct vw_options *options) {
+enum vw_status vw_lab_reproduce(const struct vw_options *options) {
+    const struct vw_lab_options *lab = vw_lab_options(options);
     struct vw_progress progress = {0};
     struct vw_device_list devices;
     enum vw_status status = vw_device_list_read(options, &devices);
-    const struct vw_experiment_params params = vw_params_of_experiment(options, &devices, &progress);
+    struct vw_experiment_params params = vw_params_of_experiment(options, &devices, &progress);
     struct vw_reproduction reproduction;
+    params.paper_methods = lab->paper_methods;
+    params.methods = lab->methods;
+    params.run_equivalents = lab->run_equivalents;
     if (!status) status = vw_options_check_lasting(options);
     if (status) return status;
     status = vw_reproduction_make(&params, &reproduction);

@@ -1,4 +1,4 @@
-#include "cli/output/benchmark_output.h"
+#include "lab/output/benchmark_output.h"
 
 #include <math.h>
 #include <stdio.h>

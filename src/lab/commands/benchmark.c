@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "base/word_list.h"
-#include "cli/commands/commands.h"
 #include "cli/experiment_params.h"
-#include "cli/output/benchmark_output.h"
 #include "cli/parse_options.h"
+#include "lab/commands/commands.h"
+#include "lab/output/benchmark_output.h"
 
 static enum vw_curves curves_of(const char *list) {
     if (!list) return VW_CURVES_DEFAULT;
@@ -35,10 +35,10 @@ static enum vw_status read_subsets(const char *text, struct vw_benchmark_params 
 
 enum { RETRAININGS_LEAST = 8, RETRAININGS_MOST = 10000 };
 
-static enum vw_status read_worths(const struct vw_options *options, struct vw_benchmark_params *params) {
+static enum vw_status read_worths(const struct vw_lab_options *options, struct vw_benchmark_params *params) {
     const char *rest = options->worth_retrainings;
     struct vw_word word;
-    if (rest && options->equal != VW_EQUAL_STEPS)
+    if (rest && options->common.equal != VW_EQUAL_STEPS)
         return vw_fail(VW_ERROR_USAGE, "--worth-retrainings are of equal steps; leave --equal epochs out");
     while (vw_word_list_next(&rest, &word)) {
         char *end = NULL;
@@ -52,21 +52,24 @@ static enum vw_status read_worths(const struct vw_options *options, struct vw_be
     return VW_OK;
 }
 
-enum vw_status vw_command_benchmark(const struct vw_options *options) {
+enum vw_status vw_lab_benchmark(const struct vw_options *options) {
+    const struct vw_lab_options *lab = vw_lab_options(options);
     struct vw_progress progress = {0};
     struct vw_device_list devices;
     enum vw_status status = vw_device_list_read(options, &devices);
     struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
-                                         .retraining_seeds = options->retraining_seeds,
+                                         .retraining_seeds = lab->retraining_seeds,
                                          .equal = options->equal,
-                                         .leave_one_out = options->leave_one_out,
-                                         .curves = curves_of(options->curves),
-                                         .curve_scorers = options->curves};
+                                         .leave_one_out = lab->leave_one_out,
+                                         .curves = curves_of(lab->curves),
+                                         .curve_scorers = lab->curves};
     struct vw_benchmark benchmark = {0};
+    params.common.methods = lab->methods;
+    params.common.run_equivalents = lab->run_equivalents;
     if (!status) status = vw_options_check_lasting(options);
-    if (!status) status = read_subsets(options->subsets, &params);
-    if (!status) status = read_worths(options, &params);
-    params.common.seeds = options->valued_seeds;
+    if (!status) status = read_subsets(lab->subsets, &params);
+    if (!status) status = read_worths(lab, &params);
+    params.common.seeds = lab->valued_seeds;
     if (!status) status = vw_benchmark_make(&params, &benchmark);
     vw_progress_end(&progress);
     if (!status) status = vw_benchmark_print(&benchmark, options->json);

@@ -1,0 +1,72 @@
+#include "cli/program.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "cli/help.h"
+#include "cli/manual.h"
+#include "cli/output/progress.h"
+#include "cli/params.h"
+#include "cli/parse_options.h"
+#include "viewworth/log.h"
+#include "viewworth/version.h"
+
+uint32_t vw_program_option_count(const struct vw_program *program) {
+    return *program->tables[0].count + (program->tables[1].count ? *program->tables[1].count : 0);
+}
+
+const struct vw_option *vw_program_option(const struct vw_program *program, uint32_t index) {
+    uint32_t first_count = *program->tables[0].count;
+    return index < first_count ? &program->tables[0].rows[index] : &program->tables[1].rows[index - first_count];
+}
+
+static enum vw_status run_command(const struct vw_program *program, const struct vw_command *command, int argc,
+                                  char **argv, struct vw_options *options) {
+    enum vw_status status = vw_options_parse(program, command, argc, argv, options);
+    if (status) return status;
+    if (options->help || options->help_all) {
+        vw_help_print_command(program, command, options->help_all);
+        return VW_OK;
+    }
+    vw_log_set_sink(vw_log_to_stderr, &options->quiet);
+    status = vw_params_set_memory(options);
+    if (!status) status = command->run(options);
+    vw_log_set_sink(NULL, NULL); // the options end here
+    return status;
+}
+
+static enum vw_status find_and_run(const struct vw_program *program, int argc, char **argv) {
+    for (uint32_t i = 0; i < program->command_count; i++) {
+        if (strcmp(argv[1], program->commands[i].name) != 0) continue;
+        struct vw_options *options = vw_allocate(1, program->options_bytes);
+        enum vw_status status =
+            options ? run_command(program, &program->commands[i], argc - 1, argv + 1, options) : VW_ERROR_MEMORY;
+        free(options);
+        return status;
+    }
+    return vw_fail(VW_ERROR_USAGE, "unknown command \"%s\"; see %s --help", argv[1], program->name);
+}
+
+static enum vw_status run(const struct vw_program *program, int argc, char **argv) {
+    if (argc < 2) return vw_fail(VW_ERROR_USAGE, "no command given; see %s --help", program->name);
+    if (strcmp(argv[1], "--help") == 0) {
+        vw_help_print_program(program);
+        return VW_OK;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        printf("%s %s\n", program->name, vw_version());
+        return VW_OK;
+    }
+    if (strcmp(argv[1], "--generate-docs") == 0) return vw_manual_write(program, argc == 3 ? argv[2] : "");
+    return find_and_run(program, argc, argv);
+}
+
+int vw_program_run(const struct vw_program *program, int argc, char **argv) {
+    enum vw_status status = run(program, argc, argv);
+    if ((fflush(stdout) || ferror(stdout)) && !status)
+        status = vw_fail(VW_ERROR_IO, "stdout: cannot write; check where it goes");
+    if (status) fprintf(stderr, "%s: %s\n", program->name, vw_error_message());
+    return vw_exit_code(status);
+}

@@ -1,0 +1,62 @@
+// viewworth-lab: how good scores of photos are. The table of its commands.
+#include "base/memory.h"
+#include "cli/commands/commands.h"
+#include "cli/program.h"
+#include "lab/commands/commands.h"
+
+enum command_group { EVALUATE, CORRUPT };
+
+// clang-format off
+static const struct vw_command commands[] = {
+    {EVALUATE, "reproduce", "SCENE",
+     "Value the photos with several seeds and measure how well the scores agree",
+     "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "
+     "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
+     "side by side). With --lasting, sweeps every run and also writes lasting_seeds.csv: lasting credit over the "
+     "seeds, with intervals, and which photos it cannot tell apart. Resumes runs that are not finished and reuses "
+     "finished ones.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_LAB_PROBES | VW_OPTIONS_RUNS |
+         VW_LAB_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
+     vw_lab_reproduce},
+    {EVALUATE, "benchmark", "SCENE", "Evaluate the scoring methods against ground truth",
+     "Values the scene with two seeds and trains on random halves of its photos with two other seeds. Then measures "
+     "how well the scores of each method find corrupted photos and predict the results of those trainings.\n"
+     "Writes to the --out folder: seed_N/, retrainings.db and benchmark.csv. Run the same command again to resume it.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_LAB_BENCHMARK |
+         VW_OPTIONS_LASTING | VW_OPTIONS_JSON,
+     vw_lab_benchmark},
+
+    {CORRUPT, "value", "SCENE", "Value photos as viewworth does, with corrupted photos and with probes of the noise",
+     "Writes what viewworth value writes. --corrupt spoils some train photos, so that it is known which ones scores "
+     "should find. --noise-floor and --same-state add scores of probes.",
+     VW_OPTIONS_OF_VALUE | VW_LAB_PROBES, vw_command_value},
+    {CORRUPT, "compare", "SCENE", "Compare sets of photos as viewworth does, with corrupted photos", NULL,
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
+         VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
+     vw_command_compare},
+    {EVALUATE, "tradeoff", "SCENE", "Measure what accuracy costs in time, and what scores then predict",
+     "Does what viewworth tradeoff does, and also evaluates the scores of every configuration by trainings on random "
+     "halves of the photos.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_TRADEOFF |
+         VW_LAB_TRADEOFF | VW_OPTIONS_JSON,
+     vw_lab_tradeoff},
+};
+// clang-format on
+
+static const char *const groups[] = {
+    [EVALUATE] = "Evaluate methods", [CORRUPT] = "Value and compare with probes and corrupted photos", NULL};
+
+static const struct vw_program lab = {
+    .name = "viewworth-lab",
+    .summary = "how good scores of photos are",
+    .description = "viewworth-lab evaluates methods that score photos, those of viewworth and others of the "
+                   "literature: by corrupted photos, by retrainings, and by how well seeds agree.",
+    .groups = groups,
+    .commands = commands,
+    .command_count = VW_ARRAY_COUNT(commands),
+    .tables = {{vw_option_table, &vw_option_count}, {vw_lab_option_table, &vw_lab_option_count}},
+    .defaults = &vw_lab_options_default.common,
+    .options_bytes = sizeof(struct vw_lab_options),
+};
+
+int main(int argc, char **argv) { return vw_program_run(&lab, argc, argv); }
