@@ -1,4 +1,5 @@
 #include "cli/help.h"
+#include "cli/option_text.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,5 @@
 #include "cli/manual.h"
+#include "cli/option_text.h"
 
 #include <ctype.h>
 #include <stdio.h>

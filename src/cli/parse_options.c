@@ -9,7 +9,8 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "cli/option_table.h"
+#include "cli/option_presets.h"
+#include "cli/option_text.h"
 
 enum {
     OPTIONS_MAX = VW_PROGRAM_OPTIONS_MAX,

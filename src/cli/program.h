@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "cli/option_table.h"
+#include "cli/option.h"
 #include "cli/options.h"
 #include "viewworth/status.h"
 
@@ -38,10 +38,13 @@ struct vw_program {
 };
 
 // Returns the number of options in both tables.
-uint32_t vw_program_option_count(const struct vw_program *program);
-const struct vw_option *vw_program_option(const struct vw_program *program, uint32_t index);
+static inline uint32_t vw_program_option_count(const struct vw_program *program) {
+    return *program->tables[0].count + (program->tables[1].count ? *program->tables[1].count : 0);
+}
 
-// Runs what the command line says. Prints errors to stderr, and returns the exit code.
-int vw_program_run(const struct vw_program *program, int argc, char **argv);
+static inline const struct vw_option *vw_program_option(const struct vw_program *program, uint32_t index) {
+    uint32_t first_count = *program->tables[0].count;
+    return index < first_count ? &program->tables[0].rows[index] : &program->tables[1].rows[index - first_count];
+}
 
 #endif

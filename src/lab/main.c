@@ -1,7 +1,8 @@
 // viewworth-lab: how good scores of photos are. The table of its commands.
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/program.h"
+#include "cli/option_table.h"
+#include "cli/run_program.h"
 #include "lab/commands/commands.h"
 
 enum command_group { EVALUATE, CORRUPT };

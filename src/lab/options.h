@@ -2,7 +2,7 @@
 #ifndef VIEWWORTH_LAB_OPTIONS_H
 #define VIEWWORTH_LAB_OPTIONS_H
 
-#include "cli/option_table.h"
+#include "cli/option.h"
 #include "cli/options.h"
 
 struct vw_lab_options {

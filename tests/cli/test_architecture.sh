@@ -157,9 +157,11 @@ rule "only ledger sees SQLite" src/value/injected.c '#include <sqlite3.h>' -- \
 rule "texts that find no memory are noticed" src/base/injected.c 'char *text = json_dumps(value, 0);' -- \
     nowhere '(open_memstream|json_dumps)\(' "${c_code[@]}" --exclude=json.h src
 rule "only the program and its tests include cli" tests/run/injected.c '#include "cli/options.h"' -- \
-    nowhere_but 'src/cli/\|src/main\.c\|tests/cli/' '^ *# *include "cli/' "${c_code[@]}" src include tests
+    nowhere_but 'src/cli/\|src/main\.c\|src/lab/\(main\|options\)\.\|src/lab/commands/\|src/lab/output/\|tests/cli/' \
+    '^ *# *include "cli/' "${c_code[@]}" src include tests
 rule "only cli sees the options" src/run/injected.h 'void injected(const struct vw_options *options);' -- \
-    nowhere_but 'src/cli/\|src/main\.c' '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
+    nowhere_but 'src/cli/\|src/main\.c\|src/lab/options\.\|src/lab/commands/' \
+    '\bstruct vw_options\b|^ *# *include ".*options\.h"' "${c_code[@]}" src include tests
 rule "the product includes no tests" src/base/injected.c '#include "support/cmocka_test.h"' -- \
     nowhere '^ *# *include.*(tests|support|reference)/' src include shaders
 rule "tests include cmocka by its preamble" tests/run/injected.c '#include <cmocka.h>' -- \
@@ -209,7 +211,7 @@ rule "only cli prints to stdout" src/experiment/injected.c '    printf("x");' --
 rule "  by any name" src/report/injected.c '    fputs(text, stdout);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
 rule "commands print through cli/output/print.h" src/cli/commands/injected.c '    printf("%s", name);' -- \
-    nowhere_but 'src/cli/output/\(print\|json_output\|progress\)\.c\|src/cli/\(help\|manual\)\.c\|src/main\.c' \
+    nowhere_but 'src/cli/output/\(print\|json_output\|progress\)\.c\|src/cli/\(help\|manual\|run_program\)\.c\|src/main\.c' \
     '\b(v?printf|puts|putchar|fputs|fprintf|fwrite)\(' "${c_code[@]}" src/cli
 rule "the library leaves stderr alone" src/scene/injected.c '    fprintf(stderr, "x");' -- \
     nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/decode/oiio_shim\.cpp' \

@@ -11,7 +11,7 @@ tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device ll
 allowance_s=4
 
 value() { # value OUT [OPTION]...
-    "$program" value "$root/scenes/clean.json" --out "$folder/$1" --quiet "${@:2}"
+    "${by:-$program}" value "$root/scenes/clean.json" --out "$folder/$1" --quiet "${@:2}"
 }
 steps() { query "$1" 'SELECT max(step) FROM step'; }
 status() { query "$1" 'SELECT status FROM run'; }
@@ -30,7 +30,7 @@ for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
     check "so is --budget '$time'" refuses '--budget takes' --budget "$time"
 done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
-check "states cannot lie by epochs that are not known" refuses '--same-state' --budget 90s --same-state 3
+check "states cannot lie by epochs that are not known" eval 'by=$lab refuses --same-state --budget 90s --same-state 3'
 check "nor does the learning rate decay over them" refuses '--learning-rate-decay' --budget 90s --learning-rate-decay 0.1
 check "nor is a run swept that may leave out planned epochs" refuses '--until-stable may leave some out' --until-stable 0.9 \
     --learning-rate-decay 0.1 --lasting

@@ -77,7 +77,8 @@ check "more folds than photos are refused" refused one '--kfold 9: the scene has
 check "other folds are refused" refused whole 'fold-1/train.txt: has other photos; the folder was made with another --kfold' --kfold 4
 check "so is another seed" refused whole 'has other photos' --kfold 3 --seed 1
 check "and another config, by name" refused whole 'fold-1 has rays = 32, not 33' --kfold 3 --rays 33
-check "corruption is refused" corrupt_refused one '--corrupt: corrupts train photos' --kfold 3 --corrupt 2
+check "corruption is refused" fails 2 '--corrupt: corrupts train photos' "$lab" value "$scene" --out "$folder/one" "${tiny[@]}" \
+    --quiet --kfold 3 --corrupt 2
 check "a budget is for one training" refused one '--budget is for a single training' --kfold 3 --budget 10s
 check "--together is for several" refused one '--together is for several trainings' --together 2
 check "nothing is left of refusals" test ! -e "$folder/one"

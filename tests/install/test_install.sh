@@ -23,7 +23,8 @@ installs() {
     run cmake --install "$build" --prefix "$prefix" || return
     local file
     for file in bin/viewworth include/viewworth/viewworth.h share/viewworth/scenes/courtyard.json share/man/man1/viewworth-value.1 \
-        share/bash-completion/completions/viewworth; do
+        share/bash-completion/completions/viewworth bin/viewworth-lab share/man/man1/viewworth-lab-benchmark.1 \
+        share/bash-completion/completions/viewworth-lab; do
         [[ -f $prefix/$file ]] || { echo "$file is not installed"; return 1; }
     done
 }
@@ -32,7 +33,7 @@ installs() {
 stands_alone() {
     local file
     ! grep -rlF "$build/" "$prefix" || return
-    for file in "$prefix/bin/viewworth" "$(one_file viewworth-decode)" "$(one_file 'libviewworth.so.*.*')"; do
+    for file in "$prefix/bin/viewworth" "$prefix/bin/viewworth-lab" "$(one_file viewworth-decode)" "$(one_file 'libviewworth.so.*.*')"; do
         ! readelf --dynamic "$file" | grep -E 'RPATH|RUNPATH' || return
     done
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian package that CPack makes of a build: its fields, what it holds, and that it works where it is unpacked.
+# The Debian packages that CPack makes of a build: their fields, what they hold, and that they work where they are unpacked.
 # tests/long/test_package_root.sh installs one in a clean Debian. Usage: test_package.sh PROGRAM
 # label: unsanitized
 set -uo pipefail
@@ -10,13 +10,14 @@ done
 
 makes_package() {
     run cpack -G DEB --config "$(dirname "$program")/CPackConfig.cmake" -B "$folder/packages" || return
-    package=$(find "$folder/packages" -maxdepth 1 -name '*.deb')
-    [[ $package == "$folder/packages/viewworth_"*.deb && $package != *$'\n'* ]]
+    package=$(find "$folder/packages" -maxdepth 1 -name 'viewworth_*.deb')
+    laboratory=$(find "$folder/packages" -maxdepth 1 -name 'viewworth-lab_*.deb')
+    [[ $package == *.deb && $package != *$'\n'* && $laboratory == *.deb && $laboratory != *$'\n'* ]]
 }
 
-has_field() { # has_field NAME PATTERN
+has_field() { # has_field NAME PATTERN [PACKAGE]
     local value
-    value=$(dpkg-deb --field "$package" "$1")
+    value=$(dpkg-deb --field "${3:-$package}" "$1")
     [[ $value =~ $2 ]] || { echo "$1: $value"; return 1; }
 }
 
@@ -42,8 +43,20 @@ runs_unpacked() {
         run "$unpacked" render "$folder/valued" --quiet && [[ -s $folder/valued/scores.csv ]]
 }
 
-check "cpack makes one package" makes_package
+# The laboratory has a program with man pages, and no file of the product.
+is_apart() {
+    local version
+    version=$("$program" --version | awk '{print $2; exit}')
+    has_field Package '^viewworth-lab$' "$laboratory" && has_field Depends "viewworth \\(= $version-1\\)" "$laboratory" || return
+    run dpkg-deb --extract "$laboratory" "$folder/laboratory" || return
+    [[ -x $folder/laboratory/usr/bin/viewworth-lab && -s $folder/laboratory/usr/share/man/man1/viewworth-lab-benchmark.1 ]] &&
+        [[ ! -e $folder/unpacked/usr/bin/viewworth-lab && ! -e $folder/laboratory/usr/bin/viewworth ]] &&
+        [[ $("$folder/laboratory/usr/bin/viewworth-lab" --version) == "viewworth-lab $version" ]]
+}
+
+check "cpack makes two packages" makes_package
 check "its fields" has_fields
 check "what it holds" holds_files
 check "it works where it is unpacked" runs_unpacked
+check "the laboratory is a package apart" is_apart
 conclude "$@"

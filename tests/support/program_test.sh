@@ -1,6 +1,6 @@
-# For tests/*/test_*.sh that run the program from outside, to be sourced by a script that is given the program's path. Leaves $program, $lab beside it,
-# $root of the tree, an empty $folder that is removed at the end, $small (options of a training that takes a second or two), checks
-# (shell_test.sh) and queries (run_rows.sh).
+# For tests/*/test_*.sh that run the program from outside, to be sourced by a script that is given the program's path. Leaves $program,
+# $lab (viewworth-lab, beside it), $root of the tree, an empty $folder that is removed at the end, $small (options of a training that
+# takes a second or two), checks (shell_test.sh) and queries (run_rows.sh).
 
 program=$(realpath "$1")
 lab=$(dirname "$program")/viewworth-lab

@@ -1,4 +1,4 @@
-#include "cli/program.h"
+#include "cli/run_program.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,15 +12,6 @@
 #include "cli/parse_options.h"
 #include "viewworth/log.h"
 #include "viewworth/version.h"
-
-uint32_t vw_program_option_count(const struct vw_program *program) {
-    return *program->tables[0].count + (program->tables[1].count ? *program->tables[1].count : 0);
-}
-
-const struct vw_option *vw_program_option(const struct vw_program *program, uint32_t index) {
-    uint32_t first_count = *program->tables[0].count;
-    return index < first_count ? &program->tables[0].rows[index] : &program->tables[1].rows[index - first_count];
-}
 
 static enum vw_status run_command(const struct vw_program *program, const struct vw_command *command, int argc,
                                   char **argv, struct vw_options *options) {

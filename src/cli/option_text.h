@@ -1,0 +1,28 @@
+// What help, man pages, completion and errors say of an option.
+#ifndef VIEWWORTH_CLI_OPTION_TEXT_H
+#define VIEWWORTH_CLI_OPTION_TEXT_H
+
+#include <stdbool.h>
+
+#include "cli/option.h"
+#include "cli/program.h"
+
+const char *vw_option_section_title(enum vw_option_section section);
+// Whether the command takes the option.
+bool vw_option_fits(const struct vw_option *option, const struct vw_command *command);
+// Whether the command requires --out.
+bool vw_command_needs_out(const struct vw_command *command);
+// The numbers that an option accepts, for example "1 to 65536"; "" if it takes no number.
+void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]);
+// The names of an option's choices with the separator between; "" without choices.
+enum { VW_OPTION_CHOICES_BYTES = 128 };
+void vw_option_choices(const struct vw_option *option, char separator, char text[VW_OPTION_CHOICES_BYTES]);
+// "--rays N".
+enum { VW_OPTION_USAGE_BYTES = 160 };
+void vw_option_usage(const struct vw_option *option, char text[VW_OPTION_USAGE_BYTES]);
+// The help sentence with range and default: "Training rays per step (1 to 65536, default 500)."
+enum { VW_OPTION_HELP_BYTES = 640 };
+void vw_option_sentence(const struct vw_program *program, const struct vw_option *option,
+                        char text[VW_OPTION_HELP_BYTES]);
+
+#endif
