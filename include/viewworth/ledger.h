@@ -6,13 +6,12 @@
 // - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
 //
-// A ledger with a sweep of lasting credit (value.h) also has (src/ledger/schema.c; others lack these tables):
+// The tables of lasting credit (value.h; src/ledger/schema.c), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the sweep;
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
 //   vw_gate_check, the gate;
 // - lasting_photo(run_id, image_id, coverage): vw_photo_coverage;
-// and with one by validation photo (others lack this table):
 // - lasting_view(run_id, step, image_id, psnr): dB that the PSNR of validation photo image_id at the end gains by the
 //   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for rounding
 //   (src/train/adjoint/lasting.h).

@@ -16,20 +16,12 @@ struct vw_database {
 };
 
 // What a file holds. user_version is a number in a series of its own, so that no kind of file passes as another.
-enum { VW_DATABASE_VERSION_SERIES = 1000, VW_DATABASE_MORE = 2 };
+enum { VW_DATABASE_VERSION_SERIES = 1000 };
 struct vw_database_format {
     const char *schema_sql; // makes the tables and sets user_version
     int64_t version;        // that user_version
     const char *what;       // "a viewworth ledger", for messages
-    // Further tables that a file may have, in this order: the SQL makes some and sets user_version; NULL: no more.
-    struct {
-        const char *sql;
-        int64_t version;
-    } more[VW_DATABASE_MORE];
 };
-// Makes the further tables of a version that a database does not have yet.
-enum vw_status vw_database_make_more(struct vw_database *database, const struct vw_database_format *format,
-                                     int64_t found, int64_t version);
 
 enum vw_database_access {
     VW_DATABASE_READ,  // changes nothing: neither the file nor its folder

@@ -47,34 +47,19 @@ static int spend_work(void *context) {
     return 0;
 }
 
-enum vw_status vw_database_make_more(struct vw_database *database, const struct vw_database_format *format,
-                                     int64_t found, int64_t version) {
-    enum vw_status status = VW_OK;
-    for (int i = 0; !status && i < VW_DATABASE_MORE && format->more[i].sql; i++)
-        if (found < format->more[i].version && format->more[i].version <= version)
-            status = vw_database_run(database, format->more[i].sql);
-    return status;
-}
-
 // ---- The schema ----------------------------------------------------------------------------------------------------
 
 static enum vw_status compare_versions(const struct vw_database *database, const struct vw_database_format *format,
                                        int64_t found) {
     int64_t wanted = format->version, series = VW_DATABASE_VERSION_SERIES;
     const char *path = database->path;
-    bool known = found == format->version;
-    for (int i = 0; i < VW_DATABASE_MORE && format->more[i].sql; i++) {
-        wanted = format->more[i].version;
-        known |= found == wanted;
-    }
-    if (known) return VW_OK;
+    if (found == wanted) return VW_OK;
     if (found < 1 || found / series != wanted / series)
         return vw_fail(VW_ERROR_INPUT, "%s: not %s; check the path", path, format->what);
-    bool older = found < wanted;
     return vw_fail(VW_ERROR_INPUT,
-                   "%s: made by %s viewworth (version %" PRId64 ", this viewworth reads %" PRId64 "); %s", path,
-                   older ? "an older" : "a newer", found % series, wanted % series,
-                   older ? "run it again into another --out" : "update viewworth");
+                   "%s: made by a newer viewworth (version %" PRId64 ", this viewworth reads %" PRId64
+                   "); update viewworth",
+                   path, found % series, wanted % series);
 }
 
 static bool is_same_text(sqlite3_stmt *ours, sqlite3_stmt *theirs, int column) {
@@ -165,7 +150,6 @@ static enum vw_status check_locked(struct vw_database *database, const struct vw
     enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
     if (!status) status = vw_database_check_header(database, format->what, true); // as it is after a rollback
     if (!status) status = compare_versions(database, format, version);
-    if (!status) status = vw_database_make_more(expected, format, format->version, version);
     if (!status) status = vw_database_trees_begin(database, &trees);
     if (!status) status = check_schema(database, expected, &trees);
     if (!status) status = check_contents(database, trees.page_count);

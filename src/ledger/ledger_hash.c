@@ -40,9 +40,7 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
                                     char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     bool running = false;
-    enum vw_lasting_tables lasting = VW_LASTING_NO_TABLES;
     enum vw_status status = find_running(database, &running);
-    if (!status) status = vw_ledger_find_lasting_tables(database, &lasting);
     if (status) return status;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher,
@@ -64,7 +62,7 @@ enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *ru
                                      "SELECT run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr "
                                      "FROM retraining ORDER BY run_id, retraining",
                                      &hasher);
-    if (!status && lasting)
+    if (!status)
         status = vw_ledger_hash_rows(database, "SELECT run_id, rays, epochs, states, row_hash FROM lasting", &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;

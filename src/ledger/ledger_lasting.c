@@ -6,32 +6,17 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "ledger/ledger_private.h"
-#include "ledger/schema.h"
 
 // ---- Its tables ----------------------------------------------------------------------------------------------------
 
-enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, enum vw_lasting_tables *found) {
-    int64_t version = 0;
-    enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
-    *found = version >= VW_SCHEMA_VERSION_LASTING_VIEWS ? VW_LASTING_STEPS_AND_VIEWS
-             : version >= VW_SCHEMA_VERSION_LASTING     ? VW_LASTING_STEPS
-                                                        : VW_LASTING_NO_TABLES;
-    return status;
-}
-
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
-    enum vw_lasting_tables found = VW_LASTING_NO_TABLES;
-    enum vw_status status = vw_ledger_find_lasting_tables(database, &found);
-    if (!status && found == VW_LASTING_STEPS_AND_VIEWS) status = vw_database_run(database, "DELETE FROM lasting_view;");
-    if (status || !found) return status;
-    return vw_database_run(database, "DELETE FROM lasting_photo; DELETE FROM lasting_check; DELETE FROM lasting_step;"
-                                     "DELETE FROM lasting;");
+    return vw_database_run(database, "DELETE FROM lasting_view; DELETE FROM lasting_photo; DELETE FROM lasting_check;"
+                                     "DELETE FROM lasting_step; DELETE FROM lasting;");
 }
 
 // ---- Its hash ------------------------------------------------------------------------------------------------------
 
-static enum vw_status hash_sweep(struct vw_database *database, enum vw_lasting_tables tables, const char *head,
-                                 char hash[VW_HASH_HEX_BYTES]) {
+static enum vw_status hash_sweep(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
@@ -50,7 +35,7 @@ static enum vw_status hash_sweep(struct vw_database *database, enum vw_lasting_t
     if (!status)
         status = vw_ledger_hash_rows(
             database, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY run_id, image_id", &hasher);
-    if (!status && tables == VW_LASTING_STEPS_AND_VIEWS)
+    if (!status)
         status = vw_ledger_hash_rows(
             database, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", &hasher);
     vw_row_end_hash(&hasher, hash);
@@ -61,23 +46,17 @@ static const char of_no_sweep[] =
     "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
     "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
     "FROM lasting)) + (SELECT count(*) FROM lasting_photo WHERE run_id NOT IN (SELECT "
-    "run_id FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
+    "run_id FROM lasting)) + (SELECT count(*) FROM lasting_view WHERE run_id NOT IN (SELECT run_id "
+    "FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
     "FROM run))";
-static const char views_of_no_sweep[] =
-    "SELECT count(*) FROM lasting_view WHERE run_id NOT IN (SELECT run_id FROM lasting)";
 
 enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
     char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES] = "";
     sqlite3_stmt *statement = NULL;
-    enum vw_lasting_tables tables = VW_LASTING_NO_TABLES;
     bool found = false;
-    int64_t stray_count = 0, stray_views = 0;
-    enum vw_status status = vw_ledger_find_lasting_tables(database, &tables);
-    if (status || !tables) return status;
-    status = vw_database_read_number(database, of_no_sweep, &stray_count);
-    if (!status && tables == VW_LASTING_STEPS_AND_VIEWS)
-        status = vw_database_read_number(database, views_of_no_sweep, &stray_views);
-    if (!status && stray_count + stray_views)
+    int64_t stray_count = 0;
+    enum vw_status status = vw_database_read_number(database, of_no_sweep, &stray_count);
+    if (!status && stray_count)
         return vw_fail(VW_ERROR_MISMATCH,
                        "%s: lasting credit has rows that belong to no sweep of the run: a row was edited or removed",
                        database->path);
@@ -85,7 +64,7 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found) vw_row_copy_hash(statement, 0, stored);
     sqlite3_finalize(statement);
-    if (!status && found) status = hash_sweep(database, tables, head, hash);
+    if (!status && found) status = hash_sweep(database, head, hash);
     if (status || !found || strcmp(stored, hash) == 0) return status;
     return vw_fail(VW_ERROR_MISMATCH,
                    "%s: a row of the sweep of lasting credit (lasting, lasting_step, lasting_check, lasting_photo or"
@@ -186,10 +165,10 @@ static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_last
     return status;
 }
 
-static enum vw_status write_hash(struct vw_ledger *ledger, enum vw_lasting_tables tables) {
+static enum vw_status write_hash(struct vw_ledger *ledger) {
     char hash[VW_HASH_HEX_BYTES];
     struct vw_row row = {0};
-    enum vw_status status = hash_sweep(&ledger->database, tables, ledger->head, hash);
+    enum vw_status status = hash_sweep(&ledger->database, ledger->head, hash);
     if (!status) status = vw_database_prepare(&ledger->database, "UPDATE lasting SET row_hash = ?", &row.statement);
     if (status) return status;
     vw_row_add_text(&row, hash);
@@ -199,18 +178,13 @@ static enum vw_status write_hash(struct vw_ledger *ledger, enum vw_lasting_table
 }
 
 static enum vw_status write_sweep(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
-    int64_t version = 0, wanted = sweep->view_count ? VW_SCHEMA_VERSION_LASTING_VIEWS : VW_SCHEMA_VERSION_LASTING;
-    enum vw_lasting_tables tables = VW_LASTING_NO_TABLES;
     enum vw_status status = vw_ledger_remove_lasting(&ledger->database);
-    if (!status) status = vw_database_read_number(&ledger->database, "PRAGMA user_version", &version);
-    if (!status) status = vw_database_make_more(&ledger->database, &vw_ledger_format, version, wanted);
-    if (!status) status = vw_ledger_find_lasting_tables(&ledger->database, &tables);
     if (!status) status = write_settings(ledger, sweep);
     if (!status) status = write_steps(ledger, sweep);
     if (!status) status = write_checks(ledger, sweep);
     if (!status) status = write_photos(ledger, sweep);
     if (!status && sweep->view_count) status = write_views(ledger, sweep);
-    return status ? status : write_hash(ledger, tables);
+    return status ? status : write_hash(ledger);
 }
 
 // Whether they are all validation photos, by image_id. The images are loaded.
@@ -415,11 +389,9 @@ static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_swe
 
 enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
     struct vw_lasting_sweep read = {0};
-    enum vw_lasting_tables found = VW_LASTING_NO_TABLES;
-    enum vw_status status = vw_ledger_find_lasting_tables(&ledger->database, &found);
-    if (!status && found) status = vw_ledger_load_images(ledger);
-    if (!status && found) status = read_sweep(ledger, &read);
-    if (!status && found == VW_LASTING_STEPS_AND_VIEWS) status = read_views(ledger, &read);
+    enum vw_status status = vw_ledger_load_images(ledger);
+    if (!status) status = read_sweep(ledger, &read);
+    if (!status) status = read_views(ledger, &read);
     if (status) vw_lasting_sweep_free(&read);
     else *sweep = read;
     return status;

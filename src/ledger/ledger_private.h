@@ -77,9 +77,6 @@ enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const ch
 
 // ---- ledger_lasting.c: the sweep of lasting credit ----
 
-// Which of its tables the file has, with or without rows.
-enum vw_lasting_tables { VW_LASTING_NO_TABLES, VW_LASTING_STEPS, VW_LASTING_STEPS_AND_VIEWS };
-enum vw_status vw_ledger_find_lasting_tables(struct vw_database *database, enum vw_lasting_tables *found);
 // Removes its rows, in the caller's transaction.
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database);
 // Recomputes its row_hash; `head` is the row_hash of the last step. VW_ERROR_MISMATCH when it differs, or when a row

@@ -75,8 +75,6 @@ static enum vw_status write_schema(const char *path, char **schema_sql) {
     struct vw_text_stream text;
     size_t size_bytes = 0;
     enum vw_status status = vw_database_open_memory(path, &vw_ledger_format, &ledger);
-    if (!status)
-        status = vw_database_make_more(&ledger, &vw_ledger_format, VW_SCHEMA_VERSION, VW_SCHEMA_VERSION_LASTING_VIEWS);
     FILE *stream = vw_text_stream_open(&text);
     if (!status && stream) status = each_table(&ledger, print_table, stream);
     if (stream) fprintf(stream, "PRAGMA user_version = %d;", MERGED_VERSION);

@@ -12,7 +12,7 @@
 #include "ledger/database_open.h"
 
 // In a series of its own: see vw_database_format.
-enum { RETRAININGS_VERSION = 1005 };
+enum { RETRAININGS_VERSION = 1001 };
 
 static const char schema_sql[] =
     "CREATE TABLE retraining ("
@@ -26,8 +26,8 @@ static const char schema_sql[] =
     " scene_hash TEXT NOT NULL, config_hash TEXT NOT NULL, place INTEGER NOT NULL, metric TEXT NOT NULL,"
     " method TEXT NOT NULL, value REAL, ci_low REAL, ci_high REAL, count INTEGER NOT NULL, PRIMARY KEY (scene_hash, "
     "config_hash, place));"
-    "PRAGMA user_version = 1005;";
-_Static_assert(RETRAININGS_VERSION == 1005, "write it into schema_sql, too");
+    "PRAGMA user_version = 1001;";
+_Static_assert(RETRAININGS_VERSION == 1001, "write it into schema_sql, too");
 
 static const struct vw_database_format format = {
     .schema_sql = schema_sql, .version = RETRAININGS_VERSION, .what = "the retrainings of a benchmark or comparison"};

@@ -3,8 +3,7 @@
 // Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
 // store rows in key order, which is also the order of hashing. View and probe rows are written before their step row,
 // because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
-// which the methods were written. Earlier versions recorded probes of the kind first_order; none does now, and the list
-// of kinds stays, so that their other ledgers are still read.
+// which the methods were written. The tables of lasting credit are empty in a run without it.
 static const char schema_sql[] =
     "CREATE TABLE run ("
     " run_id TEXT PRIMARY KEY NOT NULL, scene_hash TEXT NOT NULL, scene_path TEXT NOT NULL, seed INTEGER NOT NULL,"
@@ -30,7 +29,7 @@ static const char schema_sql[] =
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE probe ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state', 'first_order')),"
+    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state')),"
     " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
     " PRIMARY KEY (run_id, step, probe),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
@@ -45,12 +44,6 @@ static const char schema_sql[] =
     " whole_providers INTEGER NOT NULL CHECK (whole_providers IN (0, 1)), seed INTEGER NOT NULL,"
     " epochs INTEGER NOT NULL, image_ids TEXT NOT NULL, val_psnr REAL,"
     " PRIMARY KEY (run_id, retraining)) WITHOUT ROWID;"
-    "PRAGMA user_version = 7;";
-
-_Static_assert(VW_SCHEMA_VERSION == 7, "raise user_version above too");
-
-// A ledger gets these tables with its first sweep, so that all others stay as earlier versions write and read them.
-static const char lasting_sql[] =
     "CREATE TABLE lasting ("
     " run_id TEXT PRIMARY KEY NOT NULL REFERENCES run (run_id), rays INTEGER NOT NULL, epochs INTEGER NOT NULL,"
     " states INTEGER NOT NULL, row_hash TEXT NOT NULL) WITHOUT ROWID;"
@@ -65,21 +58,11 @@ static const char lasting_sql[] =
     "CREATE TABLE lasting_photo ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, coverage REAL NOT NULL,"
     " PRIMARY KEY (run_id, image_id)) WITHOUT ROWID;"
-    "PRAGMA user_version = 8;";
-
-_Static_assert(VW_SCHEMA_VERSION_LASTING == 8, "raise user_version above too");
-
-// A ledger gets this one with its first sweep by validation photo.
-static const char lasting_views_sql[] =
     "CREATE TABLE lasting_view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, psnr REAL NOT NULL,"
     " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
-    "PRAGMA user_version = 9;";
+    "PRAGMA user_version = 1;";
 
-_Static_assert(VW_SCHEMA_VERSION_LASTING_VIEWS == 9, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 1, "raise user_version above too");
 
-const struct vw_database_format vw_ledger_format = {
-    schema_sql,
-    VW_SCHEMA_VERSION,
-    "a viewworth ledger",
-    {{lasting_sql, VW_SCHEMA_VERSION_LASTING}, {lasting_views_sql, VW_SCHEMA_VERSION_LASTING_VIEWS}}};
+const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};

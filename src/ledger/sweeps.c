@@ -9,7 +9,7 @@
 #include "ledger/database_open.h"
 
 // In a series of its own: see vw_database_format.
-enum { SWEEPS_VERSION = 2002 };
+enum { SWEEPS_VERSION = 2001 };
 static const char hashed_as[] = "viewworth measurement row 1";
 
 #define COLUMN(member, of_kind)                                                                                        \
@@ -75,8 +75,8 @@ static enum vw_status open_file(const char *path, struct vw_database *database) 
                                  "value REAL, row_hash TEXT NOT NULL,"
                                  " PRIMARY KEY (configuration_id, quantity)) WITHOUT ROWID;"
                                  "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
-                                 true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2002;");
-    _Static_assert(SWEEPS_VERSION == 2002, "write it into the statement, too");
+                                 true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2001;");
+    _Static_assert(SWEEPS_VERSION == 2001, "write it into the statement, too");
     const struct vw_database_format format = {
         .schema_sql = schema_sql, .version = SWEEPS_VERSION, .what = "the results of a sweep"};
     enum vw_status status = schema_sql ? vw_database_open_or_create(path, &format, database) : VW_ERROR_MEMORY;

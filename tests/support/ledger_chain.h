@@ -73,17 +73,7 @@ static inline bool is_running(sqlite3 *raw) {
     return running;
 }
 
-static inline bool has_table(sqlite3 *raw, const char *name) {
-    char *sql = vw_format_text("SELECT 1 FROM sqlite_schema WHERE name = '%s'", name);
-    sqlite3_stmt *statement = sql_query(raw, sql, 0);
-    bool found = sqlite3_step(statement) == SQLITE_ROW;
-    sqlite3_finalize(statement);
-    free(sql);
-    return found;
-}
-
 static inline bool has_sweep(sqlite3 *raw) {
-    if (!has_table(raw, "lasting")) return false;
     sqlite3_stmt *statement = sql_query(raw, "SELECT 1 FROM lasting", 0);
     bool found = sqlite3_step(statement) == SQLITE_ROW;
     sqlite3_finalize(statement);
@@ -102,8 +92,7 @@ static inline bool follow_sweep(sqlite3 *raw, const char *last_row_hash, bool re
               " FROM lasting_check ORDER BY image_id",
               0);
     feed_rows(&state, raw, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY image_id", 0);
-    if (has_table(raw, "lasting_view"))
-        feed_rows(&state, raw, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY step, image_id", 0);
+    feed_rows(&state, raw, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY step, image_id", 0);
     return hash_is(&state, raw, "row_hash", OF_SWEEP, rewrite, hash);
 }
 
