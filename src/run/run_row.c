@@ -194,13 +194,15 @@ static enum vw_status refuse_value(const char *key, const json_t *ours, const js
     return status;
 }
 
-// These are part of the identity only with same_state and vary, which the user gives: a run that lacks them lacks
-// those, too, and the message names those.
-static bool follows_from_another(const char *key) {
-    return strcmp(key, "epochs") == 0 || strcmp(key, "base_seed") == 0;
+// Tells whether a field differs because another one does, which the user gives and the message names: epochs are part
+// of the identity only with same_state or a decay, and base_seed is 0 where everything varies.
+static bool follows_from_another(const char *key, const json_t *ours, const json_t *recorded) {
+    if (strcmp(key, "epochs") == 0) return !json_object_get(ours, key) || !json_object_get(recorded, key);
+    return strcmp(key, "base_seed") == 0 &&
+           !json_equal(json_object_get(ours, "vary"), json_object_get(recorded, "vary"));
 }
 
-// The first field that differs, if any. A field that one of both lacks is at its default there.
+// Refuses the first field that differs, if any.
 static enum vw_status check_config(const char *ours_json, const char *recorded_json, const char *out) {
     json_t *ours = identity_of(ours_json), *recorded = identity_of(recorded_json), *all = json_object(), *value;
     enum vw_status status = VW_OK;
@@ -208,7 +210,7 @@ static enum vw_status check_config(const char *ours_json, const char *recorded_j
     if (all && !json_object_update(all, recorded) && !json_object_update(all, ours)) {
         json_object_foreach(all, key, value) {
             const json_t *here = json_object_get(ours, key), *there = json_object_get(recorded, key);
-            if (status || json_equal(here, there) || (follows_from_another(key) && !(here && there))) continue;
+            if (status || json_equal(here, there) || follows_from_another(key, ours, recorded)) continue;
             status = refuse_value(key, here, there, out);
         }
     }

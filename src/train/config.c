@@ -85,34 +85,56 @@ static const struct number {
     size_t offset;
     double least, most;
     bool identity; // part of what the run is
-    bool late; // absent from JSON where it is its default, so that runs from before there was a choice keep their names
 } numbers[] = {
-    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true, false}, // 2^63 itself is one too many
-    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false, false},
-    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true, false},
-    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true, false},
-    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true, false},
-    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0, 4096, true,
-     true},
-    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true, false},
-    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true, true},
-    {"beta_min", "beta-min", REAL, offsetof(struct vw_config, beta_min), 0.001, 10.0, true, true},
+    {"seed", "seed", SEED, offsetof(struct vw_config, seed), 0, 0x1p63, true}, // 2^63 itself is one too many
+    {"epochs", "epochs", WHOLE, offsetof(struct vw_config, epochs), 1, 1e9, false},
+    {"burn_in_epochs", "burn-in", WHOLE, offsetof(struct vw_config, burn_in_epochs), 0, 1e9, true},
+    {"rays", "rays", WHOLE, offsetof(struct vw_config, rays), 1, 65536, true},
+    {"samples", "samples", WHOLE, offsetof(struct vw_config, samples), 1, 4096, true},
+    {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0, 4096, true},
+    {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
+    {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true},
+    {"beta_min", "beta-min", REAL, offsetof(struct vw_config, beta_min), 0.001, 10.0, true},
     {"consistency_weight", "consistency-weight", REAL, offsetof(struct vw_config, consistency_weight), 0.0, 1000.0,
-     true, true},
-    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true, false},
+     true},
+    {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
     {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0,
-     true, true},
-    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true, false},
-    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true, false},
-    {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true, true},
-    {"frequencies", "frequencies", WHOLE, offsetof(struct vw_config, frequencies), 0, 16, true, true},
-    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true, false},
-    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true, false},
-    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true, false},
-    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true, false},
-    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true, false},
-    {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true, false},
+     true},
+    {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
+    {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
+    {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true},
+    {"frequencies", "frequencies", WHOLE, offsetof(struct vw_config, frequencies), 0, 16, true},
+    {"levels", "levels", WHOLE, offsetof(struct vw_config, levels), 1, 16, true},
+    {"features", "features", POWER, offsetof(struct vw_config, features), 2, 4, true},
+    {"log2_table", "log2-table", WHOLE, offsetof(struct vw_config, log2_table), 0, 22, true},
+    {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
+    {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
+    {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true},
 };
+
+// One row per choice: the field, its JSON key and the names of its values.
+static const struct choice {
+    const char *key;
+    size_t offset;
+    const char *const *names;
+    uint32_t count;
+} choices[] = {
+    {"loss", offsetof(struct vw_config, loss), loss_names, VW_ARRAY_COUNT(loss_names)},
+    {"optimizer", offsetof(struct vw_config, optimizer), optimizer_names, VW_ARRAY_COUNT(optimizer_names)},
+    {"background", offsetof(struct vw_config, background), background_names, VW_ARRAY_COUNT(background_names)},
+    {"vary", offsetof(struct vw_config, vary), vary_names, VW_ARRAY_COUNT(vary_names)},
+    {"field", offsetof(struct vw_config, field), field_names, VW_ARRAY_COUNT(field_names)},
+    {"coarse_network", offsetof(struct vw_config, coarse_network), coarse_network_names,
+     VW_ARRAY_COUNT(coarse_network_names)},
+    {"table_precision", offsetof(struct vw_config, table_precision), table_precision_names,
+     VW_ARRAY_COUNT(table_precision_names)},
+};
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_field) == sizeof(uint32_t),
+               "choice_at() reads enums as their underlying type");
+
+static uint32_t *choice_at(struct vw_config *config, size_t i) {
+    return (uint32_t *)((char *)config + choices[i].offset);
+}
 
 static double number_get(const struct vw_config *config, const struct number *number) {
     const char *field = (const char *)config + number->offset;
@@ -221,45 +243,36 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
-static bool is_absent(const struct vw_config *config, const struct number *number) {
-    return number->late && number_get(config, number) == number_get(&vw_config_default, number);
-}
-
 // From how many epochs there are follows which of them end in a state that is probed, and how the learning rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
     bool epochs_decide = config->same_state || config->learning_rate_decay < 1.0;
     return number->identity || (epochs_decide && number->offset == offsetof(struct vw_config, epochs));
 }
 
+// Returns whether memory was short.
+static int choices_to_json(const struct vw_config *config, json_t *object) {
+    int failed = 0;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(choices) && !failed; i++)
+        failed = json_object_set_new(object, choices[i].key,
+                                     json_string(choices[i].names[*choice_at((struct vw_config *)config, i)]));
+    return failed;
+}
+
 char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     json_t *object = json_object();
     int failed = !object;
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
-        if (!is_absent(config, &numbers[i]) && (!identity_only || is_identity(config, &numbers[i])))
+        if (!identity_only || is_identity(config, &numbers[i]))
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
-    failed = failed || json_object_set_new(object, "loss", json_string(vw_loss_name(config->loss)));
-    failed = failed || json_object_set_new(object, "optimizer", json_string(vw_optimizer_name(config->optimizer)));
-    failed = failed || json_object_set_new(object, "background", json_string(vw_background_name(config->background)));
+    failed = failed || choices_to_json(config, object);
+    failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
+    failed = failed || json_object_set_new(object, "same_state", json_integer(config->same_state));
     failed = failed ||
              json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
-    if (config->vary !=
-        VW_VARY_ALL) { // absent otherwise, so that such runs keep the names they had before there was a choice
-        failed = failed || json_object_set_new(object, "vary", json_string(vw_vary_name(config->vary)));
-        failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
-    }
-    if (config->field != VW_FIELD_HASH) // likewise
-        failed = failed || json_object_set_new(object, "field", json_string(vw_field_name(config->field)));
-    if (config->coarse_network != VW_COARSE_NETWORK_SHARED) // likewise
-        failed = failed || json_object_set_new(object, "coarse_network",
-                                               json_string(vw_coarse_network_name(config->coarse_network)));
-    if (config->table_precision != VW_TABLE_FLOAT32) // likewise
-        failed = failed || json_object_set_new(object, "table_precision",
-                                               json_string(vw_table_precision_name(config->table_precision)));
-    // Only where they are asked for: a run without them is what it was before there was a choice.
-    failed =
-        failed || (config->same_state && json_object_set_new(object, "same_state", json_integer(config->same_state)));
-    failed = failed || (!identity_only && config->pilot_steps != VW_PILOT_STEPS_AUTO &&
-                        json_object_set_new(object, "pilot_steps", json_integer(config->pilot_steps)));
+    bool automatic = config->pilot_steps == VW_PILOT_STEPS_AUTO;
+    failed = failed ||
+             (!identity_only &&
+              json_object_set_new(object, "pilot_steps", automatic ? json_null() : json_integer(config->pilot_steps)));
     // The effects that are on are part of the identity by their names, however they were asked for: see
     // vw_trainer_run_id.
     failed = failed || (!identity_only && json_object_set_new(object, "effects", json_string(config->effects)));
@@ -269,80 +282,58 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     return text;
 }
 
-static enum vw_status name_from_json(const json_t *object, const char *key, const char *const *names, int count,
-                                     int *choice) {
-    const char *name = json_string_value(json_object_get(object, key));
-    for (*choice = 0; *choice < count; ++*choice)
-        if (name && !strcmp(name, names[*choice])) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "config: %s: \"%s\" is not known", key, name ? name : "(none)");
+static enum vw_status choice_from_json(const json_t *object, size_t i, struct vw_config *config) {
+    const struct choice *choice = &choices[i];
+    const char *name = json_string_value(json_object_get(object, choice->key));
+    for (uint32_t value = 0; name && value < choice->count; value++) {
+        if (strcmp(name, choice->names[value]) != 0) continue;
+        *choice_at(config, i) = value;
+        return VW_OK;
+    }
+    return vw_fail(VW_ERROR_INPUT, "config: %s: \"%s\" is not known", choice->key, name ? name : "(none)");
 }
 
 static enum vw_status number_from_json(const json_t *object, const struct number *number, struct vw_config *config) {
     const json_t *value = json_object_get(object, number->key);
     char *field = (char *)config + number->offset;
-    if (!value && number->late) return VW_OK;
-    if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or no number", number->key);
+    if (!json_is_number(value)) return vw_fail(VW_ERROR_INPUT, "config: %s is missing or not a number", number->key);
     if (number->kind == REAL) *(double *)field = json_number_value(value);
     else if (number->kind == SEED) *(uint64_t *)field = (uint64_t)json_integer_value(value);
     else *(uint32_t *)field = (uint32_t)json_integer_value(value);
     return VW_OK;
 }
 
+// Reads the fields that no table has.
+static enum vw_status rest_from_json(const json_t *object, struct vw_config *config) {
+    const json_t *pilots = json_object_get(object, "pilot_steps");
+    const char *effects = json_string_value(json_object_get(object, "effects"));
+    json_int_t base_seed = json_integer_value(json_object_get(object, "base_seed"));
+    json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
+    json_int_t pilot_steps = json_integer_value(pilots);
+    if (!effects || strlen(effects) >= sizeof config->effects)
+        return vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
+    if (same_state < 0 || same_state > UINT32_MAX)
+        return vw_fail(VW_ERROR_INPUT, "config: same_state is not a number of states");
+    if (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST)
+        return vw_fail(VW_ERROR_INPUT, "config: pilot_steps is not a number of steps");
+    strcpy(config->effects, effects);
+    config->base_seed = (uint64_t)base_seed;
+    config->same_state = (uint32_t)same_state;
+    config->pilot_steps = json_is_integer(pilots) ? (uint32_t)pilot_steps : VW_PILOT_STEPS_AUTO;
+    config->noise_floor = json_is_true(json_object_get(object, "noise_floor"));
+    return VW_OK;
+}
+
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
-    struct vw_config parsed = vw_config_default; // what is absent
+    struct vw_config parsed = vw_config_default;
     json_error_t error;
     json_t *object = vw_json_load(json, strlen(json), 0, &error);
     if (!object) return vw_fail(VW_ERROR_INPUT, "config: %d:%d: %s", error.line, error.column, error.text);
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !status; i++)
         status = number_from_json(object, &numbers[i], &parsed);
-    int choice;
-    if (!status) status = name_from_json(object, "loss", loss_names, VW_ARRAY_COUNT(loss_names), &choice);
-    if (!status) parsed.loss = (enum vw_loss)choice;
-    if (!status)
-        status = name_from_json(object, "optimizer", optimizer_names, VW_ARRAY_COUNT(optimizer_names), &choice);
-    if (!status) parsed.optimizer = (enum vw_optimizer)choice;
-    if (!status &&
-        json_object_get(object, "background")) { // runs recorded before there was a choice have the fixed form
-        status = name_from_json(object, "background", background_names, VW_ARRAY_COUNT(background_names), &choice);
-        if (!status) parsed.background = (enum vw_background_form)choice;
-    }
-    if (!status && json_object_get(object, "vary")) {
-        status = name_from_json(object, "vary", vary_names, VW_ARRAY_COUNT(vary_names), &choice);
-        if (!status) parsed.vary = (enum vw_vary)choice;
-        parsed.base_seed = (uint64_t)json_integer_value(json_object_get(object, "base_seed"));
-    }
-    if (!status && json_object_get(object, "field")) {
-        status = name_from_json(object, "field", field_names, VW_ARRAY_COUNT(field_names), &choice);
-        if (!status) parsed.field = (enum vw_field)choice;
-    }
-    if (!status && json_object_get(object, "coarse_network")) {
-        status = name_from_json(object, "coarse_network", coarse_network_names, VW_ARRAY_COUNT(coarse_network_names),
-                                &choice);
-        if (!status) parsed.coarse_network = (enum vw_coarse_network)choice;
-    }
-    if (!status && json_object_get(object, "table_precision")) {
-        status = name_from_json(object, "table_precision", table_precision_names, VW_ARRAY_COUNT(table_precision_names),
-                                &choice);
-        if (!status) parsed.table_precision = (enum vw_table_precision)choice;
-    }
-    const char *effects = json_string_value(json_object_get(object, "effects"));
-    if (!status && (!effects || strlen(effects) >= sizeof parsed.effects))
-        status = vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
-    if (!status) strcpy(parsed.effects, effects);
-    parsed.noise_floor = json_is_true(json_object_get(object, "noise_floor"));
-    if (!status && json_is_true(json_object_get(object, "first_order")))
-        status = vw_fail(VW_ERROR_INPUT, "config: first_order is a probe that this version does not have; use the "
-                                         "version of viewworth that recorded the run");
-    json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
-    if (!status && (same_state < 0 || same_state > UINT32_MAX))
-        status = vw_fail(VW_ERROR_INPUT, "config: same_state is no number of states");
-    parsed.same_state = (uint32_t)same_state;
-    const json_t *pilots = json_object_get(object, "pilot_steps");
-    json_int_t pilot_steps = json_integer_value(pilots);
-    if (!status && (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST))
-        status = vw_fail(VW_ERROR_INPUT, "config: pilot_steps is no number of steps");
-    if (pilots) parsed.pilot_steps = (uint32_t)pilot_steps;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(choices) && !status; i++) status = choice_from_json(object, i, &parsed);
+    if (!status) status = rest_from_json(object, &parsed);
     json_decref(object);
     if (!status) status = vw_config_check(&parsed);
     if (!status) *config = parsed;

@@ -105,11 +105,11 @@ TEST(whole_views_show_their_left_halves) {
 
 // ---- Beside others --------------------------------------------------------------------------------------------------
 
-// Its weight is part of what a run is, and absent where it is 0, as in runs from before there was one.
+// Its weight is part of what a run is.
 TEST(the_weight_of_consistency_is_in_the_config) {
     struct vw_config config = vw_config_default, read = vw_config_default;
     char *text = vw_config_to_json(&config, true);
-    assert_null(strstr(text, "consistency"));
+    assert_non_null(strstr(text, "\"consistency_weight\":0.0"));
     free(text);
     config.consistency_weight = 0.001;
     text = vw_config_to_json(&config, true);

@@ -53,17 +53,3 @@ TEST(wrong_words_are_refused) {
         if (vw_effects_choose(wrong[i], verdicts, count) != VW_ERROR_USAGE)
             fail_msg("--effects \"%s\" is taken", wrong[i]);
 }
-
-// Ledgers from before there was a choice of backgrounds say nothing of it.
-TEST(older_configs_have_a_fixed_background) {
-    struct vw_config config = vw_config_default, read;
-    config.background = VW_BACKGROUND_RANDOM;
-    char *json = vw_config_to_json(&config, false), *key = strstr(json, "\"background\"");
-    assert_non_null(key);
-    assert_int_equal(vw_config_from_json(json, &read), VW_OK);
-    assert_int_equal(read.background, VW_BACKGROUND_RANDOM);
-    memcpy(key, "\"backgroun_\"", strlen("\"background\""));
-    assert_int_equal(vw_config_from_json(json, &read), VW_OK);
-    assert_int_equal(read.background, VW_BACKGROUND_FIXED);
-    free(json);
-}

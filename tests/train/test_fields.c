@@ -107,7 +107,7 @@ TEST(configs_survive_json) {
         const struct vw_config config = test_config_of(field);
         struct vw_config back;
         char *text = vw_config_to_json(&config, true), *again;
-        assert_true((strstr(text, "\"field\"") != NULL) == (field != VW_FIELD_HASH)); // older runs keep their names
+        assert_non_null(strstr(text, "\"field\""));
         char *whole = vw_config_to_json(&config, false);
         ASSERT_OK(vw_config_from_json(whole, &back));
         again = vw_config_to_json(&back, true);

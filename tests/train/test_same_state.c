@@ -210,25 +210,12 @@ TEST(the_epochs_belong_to_such_a_run) {
         char *one = vw_config_to_json(&config, true), *other = vw_config_to_json(&longer, true),
              *all = vw_config_to_json(&config, false);
         assert_int_equal(strcmp(one, other) == 0, states == 0);
-        assert_int_equal(strstr(one, "same_state") != NULL, states > 0); // runs without are what they were
         ASSERT_OK(vw_config_from_json(all, &read));
         assert_int_equal(read.same_state, states);
         free(one);
         free(other);
         free(all);
     }
-}
-
-// Earlier versions had another probe. A config that asks for it is refused, because its run cannot be scored.
-TEST(probes_of_earlier_versions_are_refused) {
-    const struct vw_config config = probing_config();
-    struct vw_config read;
-    char *ours = vw_config_to_json(&config, false), *theirs = vw_format_text("{\"first_order\":true,%s", ours + 1);
-    ASSERT_OK(vw_config_from_json(ours, &read));
-    ASSERT_FAILS(vw_config_from_json(theirs, &read), VW_ERROR_INPUT,
-                 "first_order is a probe that this version does not have");
-    free(ours);
-    free(theirs);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -127,11 +127,11 @@ TEST(at_the_base_seed_all_forms_agree) {
     vw_scene_close(&scene);
 }
 
-TEST(all_is_said_by_saying_nothing) {
+TEST(all_draws_follow_the_seed) {
     struct vw_config config = varying(VW_VARY_ALL, BASE_SEED), read;
     char *json = vw_config_to_json(&config, true);
-    assert_null(strstr(json, "vary")); // the text that names runs is as it was
-    assert_null(strstr(json, "base_seed"));
+    assert_non_null(strstr(json, "\"vary\":\"all\""));
+    assert_non_null(strstr(json, "\"base_seed\":0"));
     free(json);
     json = vw_config_to_json(&config, false);
     ASSERT_OK(vw_config_from_json(json, &read));

@@ -515,14 +515,14 @@ TEST(configs_round_trip_and_ranges_are_checked) {
     assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
 }
 
-TEST(a_length_that_is_not_chosen_leaves_no_trace) {
+TEST(defaults_are_in_the_json) {
     struct vw_config config = test_config(), parsed;
-    for (enum vw_loss loss = VW_LOSS_L1; loss <= VW_LOSS_HUBER; loss++) { // runs keep the names they had without it
+    for (enum vw_loss loss = VW_LOSS_L1; loss <= VW_LOSS_HUBER; loss++) {
         config.loss = loss;
         char *json = vw_config_to_json(&config, true);
-        assert_null(strstr(json, "huber_length"));
-        assert_null(strstr(json, "importance_samples"));
-        assert_null(strstr(json, "learning_rate_decay"));
+        assert_non_null(strstr(json, "\"huber_length\":0.1"));
+        assert_non_null(strstr(json, "\"importance_samples\":0"));
+        assert_non_null(strstr(json, "\"learning_rate_decay\":1.0"));
         free(json);
         json = vw_config_to_json(&config, false);
         ASSERT_OK(vw_config_from_json(json, &parsed));
