@@ -10,10 +10,10 @@
 #include "train/effects/registry.h"
 #include "train/effects/wide_box.h"
 
-static const double PRICE_DB = 0.1;     // what an effect must gain at least
-static const double EMPTY_SHARE = 0.25; // of the box; occupancy saves no time where less is empty
+static const double PRICE_DB = 0.1;     // least gain of an effect
+static const double EMPTY_SHARE = 0.25; // share of the box; occupancy saves no time if less is empty
 
-// How a fact is found: it calls for its effect when it reaches the threshold.
+// The measurement of a fact: it calls for its effect when it reaches the threshold.
 static const struct detector {
     const char *effect;
     double threshold;
@@ -97,14 +97,14 @@ static void tell(struct vw_effect_verdict *verdict, const struct search *search,
         snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
 }
 
-// Beside an evidence that is no gain.
+// Tells the gain beside evidence that is not one.
 static void tell_gain(struct vw_effect_verdict *verdict, const struct vw_pilot_gain *gain) {
     size_t used = strlen(verdict->measured_on);
     snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; with it %+.2f +- %.2f dB",
              gain->mean_db, gain->stderr_db);
 }
 
-// What an effect gains beside those chosen so far.
+// Judges the gain of an effect beside those chosen so far.
 static struct vw_pilot_gain judge(struct search *search, uint32_t effect) {
     const struct vw_pilot *without = vw_pilots_find(&search->pilots, search->set),
                           *with = vw_pilots_find(&search->pilots, search->set | 1u << effect);
@@ -150,8 +150,8 @@ static enum vw_status take_round(struct search *search, uint32_t last, bool *add
     return status;
 }
 
-// Occupancy skips samples in empty space. No clock may decide, so that the share of the box that is empty stands for
-// the time; the pilot with it must not lose the price.
+// Judges occupancy, which skips samples in empty space. No clock may decide, so that the empty share of the box stands
+// for the time; the pilot with it must not lose the price.
 static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy) {
     struct vw_effect_verdict *verdict = &search->verdicts[occupancy];
     if (!is_possible(search, occupancy)) return VW_OK;
@@ -182,7 +182,7 @@ static enum vw_status run_search(struct search *search) {
     return status;
 }
 
-// What may be added: what is no fact and not named by --effects, and is not impossible.
+// Lists the effects that may be added: possible, not facts, and not named by --effects.
 static enum vw_status list_candidates(const struct vw_scene *scene, const char *choice, struct search *search) {
     struct vw_box wide;
     uint32_t candidates = 0;
@@ -192,7 +192,7 @@ static enum vw_status list_candidates(const struct vw_scene *scene, const char *
         if (!search->effects[i].on_request && !find_fact(search->effects[i].name) &&
             !vw_effects_names(choice, search->effects[i].name))
             candidates |= 1u << i;
-    // Where all photos have transparent pixels, these tell what lies behind the scene.
+    // If all photos have transparent pixels, these show the background of the scene.
     if (vw_fact_background(scene) >= 1.0) candidates &= ~bit_of(search, "sky");
     if (!(wide.half_extent_world > scene->box.half_extent_world)) candidates &= ~bit_of(search, "wide_box");
     search->candidates = candidates;

@@ -1,4 +1,4 @@
-// Which effects a scene calls for.
+// The effects that a scene calls for.
 //
 // Facts come first: lenses, transparent pixels and mask files are read from the scene. Everything else is measured. The
 // search begins with the facts and with what `effects` adds to them. It makes paired pilots (pilots.h) with each
@@ -18,14 +18,14 @@
 // verdicts, whatever the seed of the run.
 enum vw_status vw_effects_decide(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                                  struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
-// The facts alone, with `effects` applied to them.
+// Finds only the facts, with `effects` applied to them.
 enum vw_status vw_effects_find_facts(const struct vw_scene *scene, const char *effects,
                                      struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);
 
-// Whether that takes pilots.
+// Returns whether the decision needs pilots.
 bool vw_effects_need_pilots(const struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned);
 
-// How many steps a pilot takes for a run of the scene with the config `planned`.
+// Returns how many steps a pilot takes for a run of the scene with the config `planned`.
 uint32_t vw_pilot_steps(const struct vw_scene *scene, const struct vw_config *planned);
 
 #endif

@@ -44,7 +44,7 @@ static struct vw_effect_verdict *find(struct vw_effect_verdict *verdicts, uint32
     return NULL;
 }
 
-// NaN for null, and for what older ledgers lack.
+// Returns NaN for null, and for keys that older ledgers lack.
 static double number_of(const json_t *entry, const char *key) {
     const json_t *value = json_object_get(entry, key);
     return json_is_number(value) ? json_number_value(value) : NAN;
@@ -57,7 +57,8 @@ static enum vw_status read_verdict(const json_t *entry, struct vw_effect_verdict
     if (!name) return vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger: an entry has no name");
     if (!verdict)
         return vw_fail(VW_ERROR_INPUT,
-                       "run.effects_json of the ledger: \"%s\" is no effect of this version; use a newer one", name);
+                       "run.effects_json of the ledger: \"%s\" is not an effect of this version; use a newer one",
+                       name);
     verdict->called_for = json_is_true(json_object_get(entry, "called_for"));
     verdict->on = json_is_true(json_object_get(entry, "on"));
     verdict->evidence = number_of(entry, "evidence");
@@ -75,7 +76,7 @@ enum vw_status vw_effects_from_json(const char *json, struct vw_effect_verdict v
     json_error_t error;
     json_t *array = vw_json_load(json, strlen(json), 0, &error);
     enum vw_status status =
-        json_is_array(array) ? VW_OK : vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger is no JSON array");
+        json_is_array(array) ? VW_OK : vw_fail(VW_ERROR_INPUT, "run.effects_json of the ledger is not a JSON array");
     vw_effects_list(verdicts, count);
     for (size_t i = 0; !status && i < json_array_size(array); i++)
         status = read_verdict(json_array_get(array, i), verdicts, *count);

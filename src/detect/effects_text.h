@@ -10,13 +10,13 @@
 enum { VW_EFFECT_LINE_BYTES = 640 };
 
 extern const char vw_effects_heading[];
-// One line of the table, without its end.
+// Writes one line of the table, without its end.
 void vw_effect_to_line(const struct vw_effect_verdict *verdict, char line[VW_EFFECT_LINE_BYTES]);
-// [{name, called_for, evidence, evidence_stderr, evidence_low, threshold, meaning, on, ms_per_step, device_bytes,
-// measured_on}]; null for what is unknown. NULL when memory is short.
+// Returns [{name, called_for, evidence, evidence_stderr, evidence_low, threshold, meaning, on, ms_per_step,
+// device_bytes, measured_on}]; null for unknown values. NULL when memory is short.
 json_t *vw_effects_to_json(const struct vw_effect_verdict *verdicts, uint32_t count);
-// The verdicts that a ledger holds (run.effects_json), in the order of the effects known today; what it does not name
-// is off.
+// Reads the verdicts of a ledger (run.effects_json), in the order of the effects known today; effects that it does not
+// name are off.
 enum vw_status vw_effects_from_json(const char *json, struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX],
                                     uint32_t *count);
 

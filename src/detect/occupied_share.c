@@ -8,7 +8,7 @@
 #include "gpu/compute.h"
 #include "train/evaluator.h"
 
-static const double OPACITY_MIN = 0.01; // of a stratum; density * length, as 1 - exp(-x) is x here
+static const double OPACITY_MIN = 0.01; // opacity of a stratum; density * length, as 1 - exp(-x) is x here
 
 static void fill_rays(uint32_t cells, uint32_t first, uint32_t count, struct vw_ray *rays) {
     for (uint32_t i = 0; i < count; i++) {

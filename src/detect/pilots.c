@@ -34,7 +34,7 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
     config.pilot_steps = VW_PILOT_STEPS_AUTO; // which says nothing of a pilot itself
     config.val_rays = vw_config_default.val_rays;
     if (config.rays > PILOT_RAYS) config.rays = PILOT_RAYS;
-    if (config.field != VW_FIELD_HASH) { // what a scene calls for is the scene's, and the hash grid tells it soonest
+    if (config.field != VW_FIELD_HASH) { // effects depend on the scene, and the hash grid shows them soonest
         config.field = VW_FIELD_HASH;
         config.width = vw_config_default.width;
         config.mlp_depth = vw_config_default.mlp_depth;
@@ -47,7 +47,7 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
     return config;
 }
 
-// Of evenly spaced photos, every fold holds out one in four, evenly spaced as well; no two folds the same one.
+// Divides evenly spaced photos: every fold holds out one in four, evenly spaced as well; no two folds the same one.
 static void share_out(const uint32_t *views, uint32_t count, struct vw_pilots *pilots) {
     uint32_t photos = count < PILOT_PHOTOS_MAX ? count : PILOT_PHOTOS_MAX, held_out = photos / HELD_OUT_EACH;
     if (held_out < PILOT_HELD_OUT_MIN) held_out = PILOT_HELD_OUT_MIN;
@@ -147,7 +147,8 @@ static enum vw_status measure_space(const struct vw_pilots *pilots, const struct
     return status;
 }
 
-// A few more steps, alone. On a CPU the time of all its cores is counted, which other load on the machine moves less.
+// Times a few more steps, alone. On a CPU the time of all its cores is counted, which other load on the machine changes
+// less.
 static enum vw_status time_steps(const struct vw_pilots *pilots, const struct training *training) {
     bool cpu = vw_gpu_get_info(pilots->gpu)->kind == VW_GPU_CPU;
     double began_s = cpu ? vw_cpu_s() : vw_now_s();
@@ -160,7 +161,7 @@ static enum vw_status time_steps(const struct vw_pilots *pilots, const struct tr
 
 // ---- Several trainings ----------------------------------------------------------------------------------------------
 
-// The last states are scored, not the last one alone, which depends on the photos of its last few steps.
+// Runs a group and scores its last states, since the very last state depends on the photos of its last few steps.
 static enum vw_status run_group(const struct vw_pilots *pilots, struct training *group, uint32_t count) {
     enum vw_status status = VW_OK;
     for (uint32_t left = SCORED_STATES; left > 0 && !status; left--) {
@@ -174,7 +175,7 @@ static enum vw_status run_group(const struct vw_pilots *pilots, struct training 
     return status;
 }
 
-// A trainer's bytes are those that it gives back: the first one on a device also allocates what all of them share.
+// Counts a trainer's bytes as those that it frees: the first one on a device also allocates memory that all share.
 static void close_group(struct vw_gpu *gpu, struct training *group, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         uint64_t before = vw_gpu_buffer_bytes(gpu);
@@ -223,8 +224,8 @@ enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, ui
 
 // ---- Differences ----------------------------------------------------------------------------------------------------
 
-// The larger of two estimates of the variance of the mean: from all photos, and from the means of the folds, whose
-// trainings differ in their seed for all their photos alike.
+// Returns the larger of two estimates of the variance of the mean: from all photos, and from the means of the folds,
+// whose trainings differ in their seed for all their photos alike.
 static double stderr_of(const double *gains, uint32_t count, const double *of_folds, double mean) {
     double photos = 0.0, folds = 0.0;
     for (uint32_t i = 0; i < count; i++) photos += pow(gains[i] - mean, 2.0);

@@ -14,7 +14,7 @@
 #include "viewworth/train.h"
 
 enum {
-    PILOT_RAYS = 64,       // of a step, or fewer where the run takes fewer
+    PILOT_RAYS = 64,       // per step, or fewer if the run takes fewer
     PILOT_FOLDS = 2,       // trainings of each pilot: of another seed each, and without other photos
     PILOT_PHOTOS_MAX = 64, // evenly spaced, so that each is visited a few times, as appearance needs
     PILOT_HELD_OUT_MIN = 4,
@@ -22,7 +22,7 @@ enum {
     PILOTS_MAX = 64,
 };
 
-// Which photos a training learns from, and which judge it: scene indices, ascending.
+// The photos that a training learns from, and those that judge it: scene indices, ascending.
 struct vw_pilot_fold {
     uint32_t train_views[PILOT_PHOTOS_MAX], train_count;
     uint32_t held_out[PILOT_HELD_OUT_MAX], held_out_count;
@@ -30,8 +30,8 @@ struct vw_pilot_fold {
 
 struct vw_pilot {
     uint32_t effects; // a bit for each effect that it simulates, by its place in the registry
-    double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // of the photos held out; NaN where one has no usable pixel
-    double empty_share;                              // of the box's cells; NaN with unbounded
+    double psnr_db[PILOT_FOLDS][PILOT_HELD_OUT_MAX]; // for the photos held out; NaN if one has no usable pixel
+    double empty_share;                              // share of the box's cells; NaN with unbounded
     double ms_per_step;                              // shown, and decides nothing
     uint64_t device_bytes;
 };
@@ -39,12 +39,12 @@ struct vw_pilot {
 struct vw_pilots {
     struct vw_gpu *gpu;           // borrowed
     const struct vw_scene *scene; // borrowed
-    struct vw_config config;      // of every pilot
-    uint32_t steps;               // of every training
+    struct vw_config config;      // common to all pilots
+    uint32_t steps;               // per training
     bool masks;                   // mask files are obeyed
     bool fits;                    // a gain and a bias are fitted to a photo's left half, and its right half is scored
     struct vw_pilot_fold folds[PILOT_FOLDS];
-    uint32_t photo_count; // of all folds; 0: too few for a verdict
+    uint32_t photo_count; // over all folds; 0: too few for a verdict
     struct vw_pilot made[PILOTS_MAX];
     uint32_t made_count;
 };
@@ -58,17 +58,17 @@ struct vw_pilots_params {
     bool masks, fits;
 };
 
-// The config of every pilot, for a run with the config `planned`; a training has its fold's seed.
+// Returns the config of every pilot, for a run with the config `planned`; a training has its fold's seed.
 struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps);
 // Chooses the photos.
 enum vw_status vw_pilots_open(const struct vw_pilots_params *params, struct vw_pilots *pilots);
 
 // Makes the pilots with these sets of effects that were not made yet, as many together as the device takes at a time.
 enum vw_status vw_pilots_make(struct vw_pilots *pilots, const uint32_t *sets, uint32_t count);
-// A pilot that was made; NULL when it was not.
+// Returns a pilot that was made; NULL when it was not.
 const struct vw_pilot *vw_pilots_find(const struct vw_pilots *pilots, uint32_t set);
 
-// What the effects of one pilot gain over those of another.
+// The gain of the effects of one pilot over those of another.
 struct vw_pilot_gain {
     double mean_db, stderr_db; // over the photos held out; NaN where fewer than two tell
     double low_db;             // the lower end of a one-sided 95 % interval (Student's t)

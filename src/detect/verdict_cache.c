@@ -22,7 +22,7 @@ enum { FILE_BYTES_MAX = 1 << 16, HEX_LENGTH = VW_HASH_HEX_BYTES - 1 };
 
 // ---- Names ----------------------------------------------------------------------------------------------------------
 
-// Of all that decides what pilots find, and of --effects, which says where the search begins.
+// Hashes everything that decides the result of pilots, and --effects, which says where the search begins.
 static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene, const struct vw_config *planned,
                                uint8_t key[VW_HASH_BYTES]) {
     const struct vw_gpu_info *device = vw_gpu_get_info(gpu);
@@ -80,7 +80,8 @@ static const struct vw_effect_verdict *find(const struct vw_effect_verdict *verd
     return NULL;
 }
 
-// Whoever can write there can also write a hash: the text is printed, and the search keeps to the registry.
+// Checks the names against the registry: anyone who can write the file can also write its hash, and its text is
+// printed.
 static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t count) {
     uint32_t known;
     const struct vw_effect *effects = vw_effects_get(&known);

@@ -13,7 +13,7 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-// vw_effects_decide() through the cache. Facts are always found anew.
+// Decides as vw_effects_decide() does, through the cache. Facts are always found anew.
 enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scene *scene,
                                         const struct vw_config *planned,
                                         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uint32_t *count);

@@ -47,7 +47,7 @@ static int compare_values(const void *left, const void *right) {
     return a > b ? -1 : a < b;
 }
 
-// 1 for the highest; equal values share the best rank. `values` are the highest first.
+// Returns 1 for the highest; equal values share the best rank. `values` are the highest first.
 static uint32_t rank_of(const double *values, uint32_t count, double value) {
     uint32_t low = 0, high = count;
     while (low < high) {
@@ -72,7 +72,7 @@ static uint8_t judge_order(const struct vw_ledger_score *score, uint32_t rank, u
     return score->rank_ci_high <= (count + 3) / 4 ? VW_ADVICE_IRREPLACEABLE : 0;
 }
 
-// Below it an interval of worth has to end. `values` are the highest first.
+// Returns the value below which an interval of worth has to end. `values` are the highest first.
 static double removable_below(const double *values, uint32_t count, double noise_db) {
     double median = (values[(count - 1) / 2] + values[count / 2]) / 2;
     return noise_db < median ? noise_db : isnan(noise_db) ? 0 : median;

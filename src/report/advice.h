@@ -1,4 +1,4 @@
-// What a reader can do with the photos: which can be left out, which are irreplaceable, and which need a look.
+// Advice on the photos: which can be left out, which are irreplaceable, and which need a look.
 //
 // A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
 // upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
@@ -33,8 +33,8 @@ struct vw_advice {
     uint8_t *marks;    // owned; enum vw_advice_mark, one sum per image
 };
 
-// `worth`: how far worth_psnr can be trusted. Free the advice also after a failure. Without scores no photo has a mark.
-// VW_ERROR_MEMORY.
+// Makes the advice; `worth` says how far worth_psnr can be trusted. Free the advice also after a failure. Without
+// scores no photo has a mark. VW_ERROR_MEMORY.
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count,
                               const struct vw_worth_summary *worth, struct vw_advice *advice);

@@ -38,7 +38,7 @@ static enum vw_status collect_rows(const char *path, const struct vw_ledger_scor
     return VW_OK;
 }
 
-// A further field; an empty one for 0.
+// Prints a further field; an empty one for 0.
 static void print_rank(FILE *stream, uint32_t rank) {
     if (rank) fprintf(stream, ",%u", rank);
     else fputc(',', stream);
@@ -88,7 +88,7 @@ static void print_table(FILE *stream, const void *context) {
     print_rows(stream, context);
 }
 
-// `*rows` is owned by the caller.
+// Sorts the rows; `*rows` is owned by the caller.
 static enum vw_status sort_rows(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                 const struct vw_ledger_image *images, uint32_t image_count, struct row **rows) {
     struct row *sorted = vw_allocate(score_count, sizeof *sorted);

@@ -11,11 +11,12 @@
 #include "report/html_parts.h"
 #include "report/page.h"
 
-enum { REAL_DIGITS = 8 }; // what a page shows has fewer
+enum { REAL_DIGITS = 8 }; // more than a page shows
 
 // ---- The pieces ----
 
-// jansson leaves ASCII alone, so that these three and its own escapes are all that could end or begin anything in HTML.
+// Escapes three characters: jansson escapes its own and leaves other ASCII alone, so that nothing else could end or
+// begin anything in HTML.
 static int write_escaped(const char *text, size_t size_bytes, void *stream) {
     for (size_t i = 0; i < size_bytes; i++) {
         bool marked = text[i] == '<' || text[i] == '>' || text[i] == '&';
@@ -32,7 +33,7 @@ static void write_hash(FILE *stream, const char *text) {
     fprintf(stream, " 'sha256-%s'", base64);
 }
 
-// Nothing is loaded; what runs is the scripts that the program holds.
+// Writes a policy that loads nothing and runs only the scripts of the program.
 static void write_policy(FILE *stream) {
     fputs("default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; style-src", stream);
     write_hash(stream, vw_html_style);

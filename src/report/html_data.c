@@ -14,18 +14,18 @@
 #include "value/series.h"
 
 enum { STEPS_SHOWN = 1000 };    // more than a screen has pixels for
-enum { VISITS_SHOWN = 200000 }; // of all photos together: more epochs are summed in groups
+enum { VISITS_SHOWN = 200000 }; // over all photos together: more epochs are summed in groups
 #define CREDIT_UNIT_DB 1e-5     // credits are whole numbers of it, which take half the place
 
-// jansson gives NULL when memory is short and takes it for a failure wherever it is put or filled: whether all could be
-// added is all there is to check. What could not be added is gone, and must not be filled any more.
+// Records the failure. jansson returns NULL when memory is short and refuses a NULL child everywhere, so that it
+// suffices to check whether all could be added. A child that was not added is freed, and must not be filled.
 static enum vw_status out_of_memory(void) {
     return vw_fail(VW_ERROR_MEMORY, "out of memory for the data of the report");
 }
 
 static int put(json_t *object, const char *key, json_t *value) { return json_object_set_new(object, key, value); }
 
-// The child itself, to be filled; NULL when it could not be added.
+// Returns the child itself, to be filled; NULL when it could not be added.
 static json_t *put_child(json_t *object, const char *key, json_t *child) {
     return put(object, key, child) ? NULL : child;
 }
@@ -42,7 +42,7 @@ static int put_count(json_t *object, const char *key, uint64_t count) {
 
 // ---- Pictures ------------------------------------------------------------------------------------------------------
 
-// A data URI, or null for no picture.
+// Returns a data URI, or null without a picture.
 static json_t *picture_to_json(const struct vw_report_picture *picture, const char *media_type) {
     if (!picture->data) return json_null();
     size_t prefix_bytes = strlen("data:;base64,") + strlen(media_type);
@@ -64,7 +64,7 @@ static json_t *thumbnails_to_json(const struct vw_report_run *run) {
     return array;
 }
 
-// The set's place among the page's; -1 when no run before has it.
+// Returns the set's place among the page's; -1 when no earlier run has it.
 static int find_set(const struct vw_report_page *page, uint32_t run) {
     for (uint32_t i = 0, set = 0; i < run; i++) {
         if (page->runs[i].thumbnails == page->runs[run].thumbnails) return (int)set;
@@ -164,7 +164,7 @@ static struct totals count(const struct vw_report_run *run) {
     return totals;
 }
 
-// Every so many-th step and the last.
+// Puts every n-th step and the last.
 static int put_steps(const struct vw_report_run *run, json_t *object) {
     struct totals totals = count(run);
     json_t *steps = put_child(object, "steps", json_object());
@@ -338,7 +338,7 @@ static enum vw_status put_advice(const struct vw_report_run *run, json_t *object
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
-// By its place in `images`; null for one that they lack.
+// Returns its place in `images`; null for one that they lack.
 static json_t *image_place(const struct vw_report_run *run, uint32_t image_id) {
     const struct vw_ledger_image *image = vw_ledger_find_image(run->images, run->image_count, image_id);
     return image ? json_integer(image - run->images) : json_null();

@@ -6,7 +6,7 @@
 
 #include "report/page.h"
 
-// {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config,
+// Returns {version, default_method, methods, thumbnail_sets: [[data URI or null by image]], runs: [{label, run, config,
 // scene_options, effects, images, thumbnails: place of its set or null, scores, steps, matrix}], documents: [{kind,
 // label, file, content, pictures}]}. Rows of images, scores and steps lie in columns: an array per field. The caller
 // drops the reference.

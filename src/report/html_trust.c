@@ -45,7 +45,7 @@ json_t *vw_html_growth(const struct vw_report_run *run) {
 
 // ---- Retrainings ---------------------------------------------------------------------------------------------------
 
-// The scores of a method by image, NaN where there is none; NULL if memory is short. `found`: some are known.
+// Returns the scores of a method by image, NaN if there is none; NULL if memory is short. `found`: some are known.
 static double *values_of(const struct vw_report_run *run, const char *method, bool *found) {
     double *values = vw_allocate(run->image_count, sizeof *values);
     for (uint32_t i = 0; values && i < run->image_count; i++) values[i] = NAN;

@@ -12,13 +12,13 @@
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-// scores.csv (RFC 4180, but lines end with LF): header
+// Writes scores.csv (RFC 4180, but lines end with LF): header
 // name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,resampling_stderr; one row
 // per train image and method, methods in the given order, best first; rank 1 = most valuable, ties by name. What is
 // unknown is an empty field. Reals are printed so that they read back to the same double.
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count);
-// The same in memory; `path` is for messages.
+// Makes the same in memory; `path` is for messages.
 enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count, struct vw_csv_text *made);
 // For a table of several runs: its header, with the line end, and the rows of one run, each with `before` at its begin.
@@ -39,7 +39,7 @@ struct vw_report_picture {
 struct vw_report_run {
     const char *label; // the folder it lies in; unlike those of other runs
     const struct vw_ledger_run *row;
-    const char *head; // of its ledger
+    const char *head; // chain head of its ledger
     const struct vw_ledger_image *images;
     uint32_t image_count;
     const struct vw_ledger_score *scores; // may be none
@@ -58,7 +58,7 @@ struct vw_report_run {
     const char *residuals_json; // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
 };
 
-// What a folder holds beside runs, as a JSON text that the page's script knows by its kind:
+// A result in a folder other than a run, as a JSON text that the page's script knows by its kind:
 // - "table", of a CSV file: {"header": [text, ...], "rows": [[text, ...], ...]}, and its file's name says which
 // ("providers.csv", ...)
 // - "compare": compare.json, with the PNG files that its renders name
@@ -67,13 +67,13 @@ struct vw_report_document {
     const char *const *picture_files;         // as the JSON text names them
     const struct vw_report_picture *pictures; // PNG
     uint32_t picture_count;
-    const char *const *thumbnail_names;         // of photos that the JSON text names and no run of the page shows
+    const char *const *thumbnail_names;         // photos that the JSON text names and no run of the page shows
     const struct vw_report_picture *thumbnails; // WebP
     uint32_t thumbnail_count;
 };
 
 struct vw_report_page {
-    const char *version;        // of the program
+    const char *version;        // version of the program
     const char *default_method; // that is shown first
     const char *methods_json;   // [{"name", "unit", "formula"}, ...], in the order of the scores
     const struct vw_report_run *runs;
@@ -82,10 +82,10 @@ struct vw_report_page {
     uint32_t document_count;
 };
 
-// One HTML file that holds everything it shows and may load nothing (its Content-Security-Policy): names, providers and
-// every other text of the page are data of its script, never markup. Written whole or not at all. The same page gives
-// the same bytes. VW_ERROR_INPUT for a score of an image that is not among them and for a text that is not JSON;
-// VW_ERROR_IO, VW_ERROR_MEMORY.
+// Writes one HTML file that contains everything it shows and may load nothing (its Content-Security-Policy): names,
+// providers and every other text of the page are data of its script, never markup. It is written whole or not at all.
+// The same page gives the same bytes. VW_ERROR_INPUT for a score of an image that is not among them and for a text that
+// is not JSON; VW_ERROR_IO, VW_ERROR_MEMORY.
 enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page);
 
 #endif

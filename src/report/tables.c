@@ -136,7 +136,7 @@ enum vw_status vw_table_write_duplicates(const char *path, const struct vw_dupli
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------
 
-// Over folds, a photo has no entry for the views that validated while it did.
+// Averages a row; over folds, a photo has no entry for the views that validated while it did.
 static double mean_of(const double *row, uint32_t count) {
     double mean = 0;
     uint32_t known = 0;

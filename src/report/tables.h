@@ -13,27 +13,28 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-// providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank 1 =
-// most valuable.
+// Writes providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank
+// 1 = most valuable.
 enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count);
 enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
                                        struct vw_csv_text *made);
-// payout.csv: provider,method,value,unit,photos,share,amount; the amounts, with two decimals, add up to the whole.
+// Writes payout.csv: provider,method,value,unit,photos,share,amount; the amounts, with two decimals, add up to the
+// whole.
 enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count);
 enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
                                     struct vw_csv_text *made);
-// payout_photos.csv: name,provider,method,value,unit,share,amount; a row per photo with the score that it is paid by;
-// the amounts of a provider's photos add up to its amount in payout.csv, of which `share` is each photo's.
+// Writes payout_photos.csv: name,provider,method,value,unit,share,amount; a row per photo with the score that it is
+// paid by; the amounts of a provider's photos add up to its amount in payout.csv, of which `share` is each photo's.
 enum vw_status vw_table_write_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count);
 enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count,
                                            struct vw_csv_text *made);
-// duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo, groups
-// from 0.
+// Writes duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo,
+// groups from 0.
 enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
-// matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name; per
-// photo a row of dv_psnr, one of lasting_psnr where there is a sweep by validation photo, and one of dv_loss. The last
-// has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the matrix does not
-// hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
+// Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;
+// per photo a row of dv_psnr, one of lasting_psnr where there is a sweep by validation photo, and one of dv_loss. The
+// last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the matrix does
+// not hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
 enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                      const struct vw_ledger_image *images, uint32_t image_count);
 enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
