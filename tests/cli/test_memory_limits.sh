@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Less and less address space: every command ends with exit code 0, 1 or 2 and at most one line, and never by a signal. Takes the program's
 # path.
+# label: once
 set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 ulimit -c 0

@@ -1,4 +1,5 @@
 // The sweep of a run from outside: its scores, stopping and resuming, what it refuses, and what it leaves alone.
+// label: once
 #include "support/ledger_chain.h"
 
 #include "base/inside.h"

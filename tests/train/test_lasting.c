@@ -228,13 +228,13 @@ TEST(a_step_says_what_it_leaves) {
         enum vw_field field;
         uint32_t importance_samples; // with which the learning rate decays
         enum vw_coarse_network coarse_network;
-        bool full; // with --full alone: the last case has all that is theirs
-    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
+        bool full; // with --full alone: the other cases have all that is theirs
+    } cases[] = {{"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, true},
                  {"none", 0.9, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"occupancy", 0, 60, 9 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"appearance,appearance_code", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, false},
                  {"none", 0, EPOCHS, 1 << 20, VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, true},
-                 {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8, VW_COARSE_NETWORK_SHARED, false},
+                 {"none", 0, EPOCHS, 3 << 20, VW_FIELD_HASH, 8, VW_COARSE_NETWORK_SHARED, true},
                  {"none", 0, EPOCHS, 2 << 20, VW_FIELD_MLP, 8, VW_COARSE_NETWORK_OWN, true},
                  {"none", 0.9, EPOCHS, 2 << 20, VW_FIELD_MLP, 8, VW_COARSE_NETWORK_OWN, false}};
     struct vw_scene *scene = test_scene();
