@@ -250,7 +250,6 @@ TEST(messages_are_one_line) {
 
 TEST(pipes_and_folders_are_no_files) {
     char *folder = temporary_folder_create();
-    (void)state;
     assert_true(vw_file_exists(temporary_file(folder, "file", "")));
     assert_false(vw_file_exists(folder));
     assert_int_equal(mkfifo(temporary_path(folder, "pipe"), 0666), 0);

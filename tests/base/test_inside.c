@@ -1,4 +1,4 @@
-// What is opened below a folder lies in it: hostile links, pipes, folders, and names that lead out. Every test runs
+// Files opened below a folder lie in it: hostile links, pipes, folders, and names that lead out. Every test runs
 // with openat2 and with the walk from part to part that replaces it on other kernels.
 #include "support/cmocka_test.h"
 

@@ -60,7 +60,6 @@ static void keep_line(void *context, enum vw_log_level level, const char *line) 
 
 TEST(log_lines_are_harmless) {
     char line[64];
-    (void)state;
     vw_log_set_sink(keep_line, line);
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
         vw_log_info("%s", texts[i].text);

@@ -1,4 +1,4 @@
-// What is kept of compiled shaders from run to run: by device, driver and vector width, never trusted when damaged.
+// The cache of compiled shaders: by device, driver and vector width, never trusted when damaged.
 #include "support/cmocka_test.h"
 
 #include <dirent.h>
@@ -13,7 +13,7 @@ static void open_and_close(void) {
         fail_msg("%s", vw_error_message());
 }
 
-// How many pipeline caches the folder holds; the last one's name.
+// Counts the pipeline caches in the folder and stores the name of the last one.
 static int list_caches(const char *folder, char name[256]) {
     int count = 0;
     DIR *stream = opendir(folder);

@@ -31,7 +31,7 @@ static void put(int socket, const void *data, size_t size_bytes) {
     if (send(socket, data, size_bytes, MSG_NOSIGNAL) != (ssize_t)size_bytes) _exit(1);
 }
 
-// What the process has been given.
+// Reports what the process has been given.
 static void describe(struct vw_decoder_answer *answer) {
     size_t used = 0;
     sigset_t blocked;

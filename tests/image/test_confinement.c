@@ -1,4 +1,4 @@
-// What a confined process can still do, asked from inside.
+// The rights that a confined process still has, tried from inside.
 #include "support/cmocka_test.h"
 
 #include <fcntl.h>

@@ -118,8 +118,8 @@ TEST(values_of_the_definition) {
                 ROUNDING); // a single window
 }
 
-// What lies under a hidden pixel has no say, and which windows count is that of the definition: with a pixel, a row,
-// the left half.
+// The value under a hidden pixel does not matter, and which windows count is that of the definition: with a pixel, a
+// row, the left half.
 TEST(hidden_pixels_have_no_say) {
     for (int form = 0; form < 3; form++) {
         struct pictures p = draw_pictures();

@@ -1,5 +1,5 @@
-// The evaluates of methods on games whose values are known: additive ones, in which a photo adds what it is worth, with
-// noise of a known size for every training.
+// The evaluation of methods on games whose values are known: additive ones, in which a photo adds what it is worth,
+// with noise of a known size for every training.
 #include "support/cmocka_test.h"
 
 #include "base/random.h"
@@ -297,7 +297,7 @@ TEST_WITHIN(trainings_without_value_are_left_out, set_up, NULL) {
     free(metrics.rows);
 }
 
-// As where a training of leave-one-out did not end in a finite value.
+// A photo has no score if, say, its training of leave-one-out did not end in a finite value.
 TEST_WITHIN(a_photo_without_score_leaves_a_method_without_metric, set_up, NULL) {
     struct game game = {0};
     struct vw_subsets subsets;

@@ -92,7 +92,7 @@ TEST(it_goes_on_exploring) {
     if (!(mean > 0.05 && mean < 0.2)) fail_msg("where all photos harm, it is %g", mean);
 }
 
-// What the network's gradient should be, of the sum of logits times weights.
+// Returns the sum of logits times weights, whose gradient the network gives.
 static double objective(struct vw_value_network *network, const double *weights) {
     double probabilities[PHOTOS], sum = 0;
     vw_value_network_apply(network, probabilities);

@@ -171,7 +171,7 @@ static double derivative_of(struct vw_gradient_replay *sweep, const float *from,
     return (psnr_towards(sweep, from, towards, factor) - psnr_towards(sweep, from, towards, -factor)) / (2 * factor);
 }
 
-// What a small part of a photo's step, and of plain descent, really changes.
+// Measures what a small part of a photo's step, and of plain descent, really changes.
 static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint64_t number, double rate,
                           struct vw_tracin_score *measured) {
     const struct vw_probe_context *context = sweep->replay.context;
@@ -283,7 +283,7 @@ static double solve_by_conjugate_gradients(struct vw_influence *influence, doubl
     return sqrt(square / begun);
 }
 
-// What the last step did is its gradient times the rates that influence functions find.
+// The last step moved the params by its gradient times the rates that influence functions find.
 TEST(influence_knows_the_rates) {
     static const struct {
         enum vw_field field;

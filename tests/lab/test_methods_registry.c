@@ -30,7 +30,7 @@ static bool has(const struct vw_retrain_params *retraining, uint32_t photo) {
     return false;
 }
 
-// Of standard deviation 0.2 dB, another for each training.
+// Returns noise of standard deviation 0.2 dB, different for each training.
 static double noise_of(const struct vw_retrain_params *retraining) {
     uint32_t words[4], key = retraining->epochs;
     for (uint32_t i = 0; i < retraining->view_count; i++) key = key * 31 + retraining->views[i];

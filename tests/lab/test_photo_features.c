@@ -1,4 +1,4 @@
-// What is told of photos without retraining, against plain computations on small scenes: features, transport, and
+// Baselines that need no retraining, against plain computations on small scenes: features, transport, and
 // residuals of a field.
 #include "support/cmocka_test.h"
 

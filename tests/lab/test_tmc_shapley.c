@@ -70,7 +70,7 @@ TEST(orders_that_still_change_are_whole) {
     assert_true(fabs(sum_of(scores) - 6 - 0.03 * PHOTOS) < 1e-9);
 }
 
-// Of an order that the budget ends, those that it reached count, and no others.
+// Only the photos that an order reached before the budget ended count.
 TEST(an_order_without_budget_counts_as_far_as_it_went) {
     struct game game = {.slope_db = 1, .untrained_db = 8};
     double once[PHOTOS], more[PHOTOS];
@@ -85,7 +85,7 @@ TEST(an_order_without_budget_counts_as_far_as_it_went) {
     assert_int_equal(game.made, 2 * PHOTOS + 5);
 }
 
-// Where every order says the same, 100 of them are enough.
+// If every order says the same, 100 of them are enough.
 TEST(settled_scores_end_it) {
     struct game game = {.slope_db = 1, .untrained_db = 8};
     double scores[PHOTOS];

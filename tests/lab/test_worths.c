@@ -87,7 +87,7 @@ TEST(shrinking_keeps_the_level) {
     vw_subsets_free(&subsets);
 }
 
-// Of 20 games with 10 photos each, intervals of 95 % hold the true worth in most cases.
+// Intervals of 95 % contain the true worth in most cases of 20 games with 10 photos each.
 TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0;
     for (uint32_t game = 0; game < 20; game++) {

@@ -152,7 +152,7 @@ FOLDER_TEST(malformed_lines_are_refused) {
 
 // ---- Damage ---------------------------------------------------------------------------------------------------------
 
-// Whatever is read must be fit for the ledger; what is refused leaves a message of one line.
+// A log that is read must be fit for the ledger; a refused one leaves a message of one line.
 static void check_any(const char *path) {
     struct vw_step_log log;
     vw_fail(VW_ERROR_USAGE, "no message yet");

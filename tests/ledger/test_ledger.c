@@ -206,7 +206,7 @@ FOLDER_TEST(chain_holds_whatever_the_batches) {
     free(path);
 }
 
-// What may differ between two runs of one identity leaves the chain of the steps alone, and shows in the final hash.
+// Columns that may differ between two runs of one identity leave the chain of steps alone and change the final hash.
 FOLDER_TEST(chain_of_steps_is_the_run) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6),
          *other = vw_path_join(*state, "other.db");

@@ -1,4 +1,4 @@
-// What lies beside a ledger or store from someone else: a journal that would make SQLite delete or overwrite something
+// Files beside a ledger or store from someone else: a journal that would make SQLite delete or overwrite something
 // is refused before SQLite sees it, and so are links and the files of another journal mode. Journals that a killed
 // process leaves are rolled back: see test_ledger_resume.c and test_ledger_power_cut.c.
 #include "support/ledger_sql.h"
@@ -192,7 +192,7 @@ FOLDER_TEST(the_name_of_a_folder_is_no_uri) {
     free(path);
 }
 
-// What was put under names that a creation might use is neither followed nor changed.
+// Files under names that a creation might use are neither followed nor changed.
 FOLDER_TEST(a_new_ledger_follows_no_link) {
     static const char *const endings[] = {"", "-journal", "-wal", "-shm"};
     struct vw_ledger_run run = test_run("{}");

@@ -29,7 +29,7 @@ static struct vw_lasting_sweep sweep_of(const struct vw_lasting_step *steps) {
                                      .photo_count = 2};
 }
 
-// Of a sweep by validation photo.
+// The rows of a backward pass for each validation photo.
 static double view_psnr[STEPS][TEST_VALIDATION_COUNT];
 
 static void set_views(struct vw_lasting_sweep *sweep) {

@@ -198,7 +198,7 @@ FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
     free(path);
 }
 
-// What was checked is what is read, whatever another program does to the file without asking SQLite for a lock.
+// A reader reads what it checked, even if another program changes the file without a lock of SQLite.
 FOLDER_TEST(an_exchanged_file_changes_nothing_that_was_opened) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
     struct vw_ledger *ledger = NULL;

@@ -1,4 +1,4 @@
-// How a run goes on in its ledger: batch after batch, after its end, and after failures, which change nothing.
+// Runs that continue in their ledger: append after append, after its end, and after failures, which change nothing.
 #include "support/ledger_chain.h"
 
 #include <signal.h>

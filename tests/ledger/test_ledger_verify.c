@@ -1,5 +1,5 @@
-// What vw_ledger_verify finds: every edit of every column, rows removed, added and moved, and files that only look like
-// a ledger.
+// Edits that vw_ledger_verify finds: every edit of every column, rows removed, added and moved, and files that only
+// look like a ledger.
 #include "support/ledger_sql.h"
 
 #include "ledger/ledger_private.h"
@@ -48,7 +48,7 @@ static void copy_original(const struct original *original) {
     copy_bytes(original->path, original->bytes, original->size_bytes);
 }
 
-// What becomes of a ledger that is opened and verified.
+// The outcome of opening and verifying a ledger.
 static enum vw_status verify(const char *path) {
     struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -85,7 +85,7 @@ FOLDER_TEST(the_untouched_ledger_verifies) {
 
 // ---- Edits ----------------------------------------------------------------------------------------------------------
 
-// What becomes of a cell; %1$s is the column. Those that a column cannot hold, or that leave it as it was, are no edits
+// The edits of a cell; %1$s is the column. Those that a column cannot hold, or that leave it as it was, are no edits
 // of it.
 static const char *const edits[] = {
     "%1$s + 1",

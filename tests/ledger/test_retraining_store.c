@@ -179,7 +179,7 @@ FOLDER_TEST(a_ledger_is_no_file_of_retrainings) {
     free(path);
 }
 
-// What a process leaves that was killed between creating the file and its first transaction.
+// The file of a process that was killed between creating the file and its first transaction.
 // The file appears with its tables, so that no killed program leaves an empty one.
 FOLDER_TEST(an_empty_file_is_refused) {
     char *path = vw_path_join(*state, "retrainings.db");

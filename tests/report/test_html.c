@@ -119,7 +119,6 @@ TEST(bytes_that_are_no_utf8_are_replaced) {
                  {"\xed\xa0\x80", "\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd"}, // half of a surrogate pair
                  {"\xc3\xa9 \xf0\x9f\x93\xb7", "\xc3\xa9 \xf0\x9f\x93\xb7"},
                  {"", ""}};
-    (void)state;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         json_t *value = vw_json_string(cases[i].text);
         assert_string_equal(json_string_value(value), cases[i].repaired);
@@ -394,7 +393,8 @@ static void take_block(void *block) {
     mprotect(block, BLOCK_BYTES, PROT_NONE);
 }
 
-// Whether the page is written with so many pieces of memory for its JSON; none of them is used once freed, or lost.
+// Returns whether the page is written with so many pieces of memory for its JSON; none of them is used once freed, or
+// lost.
 static bool fits_into(const struct vw_report_page *page, const char *path, uint32_t blocks) {
     json_malloc_t give;
     json_free_t take;
@@ -454,7 +454,6 @@ TEST(a_thumbnail_is_small_and_keeps_its_shape) {
         uint32_t width_px, height_px, small_width_px, small_height_px;
     } cases[] = {{400, 300, 128, 96}, {64, 48, 64, 48}, {1, 1, 1, 1},
                  {300, 3, 300, 3},    {3, 500, 1, 96},  {4000, 100, 384, 96}};
-    (void)state;
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const float background[3] = {1, 1, 1};
         struct vw_image image = {

@@ -85,7 +85,7 @@ TEST(where_none_fits_it_is_the_cheapest_or_none) {
     const struct vw_budget_task late = {100, 100, 39, 1000};
     assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &late, &plan), VW_OK);
     assert_true(plan.candidate == 1 && plan.epochs == 50);
-    // What was not measured is never chosen.
+    // An effort that was not measured is never chosen.
     const struct vw_budget_candidate unknown[] = {{0.01, 15}, {(double)NAN, 20}, {0, 20}};
     const struct vw_budget_task task = {1000, 100, 1, 2000};
     assert_int_equal(vw_budget_plan(unknown, VW_ARRAY_COUNT(unknown), &task, &plan), VW_OK);

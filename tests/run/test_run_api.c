@@ -288,7 +288,7 @@ TEST_WITHIN(finishing_a_resumed_run_keeps_its_field, set_up, tear_down) {
     }
 }
 
-// Where a rule stops a run early, the last report says so.
+// The last report says so if a rule stops a run early.
 static bool keep_last(void *context, const struct vw_run_state *state) {
     *(struct vw_run_state *)context = *state;
     return true;

@@ -1,5 +1,5 @@
-// What verify finds in the folder of a run: forged rows with a chain that fits, tables and fields that were edited or
-// exchanged, and the list of checksums. One small run is made, and every case changes a copy of its folder.
+// Changes that verify finds in the folder of a run: forged rows with a chain that fits, tables and fields that were
+// edited or exchanged, and the list of checksums. One small run is made, and every case changes a copy of its folder.
 #include "support/ledger_chain.h"
 
 #include <dirent.h>

@@ -120,7 +120,7 @@ TEST(rational_lenses_round_trip) {
     }
 }
 
-// Where the radius r N / D stops growing, or D vanishes, the image folds over.
+// The image folds over where the radius r N / D stops growing or D vanishes.
 TEST(rational_lenses_fold_where_the_radius_stops_growing) {
     struct vw_camera camera = plain;
     double direction[3];

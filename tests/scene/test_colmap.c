@@ -230,7 +230,6 @@ FOLDER_TEST(every_lens_is_read) {
         vw_scene_close(&scene);
         temporary_folder_remove(folder);
     }
-    (void)state;
 }
 
 // The corners of a wide fisheye's photo show no direction: they are masked, and the note says how many.

@@ -20,7 +20,8 @@ static const struct vw_view *find_view(const struct vw_scene *scene, const char 
     return NULL;
 }
 
-// Where view `b` sees what view `a` sees at a pixel, at a depth of `depth_world`; infinitely far away when that is 0.
+// Finds where view `b` sees what view `a` sees at a pixel, at a depth of `depth_world`; infinitely far away when that
+// is 0.
 static double ray_difference_px(const struct vw_view *a, const struct vw_view *b, double x_px, double y_px,
                                 double depth_world) {
     double direction[3], offset[3], seen[3] = {0}, other_x_px, other_y_px;

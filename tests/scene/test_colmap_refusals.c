@@ -85,7 +85,7 @@ FOLDER_TEST(any_byte_may_change) {
 FOLDER_TEST(huge_counts_are_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
-    // Where the counts are: at the start of each file; after the first image's name; after the first point's error.
+    // The places of the counts: at the start of each file; after the first image's name; after the first point's error.
     static const struct {
         int file;
         size_t offset;

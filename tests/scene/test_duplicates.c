@@ -130,7 +130,7 @@ TEST(equal_files_are_copies) {
         assert_true(duplicates[i].group == expected[i].group && duplicates[i].view == expected[i].view &&
                     duplicates[i].similarity == 1);
 
-    // What they are worth: view 34 validates and has no score.
+    // The scores of the copies: view 34 validates and has no score.
     const struct vw_ledger_score scores[] = {
         {.image_id = 4, .method = "dv_loss", .value = 9, .unit = "m"},
         {.image_id = 4, .method = "dv_psnr", .value = 1.5, .unit = "dB"},

@@ -1,4 +1,4 @@
-// What points tell: near and far of each view, and the box.
+// Near and far of each view, and the box, as the points tell them.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -95,7 +95,7 @@ TEST(the_box_holds_the_points) {
     }
 }
 
-// What the cameras look at belongs to the box even where no points are: the synthetic cameras look at the origin.
+// The box contains what the cameras look at, even where no points are: the synthetic cameras look at the origin.
 TEST(the_box_holds_what_is_looked_at) {
     struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)

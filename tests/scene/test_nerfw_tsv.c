@@ -84,7 +84,7 @@ FOLDER_TEST(the_header_is_recognised) {
     assert_false(vw_tsv_has_header(NULL, *state));
 }
 
-// As counted in the published files: rows = train with id + train without + test.
+// Counts of the published files: rows = train with id + train without + test.
 TEST(published_files_are_read) {
     static const struct {
         const char *name;

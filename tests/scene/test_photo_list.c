@@ -100,7 +100,7 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
     ASSERT_FAILS(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
 }
 
-// Where three files say the splits, photos go to the file of their split, as long as all else in the files is the same.
+// With a file for each split, photos go to the file of their split, as long as all else in the files is the same.
 FOLDER_TEST(three_files_hold_a_split_each) {
     char *scene = vw_path_join(*state, "a/b");
     assert_int_equal(vw_folder_create(scene), VW_OK);
@@ -246,7 +246,7 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
                  "may have only one TSV");
 }
 
-// What lists moved from one split to another: nobody trains on what validates or tests.
+// Photos that lists move from one split to another: none trains that validates or tests.
 FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
     write_dense(*state, rows);
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
@@ -324,7 +324,7 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
     free(tourism);
 }
 
-// Whatever memory runs out, a list is whole or not there.
+// A list is whole or absent, wherever memory runs out.
 static size_t allocations_left;
 static void *allocate_some(size_t size_bytes) {
     return allocations_left && allocations_left-- ? malloc(size_bytes) : NULL;

@@ -37,7 +37,7 @@ static void world_ray(const struct vw_view *view, double x_px, double y_px, doub
     }
 }
 
-// How far from the sphere's centre a view's line through (x_px, y_px) passes.
+// Returns how far from the sphere's centre a view's line through (x_px, y_px) passes.
 static double miss_distance(const struct vw_view *view, double x_px, double y_px) {
     double direction[3], offset[3], along = 0, distance2 = 0;
     world_ray(view, x_px, y_px, direction);

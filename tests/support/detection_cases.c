@@ -9,7 +9,7 @@
 #include "train/effects/registry.h"
 #include "viewworth/train.h"
 
-// What a recipe is made of. Some shapes on a slab in a void (sparse), or a block that fills the box (full).
+// The parts of a recipe. Some shapes on a slab in a void (sparse), or a block that fills the box (full).
 static const struct detection_case {
     bool exposure; // photos differ in exposure
     bool alpha;    // the void is transparent

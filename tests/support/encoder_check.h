@@ -7,7 +7,7 @@
 
 // The network's numbers in double, from a params block in floats; owned by the caller, as the next.
 double *encoder_network(const struct step_bench *bench, const float *params);
-// What the reference makes of the thumbnail of `view` that the device holds.
+// Encodes by the reference the thumbnail of `view` that the device holds.
 struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view);
 // Runs step `number` up to the gradients, and holds what the network gives, and its gradient by that of the colour
 // network's weights, against the reference. All must be finite.

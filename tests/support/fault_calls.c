@@ -144,7 +144,7 @@ __attribute__((constructor)) static void read_settings(void) {
 
 static atomic_long file_count;
 
-// Where a path is: made absolute by the folder it is relative to.
+// Makes a path absolute by the folder it is relative to.
 static void find_path(int folder, const char *path, char found[2 * PATH_MAX]) {
     char link[64], base[PATH_MAX] = "";
     if (path[0] != '/') {

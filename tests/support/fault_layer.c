@@ -22,7 +22,7 @@ VKAPI_ATTR VkResult VKAPI_CALL vkNegotiateLoaderLayerInterfaceVersion(VkNegotiat
 static const char layer_name[] = "VK_LAYER_VIEWWORTH_faults";
 static atomic_long device_calls, allocations;
 
-// What is next in the chain. There is one instance and one device at a time.
+// The next functions in the chain. There is one instance and one device at a time.
 static PFN_vkGetInstanceProcAddr next_instance_function;
 static PFN_vkGetDeviceProcAddr next_device_function;
 static VkInstance current_instance;

@@ -67,8 +67,8 @@ static struct guarded *find(const struct vw_buffer *buffer) {
     return NULL;
 }
 
-// As floats NaN, as integers huge, and nowhere the same: a sum over one band's NaN keeps its bits, and would pass for
-// another band.
+// The words of a band are NaN as floats, huge as integers, and nowhere the same: a sum over one band's NaN keeps its
+// bits, and would pass for another band.
 static void fill_pattern(const struct guarded *it, int side, uint32_t words[BAND_BYTES / 4]) {
     for (uint32_t i = 0; i < BAND_BYTES / 4; i++)
         words[i] = 0xFFC00000u | ((it->number * 2 + (uint32_t)side) * 40503u + i * 977u) % 0x3FFFFFu;

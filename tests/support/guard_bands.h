@@ -3,8 +3,8 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_GUARD_BANDS_H
 #define VIEWWORTH_TESTS_SUPPORT_GUARD_BANDS_H
 
-// How many bands were written to, of buffers alive and destroyed, since the last call; each has a message on stderr.
-// What nobody asked for makes vw_gpu_close() fail. Not while the device works.
+// Returns how many bands of buffers, alive or destroyed, were written to since the last call; each has a message on
+// stderr. vw_gpu_close() fails for bands that nobody asked about. Do not call it while the device works.
 unsigned guard_bands_broken(void);
 
 #endif

@@ -68,7 +68,7 @@ int hard_cases_run(const char *group, const struct hard_case *cases, size_t coun
     return failed;
 }
 
-// How far along a finding is: NaN counts as infinitely far.
+// Returns the share of its tolerance that a finding uses up; infinite beyond it and for NaN.
 static double used_up(double error, double tolerance) {
     if (error == 0.0) return 0.0;
     return error <= tolerance ? error / tolerance : INFINITY;

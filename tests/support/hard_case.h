@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// What the comparisons of a case have found so far.
+// The findings of the comparisons of a case so far.
 struct hard_finding {
     const char *where;       // case and seed, for messages
     const char *quantity;    // of the comparison nearest to its tolerance
@@ -36,7 +36,7 @@ void hard_equal(struct hard_finding *finding, const char *quantity, uint64_t ind
 // Bit for bit; counts as one comparison.
 void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected,
                     size_t size_bytes);
-// What must hold beside the numbers; `what` says it in words.
+// Fails the case unless a condition beside the numbers holds; `what` says it in words.
 void hard_require(struct hard_finding *finding, bool holds, const char *what);
 
 #endif

@@ -35,8 +35,8 @@ void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uin
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number);
 void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
                           const struct hard_gradients *gradients);
-// What step `number` made of `before` with these gradients. A step that is not finite must have changed nothing; where
-// an update would leave the floats, the params must be as they were; in both cases the row must be flagged.
+// Checks what step `number` made of `before` with these gradients. A step that is not finite must have changed nothing;
+// where an update would leave the floats, the params must be as they were; in both cases the row must be flagged.
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,
                        const struct hard_gradients *gradients, const struct hard_state *before,
                        const struct hard_state *after);

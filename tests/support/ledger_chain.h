@@ -149,7 +149,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
     return holds;
 }
 
-// Whether all hashes of a ledger are what its rows give.
+// Returns whether all hashes of a ledger are those of its rows.
 static inline bool chain_holds(const char *path) { return follow_chain(path, false); }
 // Computes all of them anew.
 static inline void chain_rewrite(const char *path) { assert_true(follow_chain(path, true)); }

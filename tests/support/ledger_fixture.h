@@ -1,4 +1,4 @@
-// What the tests around the ledger share: a folder of their own, a small scene, and a fake trainer.
+// The fixture of the tests around the ledger: a folder of their own, a small scene, and a fake trainer.
 #ifndef VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
 #define VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
 
@@ -126,7 +126,7 @@ static inline void test_probe(struct vw_step_record *records, uint32_t count, st
 
 enum { TEST_EPOCHS_MOST = 40, TEST_RECORDS_MOST = 1 + TEST_EPOCHS_MOST * TEST_TRAIN_COUNT };
 
-// What a fake trainer hands out, probes included.
+// The records that a fake trainer hands out, with probes.
 struct test_recording {
     struct vw_step_record records[TEST_RECORDS_MOST];
     struct vw_view_error errors[2 * TEST_RECORDS_MOST];

@@ -44,7 +44,8 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
 void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
 
 bool test_same_bits(double a, double b);
-// That a training has the same bits whatever its batches, and ends with less than `share` of its first loss.
+// Asserts that a training has the same bits whatever its submissions, and ends with less than `share` of its first
+// loss.
 void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share);
 // Rows, probes and params, bit for bit.
 void test_run_assert_same(const struct test_run *a, const struct test_run *b);

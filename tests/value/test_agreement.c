@@ -1,4 +1,4 @@
-// How far scores of several runs agree: numbers worked out by hand, and the edges where a measure says nothing.
+// Agreement of the scores of several runs: numbers worked out by hand, and the edges where a measure says nothing.
 #include "support/ledger_fixture.h"
 
 #include "value/evaluation/agreement.h"

@@ -270,7 +270,7 @@ static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct v
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
 }
 
-// What the thresholds promise, over 500 draws each: sound views are left in peace, also where they hardly agree;
+// The thresholds keep their promise over 500 draws each: sound views are left in peace, also where they hardly agree;
 // corrupted ones are found.
 TEST(odd_views_are_found) {
     enum { ROUNDS = 500 };

@@ -56,7 +56,7 @@ static double additive(const uint32_t *order, uint32_t first, uint32_t step, uin
     return worth_db[order[step]];
 }
 
-// Where photos do not touch each other's worth, leaving one out, Shapley's value and every method that sums agree:
+// In a game where no photo changes another's worth, leaving one out, Shapley's value and every method that sums agree:
 // visits * worth.
 TEST(additive_worths_come_back) {
     struct test_game *game = test_play(additive, EPOCHS, seed);
@@ -113,27 +113,6 @@ TEST(duplicates_share_their_worth) {
     }
 }
 
-// Photo 3 takes 2 dB, which the step after it brings back, whoever takes it; else worths are additive, and its own is
-// nothing.
-static double repaired(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
-    (void)first;
-    (void)with_seed;
-    bool repairs = step > 1 && order[step - 1] == 3, harms = order[step] == 3;
-    return (harms ? 0 : worth_db[order[step]]) + (repairs ? 2 : 0) - (harms ? 2 : 0);
-}
-
-// What is repaired is worth next to nothing when left out, but the sum of deltas counts all of it, against the photo
-// and for those that happen to follow.
-TEST(repaired_damage_is_overstated_by_sums) {
-    struct test_game *game = test_play(repaired, EPOCHS, seed);
-    uint32_t count = 0;
-    struct vw_ledger_score *scores = score(game, 0, &count);
-    assert_true(fabs(leave_one_out(repaired, 3, seed)) <= 2 + 1e-9); // a last visit may go unrepaired
-    assert_true(value_of(scores, count, "dv_psnr", 3) <= -2 * (VALUED - 1));
-    free(scores);
-    free(game);
-}
-
 // ---- Against a plain recomputation ----------------------------------------------------------------------------------
 
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
@@ -179,7 +158,7 @@ static struct grid grid_of(const struct test_game *game, bool loss, const char *
     return grid;
 }
 
-// What an epoch adds to the score of a method, without _psnr and _loss.
+// Returns what an epoch adds to the score of a method, whose name is given without _psnr and _loss.
 static double contribution(const char *method, const double *epoch, uint32_t photo, double e) {
     const double d = epoch[photo], count = VALUED;
     if (strcmp(method, "dv") == 0) return d;

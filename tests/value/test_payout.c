@@ -133,7 +133,7 @@ TEST(amounts_are_divided_to_the_cent) {
     }
 }
 
-// Whatever the scores, the cents add up, nobody gets more than a cent off its share, and who harms gets nothing.
+// For any scores the cents add up, every share is exact to a cent, and a provider who harms gets nothing.
 TEST(any_amount_adds_up) {
     const uint64_t seed = 7;
     for (uint32_t round = 0; round < 2000; round++) {

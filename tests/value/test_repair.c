@@ -6,7 +6,7 @@
 
 enum { PHOTOS = 30, EPOCHS = 5, STEPS = PHOTOS * EPOCHS, PULSE_PLACE = 10, PULSE_STEPS = 8 };
 
-// What the step on photo 10 does to PSNR at that step and the next ones: exposure, which is repaired.
+// The change of PSNR by the step on photo 10, at that step and the next ones: exposure, which is repaired.
 static const double response_db[PULSE_STEPS] = {-0.95, -0.28, -0.15, -0.12, -0.10, -0.08, -0.06, -0.05};
 // In the epochs after burn-in; their mean is 1.
 static const double scales[EPOCHS] = {9, 0.9, 1.1, 0.9, 1.1};

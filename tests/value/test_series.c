@@ -108,7 +108,7 @@ TEST(less_loss_is_more_worth) {
     free(game);
 }
 
-// Whatever the numbers of the epochs are, and photos may be visited any number of times in each.
+// Epochs may have any numbers, and photos any number of visits in each.
 TEST(epochs_are_counted_where_they_change) {
     struct test_game *game = test_play(noisy, 4, seed);
     const uint32_t epochs[] = {3, 3, 5, 4000000000u}, expected[] = {0, 1, 2};
@@ -182,7 +182,7 @@ static double mixed_with_draws(const uint32_t *order, uint32_t first, uint32_t s
 // Undoing the filter amplifies rounding, 1e-14 of some 20 dB, by (1 + b) / (1 - b) = 19.
 static const double amplified_rounding = 1e-12;
 
-// What the luck of a step's draw earned comes back with it: credits are no noisier than deltas are without momentum.
+// The worth comes back with the luck of its step's draw: credits are no noisier than deltas without momentum.
 TEST(draws_stay_with_their_steps) {
     struct test_game *game = test_play(mixed_with_draws, 20, seed);
     struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
@@ -241,7 +241,7 @@ TEST(what_has_no_value_has_no_credit) {
     free(game);
 }
 
-// As imported runs may have: what the step earned went into the moment, unseen.
+// Imported runs may have such steps: what the step earned went into the moment, unseen.
 TEST(steps_taken_unvalidated_leave_credits_unknown) {
     struct test_game *game = test_play(mixed, 20, seed);
     const uint32_t unvalidated = 31;

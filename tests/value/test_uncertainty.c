@@ -1,4 +1,4 @@
-// Whether 95 % intervals hold 95 % of the time: on series whose mean over seeds is known. SEED=N draws others.
+// Intervals of 95 % hold 95 % of the time, on series whose mean over seeds is known. SEED=N draws others.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -18,7 +18,7 @@ static double normal(uint64_t stream, uint32_t a, uint32_t b) {
     return radius * cos(angle);
 }
 
-// What photos contribute epoch by epoch: a mean that is the same in all runs, and what differs from run to run.
+// The contributions of photos, epoch by epoch: a mean that is the same in all runs, and what differs from run to run.
 struct game {
     const char *name;
     uint32_t photos, epochs;
@@ -86,7 +86,7 @@ static void check(const struct game *games, size_t count) {
     assert_true(all);
 }
 
-// Where runs share what the interval allows for, and the epochs are enough, coverage is what is claimed.
+// Coverage is as claimed if runs share what the interval allows for and the epochs are enough.
 TEST(intervals_hold_the_mean) {
     for (uint32_t epochs = 29; epochs <= 58; epochs *= 2) { // 29 count of the 30 that are usual
         const struct game games[] = {

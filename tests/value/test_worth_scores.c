@@ -7,7 +7,7 @@
 
 enum { PHOTOS = 12, MOST = 200 };
 static const double PER_LOG_SHARE_DB = 3;
-// What a photo gives if it is alone. Photos 2 and 5 harm; photo 9's worth is 0 (see set_up).
+// The worth of each photo alone. Photos 2 and 5 harm; photo 9's worth is 0 (see set_up).
 static double given_db[PHOTOS] = {2, 1, -9, 3, 0.5, -12, 1.5, 0, 2.5, 0, 1, 2};
 
 static double noise_of(uint64_t seed, uint32_t key) {
@@ -165,7 +165,7 @@ TEST(known_worths_are_found) {
     free(played);
 }
 
-// Of 40 games with as many retrainings as photos or twice as many, with a prior and without.
+// Means over 40 games with as many retrainings as photos or twice as many, with a prior and without.
 TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0, all = 0;
     for (uint32_t game = 0; game < 40; game++) {
@@ -220,7 +220,7 @@ TEST(a_prior_helps_where_it_is_right) {
     if (!(chance < 1.15 * none)) fail_msg("a prior of chance makes %g of %g dB of error", chance, none);
 }
 
-// How far differences of worth are from the true ones, dB.
+// Returns how far differences of worth are from the true ones, dB.
 static double difference_error_of(struct played *played) {
     uint32_t count;
     const struct vw_ledger_score *worths = find_worths(played, &count);
