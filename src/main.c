@@ -27,7 +27,7 @@ static const struct vw_command commands[] = {
      "payout.csv with --payout (with lasting credit also payout_photos.csv), and duplicates.csv if photos are "
      "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
-     "(the scores as compare --list reads them) and report.html. Without --resume, too, the same command resumes.\n"
+     "(the scores as compare --list reads them) and report.html. Running the command again resumes it; --resume is not needed.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
      "not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
@@ -42,7 +42,8 @@ static const struct vw_command commands[] = {
      "fails ends no other. Leaves in the --out folder NAME/seed-K/ "
      "(NAME/CONFIG/seed-K/ with configs) as value does, with seed-K.log and seed-K.json beside it; merged.db (all "
      "ledgers), scores.csv and summary.csv (all jobs), batch.json (the state of every job) and report.html.\n"
-     "Run the same command again to resume: jobs that are done are kept, jobs that failed are tried again.",
+     "With --devices, job i always runs on the device at place i modulo their number. Run the same command again to "
+     "resume: jobs that are done are kept, jobs that failed are tried again.",
      VW_OPTIONS_BATCH | VW_OPTIONS_JSON, vw_command_batch},
     {VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
      "OUT is the --out folder of value. The retrainings take as many steps as the run, each on 40 to 100 % of the "
@@ -67,7 +68,7 @@ static const struct vw_command commands[] = {
     {USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
-     "scores.csv and the report. Only differences between photos mean something: their zero does not.\n"
+     "scores.csv and the report. Compare photos with each other; zero has no meaning.\n"
      "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
      "with the predicted one. The command prints a warning if they disagree. The same command resumes a sweep that "
      "was stopped, and only prints one that is finished. With --lasting-matrix, matrix.csv also has lasting credit by "

@@ -31,26 +31,21 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimi
 
 const struct vw_option vw_option_table[] = {
     // What a command makes, and from what.
-    {"out", "FOLDER", "Folder for the results (required); it must not contain a run unless --resume is given",
-     VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
-    {"out", "FOLDER", "Folder for the results (required); it must not contain a run", VW_OPTIONS_IMPORT,
-     VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
-    {"out", "FOLDER", "Folder for the results (required); existing runs of the same configuration are resumed",
-     VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
-    {"out", "FOLDER", "Folder for the results (required); jobs that are done in it are kept, others are resumed",
-     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, out), COMMON},
-    {"out", "FOLDER", "Folder for the merged results (required)", VW_OPTIONS_MERGE, VW_SECTION_MAIN, OPTION(TEXT, out),
-     COMMON},
+    {"out", "FOLDER", "Folder for the results (required)",
+     VW_OPTIONS_OUT | VW_OPTIONS_IMPORT | VW_OPTIONS_RUNS | VW_OPTIONS_BATCH | VW_OPTIONS_MERGE, VW_SECTION_MAIN,
+     OPTION(TEXT, out), COMMON},
     {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
     {"together", "K",
-     "Number of jobs that one process values at the same time where they differ only by their seed, which changes no "
-     "result; without this option one on a CPU, else as many as fit into half of the device's memory, at most 16",
-     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16), COMMON},
+     "Number of trainings that each device takes at the same time, which changes no result; without this option one on "
+     "a CPU, on a GPU as many as fit into half of its memory, at most 16",
+     VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
+     OPTION(COUNT, together), RANGE(1, 16)},
     {"devices", "LIST|all",
-     "Vulkan devices, each an index or part of a name, with commas between; or all, which takes every GPU, or the CPU "
-     "where there is none. Job i always takes the device at place i modulo their number",
-     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, devices), COMMON, DEFAULT("the preferred one")},
+     "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or all GPUs, or "
+     "the CPU if there is no GPU. Results are the same on any number of devices of equal name and driver",
+     VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
+     OPTION(TEXT, devices), COMMON, DEFAULT("the preferred device, or --device")},
     {"job", "K",
      "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
      "other jobs in the same --out folder at the same time",
@@ -69,13 +64,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, time_limit), DEFAULT("the partition's")},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
-    {"resume", NULL, "No effect: this command always resumes", VW_OPTIONS_RUNS, VW_SECTION_MAIN, OPTION(FLAG, resume)},
-    {"to", "FILE", "Image file to write, .png or .exr", VW_OPTIONS_VIEW, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON,
-     DEFAULT("OUT/render_VIEW.png")},
-    {"to", "PATH", "Photo list to write (required): a new file, or for transforms.json also a new folder",
-     VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
-    {"to", "FILE", "Report file to write", VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON,
-     DEFAULT("report.html in the first OUT")},
+    {"to", "PATH",
+     "File to write: the photo list of select (required), the image of render (.png or .exr, default "
+     "OUT/render_VIEW.png), or the page of report (default report.html in the first OUT)",
+     VW_OPTIONS_VIEW | VW_OPTIONS_SELECT | VW_OPTIONS_REPORT, VW_SECTION_MAIN, OPTION(TEXT, to), COMMON},
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
     {"verify", NULL,
@@ -122,27 +114,10 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, valuation_seeds), RANGE(2, VW_VALUATIONS_MAX)},
     {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
      VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
-    {"together", "K",
-     "Number of trainings that take their steps at the same time on each device, which changes no result; without this "
-     "option one on a CPU, else as many as fit into half of the device's memory, at most 16",
-     VW_OPTIONS_RUNS | VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
-    {"together", "K",
-     "Number of trainings of --kfold or --worth that take their steps at the same time on each device, which changes "
-     "no result; without this option one on a CPU, else as many as fit into half of the device's memory",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
-    {"devices", "LIST|all",
-     "Vulkan devices to train on at the same time, each an index or part of a name, with commas between, or all; with "
-     "equal names and drivers, so that they change no result (viewworth batch spreads valuations over unequal ones)",
-     VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, devices), COMMON,
-     DEFAULT("--device alone")},
-    {"devices", "LIST|all",
-     "Vulkan devices for the trainings of --kfold at the same time, each an index or part of a name, with commas "
-     "between, or all; with equal names and drivers, so that they change no result",
-     VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(TEXT, devices), DEFAULT("--device alone")},
     {"equal", NULL,
      "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as "
      "in the paper)",
@@ -157,9 +132,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_INFO, VW_SECTION_MAIN, OPTION(FLAG, measure), COMMON},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
-    {"providers", "FILE.csv",
-     "Who supplied each photo, for a providers.csv or payout.csv that value made with --providers after the run",
-     VW_OPTIONS_VERIFY, VW_SECTION_MAIN, OPTION(TEXT, providers)},
+    {"providers", "FILE.csv", "Who supplied each photo (CSV header: name,provider)",
+     VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, providers), COMMON},
     {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
     {"payout", "AMOUNT",
@@ -173,14 +147,10 @@ const struct vw_option vw_option_table[] = {
      "Also retrain on M random subsets of the photos after the run, and score what each photo is worth from their "
      "results (see viewworth worth)",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, worth), RANGE(8, 100000), COMMON},
-    {"until-accuracy", "R",
-     "Stop before that number of retrainings where the lower end of the accuracy's interval reaches R, below 1; it is "
-     "looked at after every 8; 0: never",
+    {"until-confidence", "R",
+     "Stop before that number of retrainings when the lower end of the interval of worth's correlation with "
+     "retrainings left out reaches R, below 1; checked after every 8; 0: never",
      VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_accuracy), COMMON},
-    {"together", "K",
-     "Number of retrainings that take their steps at the same time on each device, which changes no result; without "
-     "this option one on a CPU, else as many as fit into half of the device's memory, at most 16",
-     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, together), RANGE(1, 16)},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
@@ -195,8 +165,6 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, val_list), COMMON},
     {"test", "FILE", "Photos to keep for tests: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(TEXT, test_list), COMMON},
-    {"providers", "FILE.csv", "Who supplied each photo (CSV header: name,provider)", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
-     OPTION(TEXT, providers), COMMON},
     {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
 
@@ -211,8 +179,8 @@ const struct vw_option vw_option_table[] = {
     {"samples", "N", "Samples per ray, at even distances", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.samples)},
     {"importance-samples", "N",
-     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and rendering "
-     "take these alone then; 0: none",
+     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and rendering then "
+     "use only these; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
     {"coarse-network", NULL,
      "What shows where --importance-samples go: the field itself, or with --field mlp a coarse network of its shape, "
@@ -258,8 +226,8 @@ const struct vw_option vw_option_table[] = {
      "log2-table, width and epochs, where explicit options override it and --epochs is an upper limit",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, budget), COMMON, DEFAULT("none")},
     {"accuracy", "NAME",
-     "Preset of rays, samples, val-rays, log2-table, width and epochs: draft, quick, standard or reference; explicit "
-     "options override it",
+     "Accuracy level, which sets rays, samples, val-rays, log2-table, width and epochs: draft, quick, standard or "
+     "reference; explicit options override it",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
     {"until-stable", "R",
@@ -271,12 +239,11 @@ const struct vw_option vw_option_table[] = {
 
     // More scores.
     {"lasting", NULL,
-     "Also sweep the finished training backwards for lasting credit: what the steps on a photo leave behind at its end "
-     "(scores lasting_psnr and lasting_loss)",
+     "Also compute lasting credit by a backward pass through the finished training: what the steps on a photo leave at "
+     "its end (scores lasting_psnr and lasting_loss)",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
-    {"lasting-rays", "N", "Rays of each step by which the sweep follows its gradient back; fewer are faster",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536),
-     DEFAULT("all rays of a step")},
+    {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
+     VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step")},
     {"lasting-matrix", NULL,
      "Also follow back the PSNR of each validation photo by itself: lasting credit by validation photo in matrix.csv, "
      "and among the candidates of select --verify. Each validation photo adds up to half the time of a sweep without",
@@ -323,8 +290,7 @@ const struct vw_option vw_option_table[] = {
      COMMON},
     {"quiet", NULL, "Print only results, warnings and errors", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL,
      OPTION(FLAG, quiet), COMMON},
-    {"help", NULL, "Show the options that most people need", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help),
-     COMMON},
+    {"help", NULL, "Show the main options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help), COMMON},
     {"help-all", NULL, "Show all options", VW_OPTIONS_ALWAYS, VW_SECTION_GENERAL, OPTION(FLAG, help_all), COMMON},
 };
 

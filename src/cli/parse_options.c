@@ -199,7 +199,6 @@ enum vw_status vw_options_check_lasting(const struct vw_options *options) {
     static const char *const names[] = {"lasting-rays", "lasting-matrix", "no-gate"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
         if (!options->lasting.wanted && vw_options_have(options, names[i]))
-            return vw_fail(VW_ERROR_USAGE, "--%s is of the sweep of --lasting; add --lasting, or leave it out",
-                           names[i]);
+            return vw_fail(VW_ERROR_USAGE, "--%s needs --lasting", names[i]);
     return VW_OK;
 }

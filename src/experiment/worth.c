@@ -230,7 +230,7 @@ static enum vw_status make(struct work *work) {
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
     uint64_t cents;
     if (params->until_accuracy < 0 || !(params->until_accuracy < 1))
-        return vw_fail(VW_ERROR_USAGE, "--until-accuracy: must lie from 0 to below 1");
+        return vw_fail(VW_ERROR_USAGE, "--until-confidence: must lie from 0 to below 1");
     enum vw_status status = params->payout ? vw_attribution_read_payout(params->payout, NULL, &cents) : VW_OK;
     return status;
 }

@@ -32,8 +32,8 @@ struct vw_worth_run {
     char head[VW_HASH_HEX_BYTES];
 };
 
-// Refuses, before the run is trained, --until-accuracy out of range and a payout that is not an amount: VW_ERROR_USAGE
-// or VW_ERROR_INPUT.
+// Refuses, before the run is trained, --until-confidence out of range and a payout that is not an amount:
+// VW_ERROR_USAGE or VW_ERROR_INPUT.
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params);
 // With retrainings to make, or with a payout to write, opens the scene. Retrainings that were made are
 // kept in OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the

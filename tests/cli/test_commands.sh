@@ -47,7 +47,7 @@ helps() { # helps PATTERN COMMAND [--help-all]: the help, with its lines joined,
 }
 not() { ! "$@" >/dev/null; }
 for command in compare tradeoff; do
-    check "$command --help says that it resumes" helps '--out FOLDER [^-]* are resumed\.' "$command"
+    check "$command --help says that it resumes" helps 'Run the same command again to resume it\.' "$command"
     check "and does not ask for --resume" test "$(grep -c 'unless --resume' "$folder/stdout")" = 0
 done
 check "help shows the options that most people need" not helps ' --rays N ' value

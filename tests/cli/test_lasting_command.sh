@@ -43,8 +43,8 @@ check "whose means are the scores" test "$(awk -F, 'NR == FNR {if ($3 == "lastin
 check "verify makes it again" prints '^matrix.csv +intact' "$program" verify "$folder/both"
 sed -i 's/\(,lasting_psnr,dB,[^,]*,,\)/\13/' "$folder/both/matrix.csv"
 check "and finds an edit" eval '! "$program" verify "$folder/both" 2>&1 | grep -q "^matrix.csv  *intact"'
-check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix is of the sweep of --lasting' value none --lasting-matrix
-check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays is of the sweep of --lasting' value none --lasting-rays 8
+check "--lasting-matrix belongs to --lasting" fails 2 '--lasting-matrix needs --lasting' value none --lasting-matrix
+check "--lasting-rays belongs to --lasting" fails 2 '--lasting-rays needs --lasting' value none --lasting-rays 8
 check "--kfold takes no sweep" fails 2 '--lasting is for a single training' value none --kfold 2 --lasting
 
 check "select ranks by it" prints '^kept     2 of 6 photos' select_photos --top 2

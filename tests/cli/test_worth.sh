@@ -106,7 +106,7 @@ check "it is intact, payout included" prints '^payout.csv +intact' "$program" ve
 check "again: the report and the payout are written by worth" prints '^payout of 5.00 by worth_psnr' \
     value whole --providers "$folder/providers.csv" --resume --payout 5
 check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' \
-    worth steps --retrainings 25 --until-accuracy 0.99
+    worth steps --retrainings 25 --until-confidence 0.99
 check "after the last" test "$(query steps 'SELECT count(*) FROM retraining')" = 25
 check "a run that is extended has no worth" run value whole --providers "$folder/providers.csv" --resume --epochs 6
 check "since its retrainings are too short" test "$(query whole "SELECT (SELECT count(*) FROM retraining),
@@ -122,6 +122,6 @@ check "a run without scores is refused" eval 'run "$program" train "$scene" --ou
 check "--worth is not for folds" fails 2 'worth is for a single training' value folds --kfold 2 --worth 8
 check "what cannot be paid or reached is refused before the run is trained" eval '
     fails 2 "payout takes an amount" value refused --worth 8 --payout abc &&
-    fails 2 "until-accuracy" value refused --worth 8 --until-accuracy 1 && [[ ! -e $folder/refused/ledger.db ]]'
-check "an accuracy of 1 is refused" fails 2 'until-accuracy' worth run --retrainings 30 --until-accuracy 1
+    fails 2 "until-confidence" value refused --worth 8 --until-confidence 1 && [[ ! -e $folder/refused/ledger.db ]]'
+check "an accuracy of 1 is refused" fails 2 'until-confidence' worth run --retrainings 30 --until-confidence 1
 conclude "$@"

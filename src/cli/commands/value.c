@@ -76,7 +76,8 @@ enum vw_status vw_command_value(const struct vw_options *options) {
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
     if (options->until_accuracy != 0 && !options->worth)
-        return vw_fail(VW_ERROR_USAGE, "--until-accuracy is for retrainings; give it with --worth M, or leave it out");
+        return vw_fail(VW_ERROR_USAGE,
+                       "--until-confidence is for retrainings; give it with --worth M, or leave it out");
     if (several) return vw_value_jobs(options, seeds);
     if (options->worth) status = vw_worth_check_options(options);
     return status ? status : make_run(options, false);
