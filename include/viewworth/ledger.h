@@ -7,7 +7,7 @@
 //   numbered from 0; image_ids is a list with single spaces between.
 //
 // The tables of lasting credit (value.h; src/ledger/schema.c), empty in a run without it:
-// - lasting(run_id, rays, epochs, states, row_hash): the settings of the sweep;
+// - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
 //   vw_gate_check, the gate;
@@ -108,8 +108,8 @@ struct vw_photo_coverage {
     double coverage; // 0 or more
 };
 
-// A sweep. step_count 0: there is none.
-struct vw_lasting_sweep {
+// A backward pass through a training, which gives lasting credit. step_count 0: there is none.
+struct vw_lasting_pass {
     uint32_t rays;                       // per step, that the product takes; 0: all
     uint32_t epochs, states;             // the end is the mean over at most so many states of the last epochs
     const struct vw_lasting_step *steps; // all steps of the run but step 0, in order
@@ -154,9 +154,9 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);
 
-// Replaces sweep and scores of a run that has ended, as one synced transaction; its status stays. An append removes the
-// sweep. VW_ERROR_USAGE when its steps are not those of the run, or a value is not finite.
-enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
+// Replaces pass and scores of a run that has ended, as one synced transaction; its status stays. An append removes the
+// pass. VW_ERROR_USAGE when its steps are not those of the run, or a value is not finite.
+enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_pass *pass,
                                      const struct vw_ledger_score *scores, uint32_t score_count);
 
 // Appends retrainings to those that are recorded, and replaces the scores of a run that has ended, as one synced
@@ -196,9 +196,9 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
 enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
 // Returns the backward pass of lasting credit; without one, step_count is 0. VW_ERROR_INPUT: its rows are inconsistent.
-// The caller frees the arrays (vw_lasting_sweep_free).
-enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep);
-void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep);
+// The caller frees the arrays (vw_lasting_pass_free).
+enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_pass *pass);
+void vw_lasting_pass_free(struct vw_lasting_pass *pass);
 // Returns all retraining rows in order; `*retrainings` and what it points to is one array, owned by the caller (free).
 enum vw_status vw_ledger_get_retrainings(struct vw_ledger *ledger, struct vw_ledger_retraining **retrainings,
                                          uint32_t *count);

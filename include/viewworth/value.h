@@ -94,9 +94,9 @@ struct vw_value_input {
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
     uint32_t image_count;
-    struct vw_lasting_sweep lasting; // not used unless it has a row for every record but the first
-    double beta1;                    // momentum of the run's optimiser, in [0,1); 0: none
-    bool paper_methods;              // also compute the other forms that the paper discusses, after all others
+    struct vw_lasting_pass lasting; // not used unless it has a row for every record but the first
+    double beta1;                   // momentum of the run's optimiser, in [0,1); 0: none
+    bool paper_methods;             // also compute the other forms that the paper discusses, after all others
 };
 
 struct vw_value_method {

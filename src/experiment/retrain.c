@@ -82,7 +82,7 @@ static enum vw_status try_base(struct vw_retrainer *retrainer) {
 
 static enum vw_status open_retrainings(struct vw_retrainer *retrainer) {
     char *path = vw_path_join(retrainer->params.out, "retrainings.db");
-    enum vw_status status = path ? vw_retrainings_open(path, &retrainer->retrainings) : VW_ERROR_MEMORY;
+    enum vw_status status = path ? vw_retraining_store_open(path, &retrainer->retrainings) : VW_ERROR_MEMORY;
     free(path);
     return status;
 }
@@ -101,7 +101,7 @@ enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struc
 }
 
 void vw_retrainer_close(struct vw_retrainer *retrainer) {
-    vw_retrainings_close(&retrainer->retrainings);
+    vw_retraining_store_close(&retrainer->retrainings);
     free(retrainer->train_views);
     free(retrainer->left_out);
 }
@@ -299,11 +299,11 @@ static bool begin(struct work *work, const struct vw_retrain_params *retraining,
     bool found = false;
     vw_retrainer_name(retrainer, retraining, id);
     if (is_being_made(work, id)) return false;
-    enum vw_status status = vw_retrainings_find(retrainer->retrainings, id, &found, result);
+    enum vw_status status = vw_retraining_store_find(retrainer->retrainings, id, &found, result);
     found = found && vw_saved_views_exist(&retrainer->saved_views, id);
     if (!status && found && retraining->photo_count > 0)
-        status = vw_retrainings_recall_views(retrainer->retrainings, id, retraining->photos, retraining->photo_count,
-                                             &found);
+        status = vw_retraining_store_recall_views(retrainer->retrainings, id, retraining->photos,
+                                                  retraining->photo_count, &found);
     if (!status && !found) status = sit_down(work, retraining, id, result);
     retrainer->recalled += !status && found;
     vw_first_failure_note(&work->failure, status);
@@ -366,8 +366,8 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
     take_photos(seat);
-    enum vw_status status = vw_retrainings_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
-                                               seat->result, seat->views, seat->view_count);
+    enum vw_status status = vw_retraining_store_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made,
+                                                    seat->result, seat->views, seat->view_count);
     if (status) return status;
     retrainer->made++;
     report_progress(retrainer);
@@ -416,5 +416,5 @@ enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, con
                                        struct vw_retrain_view *views, uint32_t view_count) {
     char id[VW_HASH_HEX_BYTES];
     vw_retrainer_name(retrainer, retraining, id);
-    return vw_retrainings_find_views(retrainer->retrainings, id, views, view_count);
+    return vw_retraining_store_find_views(retrainer->retrainings, id, views, view_count);
 }

@@ -32,7 +32,7 @@ struct vw_retrainer {
     // With whole_views: the views of which a retraining saves a picture. A retraining that lacks one is made again. The
     // caller sets it; zero: none.
     struct vw_saved_views saved_views;
-    struct vw_retrainings *retrainings;
+    struct vw_retraining_store *retrainings;
     uint32_t *train_views, train_count; // owned: scene indices of the photos that may be trained on
     uint32_t *left_out;                 // owned; scratch: as many
     uint32_t at_a_time;                 // as many are made, on all devices of the session

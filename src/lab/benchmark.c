@@ -324,8 +324,8 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     if (common->run_equivalents) vw_hasher_add_text(&hasher, common->run_equivalents);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
-    return vw_retrainings_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
-                                      metrics->rows, (uint32_t)metrics->count);
+    return vw_retraining_store_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
+                                           metrics->rows, (uint32_t)metrics->count);
 }
 
 static enum vw_status write_files(struct work *work, const struct vw_benchmark *benchmark) {

@@ -16,7 +16,7 @@ enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
 
 // ---- Its hash ------------------------------------------------------------------------------------------------------
 
-static enum vw_status hash_sweep(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
+static enum vw_status hash_pass(struct vw_database *database, const char *head, char hash[VW_HASH_HEX_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
@@ -42,7 +42,7 @@ static enum vw_status hash_sweep(struct vw_database *database, const char *head,
     return status;
 }
 
-static const char of_no_sweep[] =
+static const char stray_rows[] =
     "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
     "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
     "FROM lasting)) + (SELECT count(*) FROM lasting_photo WHERE run_id NOT IN (SELECT "
@@ -55,19 +55,19 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
     sqlite3_stmt *statement = NULL;
     bool found = false;
     int64_t stray_count = 0;
-    enum vw_status status = vw_database_read_number(database, of_no_sweep, &stray_count);
+    enum vw_status status = vw_database_read_number(database, stray_rows, &stray_count);
     if (!status && stray_count)
         return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: lasting credit has rows that belong to no sweep of the run: a row was edited or removed",
+                       "%s: lasting credit has rows without a row in the table lasting: a row was edited or removed",
                        database->path);
     if (!status) status = vw_database_prepare(database, "SELECT row_hash FROM lasting", &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     if (!status && found) vw_row_copy_hash(statement, 0, stored);
     sqlite3_finalize(statement);
-    if (!status && found) status = hash_sweep(database, head, hash);
+    if (!status && found) status = hash_pass(database, head, hash);
     if (status || !found || strcmp(stored, hash) == 0) return status;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: a row of the sweep of lasting credit (lasting, lasting_step, lasting_check, lasting_photo or"
+                   "%s: a row of lasting credit (lasting, lasting_step, lasting_check, lasting_photo or"
                    " lasting_view) was edited, "
                    "removed or added: its row_hash does not match",
                    database->path);
@@ -75,30 +75,30 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
-static enum vw_status write_settings(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_settings(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
     enum vw_status status = vw_database_prepare(
         &ledger->database, "INSERT INTO lasting (run_id, rays, epochs, states, row_hash) VALUES (?, ?, ?, ?, '')",
         &row.statement);
     if (status) return status;
     vw_row_add_text(&row, ledger->run.run_id);
-    vw_row_add_integer(&row, sweep->rays);
-    vw_row_add_integer(&row, sweep->epochs);
-    vw_row_add_integer(&row, sweep->states);
-    status = vw_row_write(&row, &ledger->database, "record the sweep of lasting credit");
+    vw_row_add_integer(&row, pass->rays);
+    vw_row_add_integer(&row, pass->epochs);
+    vw_row_add_integer(&row, pass->states);
+    status = vw_row_write(&row, &ledger->database, "record the settings of lasting credit");
     sqlite3_finalize(row.statement);
     return status;
 }
 
-static enum vw_status write_steps(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_steps(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
     enum vw_status status =
         vw_database_prepare(&ledger->database,
                             "INSERT INTO lasting_step (run_id, step, psnr, loss, size_psnr, size_loss)"
                             " VALUES (?, ?, ?, ?, ?, ?)",
                             &row.statement);
-    for (uint64_t i = 0; !status && i < sweep->step_count; i++) {
-        const struct vw_lasting_step *step = &sweep->steps[i];
+    for (uint64_t i = 0; !status && i < pass->step_count; i++) {
+        const struct vw_lasting_step *step = &pass->steps[i];
         vw_row_add_text(&row, ledger->run.run_id);
         vw_row_add_integer(&row, (int64_t)step->step);
         vw_row_add_real(&row, step->psnr);
@@ -111,15 +111,15 @@ static enum vw_status write_steps(struct vw_ledger *ledger, const struct vw_last
     return status;
 }
 
-static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
     enum vw_status status =
         vw_database_prepare(&ledger->database,
                             "INSERT INTO lasting_check (run_id, image_id, from_step, predicted_psnr, measured_psnr,"
                             " predicted_loss, measured_loss) VALUES (?, ?, ?, ?, ?, ?, ?)",
                             &row.statement);
-    for (uint32_t i = 0; !status && i < sweep->check_count; i++) {
-        const struct vw_gate_check *check = &sweep->checks[i];
+    for (uint32_t i = 0; !status && i < pass->check_count; i++) {
+        const struct vw_gate_check *check = &pass->checks[i];
         vw_row_add_text(&row, ledger->run.run_id);
         vw_row_add_integer(&row, check->image_id);
         vw_row_add_integer(&row, (int64_t)check->from_step);
@@ -133,31 +133,31 @@ static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_las
     return status;
 }
 
-static enum vw_status write_photos(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_photos(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
     enum vw_status status = vw_database_prepare(
         &ledger->database, "INSERT INTO lasting_photo (run_id, image_id, coverage) VALUES (?, ?, ?)", &row.statement);
-    for (uint32_t i = 0; !status && i < sweep->photo_count; i++) {
+    for (uint32_t i = 0; !status && i < pass->photo_count; i++) {
         vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, sweep->photos[i].image_id);
-        vw_row_add_real(&row, sweep->photos[i].coverage);
+        vw_row_add_integer(&row, pass->photos[i].image_id);
+        vw_row_add_real(&row, pass->photos[i].coverage);
         status = vw_row_write(&row, &ledger->database, "record the coverage of a photo");
     }
     sqlite3_finalize(row.statement);
     return status;
 }
 
-static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
-    const double *psnr = sweep->view_psnr;
+    const double *psnr = pass->view_psnr;
     enum vw_status status = vw_database_prepare(
         &ledger->database, "INSERT INTO lasting_view (run_id, step, image_id, psnr) VALUES (?, ?, ?, ?)",
         &row.statement);
-    for (uint64_t i = 0; !status && i < sweep->step_count; i++)
-        for (uint32_t v = 0; !status && v < sweep->view_count; v++) {
+    for (uint64_t i = 0; !status && i < pass->step_count; i++)
+        for (uint32_t v = 0; !status && v < pass->view_count; v++) {
             vw_row_add_text(&row, ledger->run.run_id);
-            vw_row_add_integer(&row, (int64_t)sweep->steps[i].step);
-            vw_row_add_integer(&row, sweep->views[v]);
+            vw_row_add_integer(&row, (int64_t)pass->steps[i].step);
+            vw_row_add_integer(&row, pass->views[v]);
             vw_row_add_real(&row, *psnr++);
             status = vw_row_write(&row, &ledger->database, "record the lasting credit of a validation photo");
         }
@@ -168,22 +168,22 @@ static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_last
 static enum vw_status write_hash(struct vw_ledger *ledger) {
     char hash[VW_HASH_HEX_BYTES];
     struct vw_row row = {0};
-    enum vw_status status = hash_sweep(&ledger->database, ledger->head, hash);
+    enum vw_status status = hash_pass(&ledger->database, ledger->head, hash);
     if (!status) status = vw_database_prepare(&ledger->database, "UPDATE lasting SET row_hash = ?", &row.statement);
     if (status) return status;
     vw_row_add_text(&row, hash);
-    status = vw_row_write(&row, &ledger->database, "record a hash of the sweep");
+    status = vw_row_write(&row, &ledger->database, "record the hash of lasting credit");
     sqlite3_finalize(row.statement);
     return status;
 }
 
-static enum vw_status write_sweep(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
+static enum vw_status write_pass(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     enum vw_status status = vw_ledger_remove_lasting(&ledger->database);
-    if (!status) status = write_settings(ledger, sweep);
-    if (!status) status = write_steps(ledger, sweep);
-    if (!status) status = write_checks(ledger, sweep);
-    if (!status) status = write_photos(ledger, sweep);
-    if (!status && sweep->view_count) status = write_views(ledger, sweep);
+    if (!status) status = write_settings(ledger, pass);
+    if (!status) status = write_steps(ledger, pass);
+    if (!status) status = write_checks(ledger, pass);
+    if (!status) status = write_photos(ledger, pass);
+    if (!status && pass->view_count) status = write_views(ledger, pass);
     return status ? status : write_hash(ledger);
 }
 
@@ -198,32 +198,32 @@ static bool are_views(const struct vw_ledger *ledger, const uint32_t *views, uin
     return next == view_count;
 }
 
-static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep) {
-    bool whole = sweep->step_count > 0 && sweep->step_count + 1 == ledger->next_step;
-    for (uint64_t i = 0; whole && i < sweep->step_count; i++) {
-        const struct vw_lasting_step *step = &sweep->steps[i];
+static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
+    bool whole = pass->step_count > 0 && pass->step_count + 1 == ledger->next_step;
+    for (uint64_t i = 0; whole && i < pass->step_count; i++) {
+        const struct vw_lasting_step *step = &pass->steps[i];
         whole = step->step == i + 1 && isfinite(step->psnr) && isfinite(step->loss) && isfinite(step->size_psnr) &&
                 isfinite(step->size_loss);
     }
-    for (uint32_t i = 0; whole && i < sweep->check_count; i++) {
-        const struct vw_gate_check *check = &sweep->checks[i];
+    for (uint32_t i = 0; whole && i < pass->check_count; i++) {
+        const struct vw_gate_check *check = &pass->checks[i];
         whole = isfinite(check->predicted_psnr) && !isinf(check->measured_psnr) && isfinite(check->predicted_loss) &&
                 !isinf(check->measured_loss);
     }
-    for (uint32_t i = 0; whole && i < sweep->photo_count; i++)
-        whole = isfinite(sweep->photos[i].coverage) && sweep->photos[i].coverage >= 0;
-    for (uint64_t i = 0; whole && i < sweep->step_count * sweep->view_count; i++) whole = isfinite(sweep->view_psnr[i]);
-    return whole && (!sweep->view_count || are_views(ledger, sweep->views, sweep->view_count));
+    for (uint32_t i = 0; whole && i < pass->photo_count; i++)
+        whole = isfinite(pass->photos[i].coverage) && pass->photos[i].coverage >= 0;
+    for (uint64_t i = 0; whole && i < pass->step_count * pass->view_count; i++) whole = isfinite(pass->view_psnr[i]);
+    return whole && (!pass->view_count || are_views(ledger, pass->views, pass->view_count));
 }
 
-enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_sweep *sweep,
+enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_pass *pass,
                                      const struct vw_ledger_score *scores, uint32_t score_count) {
     enum vw_status status = vw_ledger_load_images(ledger);
     if (status) return status;
-    if (!vw_ledger_has_ended(ledger) || !is_whole(ledger, sweep))
+    if (!vw_ledger_has_ended(ledger) || !is_whole(ledger, pass))
         return vw_fail(VW_ERROR_USAGE,
-                       "%s: a sweep has a finite row for each step of a run that has ended, and this one has not; "
-                       "sweep the finished run",
+                       "%s: lasting credit needs a finite row for each step of a run that has ended; "
+                       "run viewworth lasting on the finished run",
                        ledger->database.path);
     struct vw_ledger_state state = {.status = ledger->run.status,
                                     .finished_utc = ledger->run.finished_utc,
@@ -233,7 +233,7 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
     status = vw_database_begin(&ledger->database);
     if (status) return status;
     status = vw_ledger_check_current(ledger);
-    if (!status) status = write_sweep(ledger, sweep);
+    if (!status) status = write_pass(ledger, pass);
     if (!status) status = vw_ledger_write_state(ledger, &state);
     status = vw_database_end(&ledger->database, status);
     if (!status) vw_ledger_take_state(ledger, &state);
@@ -257,12 +257,12 @@ static double read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement,
 
 static enum vw_status read_settings(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
     enum vw_status status = VW_OK;
-    *(struct vw_lasting_sweep *)item = (struct vw_lasting_sweep){
+    *(struct vw_lasting_pass *)item = (struct vw_lasting_pass){
         .rays = (uint32_t)vw_ledger_read_count(ledger, statement, 0, UINT32_MAX, &status),
         .epochs = (uint32_t)vw_ledger_read_count(ledger, statement, 1, UINT32_MAX, &status),
         .states = (uint32_t)vw_ledger_read_count(ledger, statement, 2, UINT32_MAX, &status),
     };
-    if (index > 0) refuse(ledger, "has more than one sweep", &status);
+    if (index > 0) refuse(ledger, "has more than one row of settings", &status);
     return status;
 }
 
@@ -323,85 +323,85 @@ static enum vw_status read_view(struct vw_ledger *ledger, sqlite3_stmt *statemen
 
 // Every validation photo after every step, or none.
 static enum vw_status take_views(struct vw_ledger *ledger, const struct view_row *rows, uint64_t row_count,
-                                 struct vw_lasting_sweep *sweep) {
+                                 struct vw_lasting_pass *pass) {
     enum vw_status status = VW_OK;
     uint64_t count = 0;
     if (!row_count) return VW_OK;
     while (count < row_count && rows[count].step == 1) count++;
     uint32_t *views = vw_allocate(count, sizeof *views);
     double *psnr = vw_allocate(row_count, sizeof *psnr);
-    sweep->views = views;
-    sweep->view_psnr = psnr;
+    pass->views = views;
+    pass->view_psnr = psnr;
     if (!views || !psnr) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < count; i++) views[i] = rows[i].image_id;
-    if (!count || row_count != count * sweep->step_count || !are_views(ledger, views, (uint32_t)count))
+    if (!count || row_count != count * pass->step_count || !are_views(ledger, views, (uint32_t)count))
         refuse(ledger, "lacks a validation photo, or has too many", &status);
     for (uint64_t i = 0; !status && i < row_count; i++) {
         psnr[i] = rows[i].psnr;
         if (rows[i].step != i / count + 1 || rows[i].image_id != views[i % count])
             refuse(ledger, "lacks a step of a validation photo", &status);
     }
-    sweep->view_count = (uint32_t)count;
+    pass->view_count = (uint32_t)count;
     return status;
 }
 
-static enum vw_status read_views(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
+static enum vw_status read_views(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
     static const struct vw_row_reader reader = {
         "SELECT step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", sizeof(struct view_row),
         read_view};
     struct view_row *rows = NULL;
     uint64_t row_count = 0;
     enum vw_status status = vw_ledger_read_rows(ledger, &reader, (void **)&rows, &row_count);
-    if (!status) status = take_views(ledger, rows, row_count, sweep);
+    if (!status) status = take_views(ledger, rows, row_count, pass);
     free(rows);
     return status;
 }
 
-static enum vw_status read_sweep(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
-    static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *sweep,
+static enum vw_status read_pass(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
+    static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *pass,
                                                   read_settings},
                                       steps = {"SELECT step, psnr, loss, size_psnr, size_loss FROM lasting_step"
                                                " ORDER BY run_id, step",
-                                               sizeof *sweep->steps, read_step},
+                                               sizeof *pass->steps, read_step},
                                       checks = {"SELECT image_id, from_step, predicted_psnr, measured_psnr,"
                                                 " predicted_loss, measured_loss FROM lasting_check"
                                                 " ORDER BY run_id, image_id",
-                                                sizeof *sweep->checks, read_check},
+                                                sizeof *pass->checks, read_check},
                                       photos = {
                                           "SELECT image_id, coverage FROM lasting_photo ORDER BY run_id, image_id",
-                                          sizeof *sweep->photos, read_photo};
-    uint64_t sweep_count = 0, check_count = 0, photo_count = 0;
+                                          sizeof *pass->photos, read_photo};
+    uint64_t pass_count = 0, check_count = 0, photo_count = 0;
     void *found = NULL;
-    enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &sweep_count);
-    if (!status && sweep_count) *sweep = *(struct vw_lasting_sweep *)found;
+    enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &pass_count);
+    if (!status && pass_count) *pass = *(struct vw_lasting_pass *)found;
     free(found);
-    if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&sweep->steps, &sweep->step_count);
-    if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&sweep->checks, &check_count);
-    if (!status) status = vw_ledger_read_rows(ledger, &photos, (void **)&sweep->photos, &photo_count);
-    sweep->check_count = (uint32_t)check_count; // as many as images at most
-    sweep->photo_count = (uint32_t)photo_count;
-    uint64_t wanted = sweep_count ? ledger->next_step - 1 : 0;
-    if (sweep_count && !ledger->next_step) wanted = UINT64_MAX;
-    if (sweep->step_count != wanted || (!sweep_count && check_count + photo_count))
+    if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&pass->steps, &pass->step_count);
+    if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&pass->checks, &check_count);
+    if (!status) status = vw_ledger_read_rows(ledger, &photos, (void **)&pass->photos, &photo_count);
+    pass->check_count = (uint32_t)check_count; // as many as images at most
+    pass->photo_count = (uint32_t)photo_count;
+    uint64_t wanted = pass_count ? ledger->next_step - 1 : 0;
+    if (pass_count && !ledger->next_step) wanted = UINT64_MAX;
+    if (pass->step_count != wanted || (!pass_count && check_count + photo_count))
         refuse(ledger, "lacks a step", &status);
     return status;
 }
 
-enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_sweep *sweep) {
-    struct vw_lasting_sweep read = {0};
+enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
+    struct vw_lasting_pass read = {0};
     enum vw_status status = vw_ledger_load_images(ledger);
-    if (!status) status = read_sweep(ledger, &read);
+    if (!status) status = read_pass(ledger, &read);
     if (!status) status = read_views(ledger, &read);
-    if (status) vw_lasting_sweep_free(&read);
-    else *sweep = read;
+    if (status) vw_lasting_pass_free(&read);
+    else *pass = read;
     return status;
 }
 
-void vw_lasting_sweep_free(struct vw_lasting_sweep *sweep) {
-    free((void *)sweep->steps);
-    free((void *)sweep->checks);
-    free((void *)sweep->photos);
-    free((void *)sweep->views);
-    free((void *)sweep->view_psnr);
-    *sweep = (struct vw_lasting_sweep){0};
+void vw_lasting_pass_free(struct vw_lasting_pass *pass) {
+    free((void *)pass->steps);
+    free((void *)pass->checks);
+    free((void *)pass->photos);
+    free((void *)pass->views);
+    free((void *)pass->view_psnr);
+    *pass = (struct vw_lasting_pass){0};
 }

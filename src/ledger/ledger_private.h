@@ -75,12 +75,12 @@ enum vw_status vw_ledger_write_run_hash(struct vw_database *database, char run_h
 enum vw_status vw_ledger_write_final_hash(struct vw_database *database, const char *run_hash, const char *head,
                                           char final_hash[VW_HASH_HEX_BYTES]);
 
-// ---- ledger_lasting.c: the sweep of lasting credit ----
+// ---- ledger_lasting.c: lasting credit ----
 
 // Removes its rows, in the caller's transaction.
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database);
 // Recomputes its row_hash; `head` is the row_hash of the last step. VW_ERROR_MISMATCH when it differs, or when a row
-// belongs to no sweep.
+// belongs to no pass.
 enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head);
 
 // ---- ledger_state.c ----

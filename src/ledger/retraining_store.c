@@ -32,22 +32,22 @@ _Static_assert(RETRAININGS_VERSION == 1001, "write it into schema_sql, too");
 static const struct vw_database_format format = {
     .schema_sql = schema_sql, .version = RETRAININGS_VERSION, .what = "the retrainings of a benchmark or comparison"};
 
-struct vw_retrainings {
+struct vw_retraining_store {
     struct vw_database database;
 };
 
 const char *vw_equal_name(enum vw_equal equal) { return equal == VW_EQUAL_STEPS ? "steps" : "epochs"; }
 
-enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings) {
-    struct vw_retrainings *opened = vw_allocate(1, sizeof *opened);
+enum vw_status vw_retraining_store_open(const char *path, struct vw_retraining_store **retrainings) {
+    struct vw_retraining_store *opened = vw_allocate(1, sizeof *opened);
     if (!opened) return VW_ERROR_MEMORY;
     enum vw_status status = vw_database_open_or_create(path, &format, &opened->database);
-    if (status) vw_retrainings_close(&opened);
+    if (status) vw_retraining_store_close(&opened);
     else *retrainings = opened;
     return status;
 }
 
-void vw_retrainings_close(struct vw_retrainings **retrainings) {
+void vw_retraining_store_close(struct vw_retraining_store **retrainings) {
     if (!*retrainings) return;
     vw_database_close(&(*retrainings)->database);
     free(*retrainings);
@@ -62,8 +62,8 @@ enum { VAL_PSNR = 6, ROW_HASH = 13 };
 
 static const char hashed_as[] = "viewworth retraining row 2";
 
-enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
-                                   struct vw_retrain_result *result) {
+enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings, const char *retraining_id, bool *found,
+                                        struct vw_retrain_result *result) {
     struct vw_database *database = &retrainings->database;
     sqlite3_stmt *statement = NULL;
     bool there = false;
@@ -120,7 +120,7 @@ static enum vw_status find_view(struct vw_database *database, sqlite3_stmt *stat
 }
 
 // Ends at the first view that is missing; `*found` is how many come before it.
-static enum vw_status find_views(struct vw_retrainings *retrainings, const char *retraining_id,
+static enum vw_status find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
                                  struct vw_retrain_view *views, uint32_t view_count, uint32_t *found) {
     sqlite3_stmt *statement = NULL;
     bool there = true;
@@ -133,8 +133,8 @@ static enum vw_status find_views(struct vw_retrainings *retrainings, const char 
     return status;
 }
 
-enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
-                                         struct vw_retrain_view *views, uint32_t view_count) {
+enum vw_status vw_retraining_store_find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                              struct vw_retrain_view *views, uint32_t view_count) {
     uint32_t found = 0;
     enum vw_status status = find_views(retrainings, retraining_id, views, view_count, &found);
     return !status && found < view_count
@@ -142,8 +142,8 @@ enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, con
                : status;
 }
 
-enum vw_status vw_retrainings_recall_views(struct vw_retrainings *retrainings, const char *retraining_id,
-                                           struct vw_retrain_view *views, uint32_t view_count, bool *found) {
+enum vw_status vw_retraining_store_recall_views(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                                struct vw_retrain_view *views, uint32_t view_count, bool *found) {
     uint32_t there = 0;
     enum vw_status status = find_views(retrainings, retraining_id, views, view_count, &there);
     if (!status) *found = there == view_count;
@@ -182,9 +182,10 @@ static char *list_views(const struct vw_retrain_params *retraining) {
     return vw_text_stream_close(&list, "photos of a retraining", &text, &size_bytes) ? NULL : text;
 }
 
-enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
-                                  const struct vw_retrain_view *views, uint32_t view_count) {
+enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                       const char *scene_hash, const struct vw_retrain_params *retraining,
+                                       const struct vw_retrain_result *result, const struct vw_retrain_view *views,
+                                       uint32_t view_count) {
     struct vw_database *database = &retrainings->database;
     struct vw_hasher hasher;
     struct vw_row row = {.hasher = &hasher};
@@ -259,8 +260,9 @@ static enum vw_status insert_metrics(struct vw_database *database, const char *s
     return status;
 }
 
-enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
-                                          const char *config_hash, const struct vw_metric *metrics, uint32_t count) {
+enum vw_status vw_retraining_store_set_metrics(struct vw_retraining_store *retrainings, const char *scene_hash,
+                                               const char *config_hash, const struct vw_metric *metrics,
+                                               uint32_t count) {
     struct vw_database *database = &retrainings->database;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;

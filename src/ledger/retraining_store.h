@@ -21,7 +21,7 @@
 #include "ledger/retraining.h"
 #include "viewworth/status.h"
 
-struct vw_retrainings;
+struct vw_retraining_store;
 
 // One value of a benchmark.
 enum { VW_METRIC_BYTES = 48 };
@@ -34,26 +34,28 @@ struct vw_metric {
 };
 
 // Opens the file, or makes it. VW_ERROR_INPUT when it is something else, of another version, or damaged.
-enum vw_status vw_retrainings_open(const char *path, struct vw_retrainings **retrainings);
-void vw_retrainings_close(struct vw_retrainings **retrainings);
+enum vw_status vw_retraining_store_open(const char *path, struct vw_retraining_store **retrainings);
+void vw_retraining_store_close(struct vw_retraining_store **retrainings);
 
 // Whether a retraining of that id is recorded, and its result. VW_ERROR_MISMATCH when its row was edited.
-enum vw_status vw_retrainings_find(struct vw_retrainings *retrainings, const char *retraining_id, bool *found,
-                                   struct vw_retrain_result *result);
+enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings, const char *retraining_id, bool *found,
+                                        struct vw_retrain_result *result);
 // Reads what a recorded retraining reaches on single photos: fills psnr_db of views[0 ... view_count - 1].
 // VW_ERROR_MISMATCH when a row was edited, or when one is missing.
-enum vw_status vw_retrainings_find_views(struct vw_retrainings *retrainings, const char *retraining_id,
-                                         struct vw_retrain_view *views, uint32_t view_count);
+enum vw_status vw_retraining_store_find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                              struct vw_retrain_view *views, uint32_t view_count);
 // The same, but that a missing row is no failure: `*found` tells whether all are there.
-enum vw_status vw_retrainings_recall_views(struct vw_retrainings *retrainings, const char *retraining_id,
-                                           struct vw_retrain_view *views, uint32_t view_count, bool *found);
+enum vw_status vw_retraining_store_recall_views(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                                struct vw_retrain_view *views, uint32_t view_count, bool *found);
 // Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result, and gets rows
 // of photos that it lacks.
-enum vw_status vw_retrainings_add(struct vw_retrainings *retrainings, const char *retraining_id, const char *scene_hash,
-                                  const struct vw_retrain_params *retraining, const struct vw_retrain_result *result,
-                                  const struct vw_retrain_view *views, uint32_t view_count);
+enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, const char *retraining_id,
+                                       const char *scene_hash, const struct vw_retrain_params *retraining,
+                                       const struct vw_retrain_result *result, const struct vw_retrain_view *views,
+                                       uint32_t view_count);
 // Replaces the metrics of a scene and config.
-enum vw_status vw_retrainings_set_metrics(struct vw_retrainings *retrainings, const char *scene_hash,
-                                          const char *config_hash, const struct vw_metric *metrics, uint32_t count);
+enum vw_status vw_retraining_store_set_metrics(struct vw_retraining_store *retrainings, const char *scene_hash,
+                                               const char *config_hash, const struct vw_metric *metrics,
+                                               uint32_t count);
 
 #endif

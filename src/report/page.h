@@ -51,7 +51,7 @@ struct vw_report_run {
     const struct vw_view_evidence *views;           // one per column of the matrix
     const double *standard_errors;                  // one per row of the matrix
     const struct vw_report_picture *thumbnails;     // WebP, one per image; runs may share them; NULL: none
-    struct vw_lasting_sweep lasting;                // arrays borrowed; step_count 0: none
+    struct vw_lasting_pass lasting;                 // arrays borrowed; step_count 0: none
     const struct vw_ledger_retraining *retrainings; // from which worth is computed; may be none
     uint32_t retraining_count;
     const char *map_json;       // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none

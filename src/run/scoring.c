@@ -20,7 +20,7 @@ enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config 
 void vw_scoring_unload(struct vw_value_input *input) {
     free((void *)input->records);
     free((void *)input->probes);
-    vw_lasting_sweep_free(&input->lasting);
+    vw_lasting_pass_free(&input->lasting);
 }
 
 struct vw_worth_input vw_scoring_worth_input(const struct vw_scoring *scoring) {

@@ -88,10 +88,10 @@ static void measure_half(struct vw_step_record *record, const struct sums *sums,
 
 // Averages the backward pass's steps over the half's photos. Without a pass by validation photo there are none.
 static enum vw_status measure_lasting(const struct reading *reading, uint32_t half_count,
-                                      struct vw_lasting_sweep *of_half) {
+                                      struct vw_lasting_pass *of_half) {
     const struct vw_value_input *input = reading->input;
-    const struct vw_lasting_sweep *sweep = &input->lasting;
-    *of_half = (struct vw_lasting_sweep){0};
+    const struct vw_lasting_pass *sweep = &input->lasting;
+    *of_half = (struct vw_lasting_pass){0};
     if (!sweep->view_count || !half_count) return VW_OK;
     struct vw_lasting_step *steps = vw_allocate(sweep->step_count, sizeof *steps);
     if (!steps) return VW_ERROR_MEMORY;
@@ -128,9 +128,9 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
     of_half.records = records;
     of_half.probe_count = 0;
     if (!status) status = measure_lasting(&reading, view_count, &of_half.lasting);
-    else of_half.lasting = (struct vw_lasting_sweep){0};
+    else of_half.lasting = (struct vw_lasting_pass){0};
     if (!status) status = vw_value_score(&of_half, scores, score_count);
-    vw_lasting_sweep_free(&of_half.lasting);
+    vw_lasting_pass_free(&of_half.lasting);
     free(records);
     free(reading.of_steps);
     return status;

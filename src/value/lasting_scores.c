@@ -71,7 +71,7 @@ enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, stru
     return VW_OK;
 }
 
-struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *sweep, uint64_t steps_per_epoch) {
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *sweep, uint64_t steps_per_epoch) {
     struct vw_lasting_growth growth = {.factor = 1};
     uint64_t averaged = sweep->epochs * steps_per_epoch, end = sweep->step_count;
     if (averaged < end) end -= averaged;
@@ -87,7 +87,7 @@ struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *swe
     return growth;
 }
 
-double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss) {
+double vw_lasting_gate(const struct vw_lasting_pass *sweep, bool loss) {
     enum { PHOTOS_MOST = 64, PHOTOS_LEAST = 3 };
     double predicted[PHOTOS_MOST], measured[PHOTOS_MOST];
     uint32_t count = 0;

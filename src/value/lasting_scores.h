@@ -19,10 +19,10 @@ struct vw_lasting_growth {
     double factor;
     uint64_t first_step, last_step; // it grew from last_step back to first_step
 };
-struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_sweep *sweep, uint64_t steps_per_epoch);
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *sweep, uint64_t steps_per_epoch);
 
 // Returns Pearson's correlation of predicted and measured over the photos of the gate. NaN: fewer than three.
-double vw_lasting_gate(const struct vw_lasting_sweep *sweep, bool loss);
+double vw_lasting_gate(const struct vw_lasting_pass *sweep, bool loss);
 extern const double vw_lasting_gate_least; // below it lasting credit is not to be trusted
 
 #endif

@@ -100,7 +100,7 @@ static bool has_values(const struct vw_matrix *matrix, uint64_t row_count) {
 
 static enum vw_status sum_lasting(const struct summing *summing) {
     const struct vw_value_input *input = summing->input;
-    const struct vw_lasting_sweep *sweep = &input->lasting;
+    const struct vw_lasting_pass *sweep = &input->lasting;
     struct vw_matrix *matrix = summing->matrix;
     if (!sweep->view_count || sweep->step_count + 1 != input->record_count) return VW_OK;
     matrix->lasting = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->lasting);

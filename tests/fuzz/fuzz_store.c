@@ -42,16 +42,16 @@ static void use_retrainings(const char *path) {
     struct vw_retrain_view found_view = {.image_id = 4};
     const struct vw_metric metric = {.metric = "auc/blur", .method = "dv_psnr", .value = 0.5, .ci_low = NAN};
     struct vw_retrain_result result = {0};
-    struct vw_retrainings *retrainings = NULL;
+    struct vw_retraining_store *retrainings = NULL;
     bool found = false;
     fuzz_forget_message();
-    fuzz_check_message(vw_retrainings_open(path, &retrainings));
+    fuzz_check_message(vw_retraining_store_open(path, &retrainings));
     if (!retrainings) return;
-    fuzz_check_message(vw_retrainings_find(retrainings, HEX_A, &found, &result));
-    fuzz_check_message(vw_retrainings_find_views(retrainings, HEX_A, &found_view, 1));
-    fuzz_check_message(vw_retrainings_add(retrainings, HEX_A, HEX_B, &params, &outcome, &view, 1));
-    fuzz_check_message(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, &metric, 1));
-    vw_retrainings_close(&retrainings);
+    fuzz_check_message(vw_retraining_store_find(retrainings, HEX_A, &found, &result));
+    fuzz_check_message(vw_retraining_store_find_views(retrainings, HEX_A, &found_view, 1));
+    fuzz_check_message(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &params, &outcome, &view, 1));
+    fuzz_check_message(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, &metric, 1));
+    vw_retraining_store_close(&retrainings);
 }
 
 static void use_sweeps(const char *path) {

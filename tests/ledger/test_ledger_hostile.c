@@ -337,17 +337,17 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
 
 FOLDER_TEST(stores_are_checked_likewise) {
     char *retrainings_path = vw_path_join(*state, "retrainings.db"), *sweeps_path = vw_path_join(*state, "tradeoff.db");
-    struct vw_retrainings *retrainings = NULL;
+    struct vw_retraining_store *retrainings = NULL;
     struct vw_sweeps *sweeps = NULL;
-    ASSERT_OK(vw_retrainings_open(retrainings_path, &retrainings));
-    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_retraining_store_open(retrainings_path, &retrainings));
+    vw_retraining_store_close(&retrainings);
     ASSERT_OK(vw_sweeps_open(sweeps_path, &sweeps));
     vw_sweeps_close(&sweeps);
     ASSERT_OK(vw_sweeps_open(sweeps_path, &sweeps)); // as it was
     vw_sweeps_close(&sweeps);
     sql_run(retrainings_path, "CREATE INDEX forged ON retraining (retraining_id, val_psnr)");
     sql_run(sweeps_path, "CREATE INDEX forged ON measurement (configuration_id, quantity, value)");
-    ASSERT_FAILS(vw_retrainings_open(retrainings_path, &retrainings), VW_ERROR_INPUT, retrainings_path);
+    ASSERT_FAILS(vw_retraining_store_open(retrainings_path, &retrainings), VW_ERROR_INPUT, retrainings_path);
     ASSERT_FAILS(vw_sweeps_open(sweeps_path, &sweeps), VW_ERROR_INPUT, sweeps_path);
     free(retrainings_path);
     free(sweeps_path);

@@ -217,11 +217,11 @@ FOLDER_TEST(a_new_ledger_follows_no_link) {
 FOLDER_TEST(journals_beside_stores_delete_nothing) {
     char *victim = vw_path_join(*state, "victim.txt");
     char *paths[] = {vw_path_join(*state, "retrainings.db"), vw_path_join(*state, "tradeoff.db")};
-    struct vw_retrainings *retrainings = NULL;
+    struct vw_retraining_store *retrainings = NULL;
     struct vw_sweeps *sweeps = NULL;
     ASSERT_OK(vw_file_write(victim, "my thesis", 9));
-    ASSERT_OK(vw_retrainings_open(paths[0], &retrainings));
-    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_retraining_store_open(paths[0], &retrainings));
+    vw_retraining_store_close(&retrainings);
     ASSERT_OK(vw_sweeps_open(paths[1], &sweeps));
     vw_sweeps_close(&sweeps);
     for (size_t i = 0; i < 2; i++) {
@@ -230,11 +230,11 @@ FOLDER_TEST(journals_beside_stores_delete_nothing) {
         put_header(&journal, 1, SECTOR_BYTES, PAGE_BYTES);
         put_name(&journal, victim);
         ASSERT_OK(vw_file_write(journal_path, journal.bytes, journal.size_bytes));
-        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retrainings_open(paths[0], &retrainings),
+        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
                          VW_ERROR_INPUT);
         assert_same_file(victim, "my thesis", 9);
         unlink(paths[i]); // now the journal is that of a removed store
-        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retrainings_open(paths[0], &retrainings),
+        assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
                          VW_ERROR_USAGE);
         assert_same_file(victim, "my thesis", 9);
         free(journal_path);

@@ -17,22 +17,22 @@ static const struct vw_gate_check checks[] = {{1, 5, 0.5, 0.75, 0.01, 0.02}, {3,
 
 static const struct vw_photo_coverage photos[] = {{1, 12.5}, {3, 0.25}};
 
-static struct vw_lasting_sweep sweep_of(const struct vw_lasting_step *steps) {
-    return (struct vw_lasting_sweep){.rays = 64,
-                                     .epochs = 4,
-                                     .states = 20,
-                                     .steps = steps,
-                                     .step_count = STEPS,
-                                     .checks = checks,
-                                     .check_count = 2,
-                                     .photos = photos,
-                                     .photo_count = 2};
+static struct vw_lasting_pass sweep_of(const struct vw_lasting_step *steps) {
+    return (struct vw_lasting_pass){.rays = 64,
+                                    .epochs = 4,
+                                    .states = 20,
+                                    .steps = steps,
+                                    .step_count = STEPS,
+                                    .checks = checks,
+                                    .check_count = 2,
+                                    .photos = photos,
+                                    .photo_count = 2};
 }
 
 // The rows of a backward pass for each validation photo.
 static double view_psnr[STEPS][TEST_VALIDATION_COUNT];
 
-static void set_views(struct vw_lasting_sweep *sweep) {
+static void set_views(struct vw_lasting_pass *sweep) {
     for (uint32_t i = 0; i < STEPS; i++)
         for (uint32_t v = 0; v < TEST_VALIDATION_COUNT; v++)
             view_psnr[i][v] = 0.25 * i - 1 + (v ? 0.5 : -0.5) * (i % 3);
@@ -45,7 +45,7 @@ static void set_sweep(const char *path, bool by_view) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
     fill(steps);
-    struct vw_lasting_sweep sweep = sweep_of(steps);
+    struct vw_lasting_pass sweep = sweep_of(steps);
     if (by_view) set_views(&sweep);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_set_lasting(ledger, &sweep, test_scores, TEST_SCORE_COUNT));
@@ -60,7 +60,7 @@ static char *record(const char *folder, bool by_view) {
     return path;
 }
 
-static enum vw_status get(const char *path, bool verify, struct vw_lasting_sweep *sweep) {
+static enum vw_status get(const char *path, bool verify, struct vw_lasting_pass *sweep) {
     struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
     if (!status) status = verify ? vw_ledger_verify(ledger) : vw_ledger_get_lasting(ledger, sweep);
@@ -72,7 +72,7 @@ static enum vw_status get(const char *path, bool verify, struct vw_lasting_sweep
 
 FOLDER_TEST(a_sweep_is_written_and_read) {
     struct vw_lasting_step steps[STEPS];
-    struct vw_lasting_sweep sweep = {0};
+    struct vw_lasting_pass sweep = {0};
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, 0);
@@ -90,7 +90,7 @@ FOLDER_TEST(a_sweep_is_written_and_read) {
     assert_int_equal(sweep.photo_count, 2);
     assert_memory_equal(sweep.photos, photos, sizeof photos);
     assert_true(sweep.checks[0].measured_psnr == 0.75 && isnan(sweep.checks[1].measured_psnr));
-    vw_lasting_sweep_free(&sweep);
+    vw_lasting_pass_free(&sweep);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
@@ -99,7 +99,7 @@ FOLDER_TEST(a_sweep_is_written_and_read) {
 }
 
 FOLDER_TEST(validation_photos_have_rows_of_their_own) {
-    struct vw_lasting_sweep sweep = {0};
+    struct vw_lasting_pass sweep = {0};
     char *path = record(*state, false);
     set_sweep(path, true);
     ASSERT_OK(get(path, true, NULL));
@@ -108,12 +108,12 @@ FOLDER_TEST(validation_photos_have_rows_of_their_own) {
     assert_int_equal(sweep.view_count, TEST_VALIDATION_COUNT);
     assert_memory_equal(sweep.views, test_validation_views, sizeof test_validation_views);
     assert_memory_equal(sweep.view_psnr, view_psnr, sizeof view_psnr);
-    vw_lasting_sweep_free(&sweep);
+    vw_lasting_pass_free(&sweep);
     set_sweep(path, false); // replaces it by one without
     ASSERT_OK(get(path, false, &sweep));
     assert_int_equal(sweep.step_count, STEPS);
     assert_int_equal(sweep.view_count, 0);
-    vw_lasting_sweep_free(&sweep);
+    vw_lasting_pass_free(&sweep);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
     free(path);
@@ -121,7 +121,7 @@ FOLDER_TEST(validation_photos_have_rows_of_their_own) {
 
 FOLDER_TEST(new_steps_remove_the_sweep) {
     char *path = record(*state, true);
-    struct vw_lasting_sweep sweep = {0};
+    struct vw_lasting_pass sweep = {0};
     struct test_trainer longer = test_four_epochs;
     struct vw_ledger *ledger = NULL;
     longer.epochs++;
@@ -148,7 +148,7 @@ FOLDER_TEST(what_is_no_sweep_is_not_written) {
     static const uint32_t others[] = {0, 1};
     for (int i = 0; i < 5; i++) {
         fill(steps);
-        struct vw_lasting_sweep sweep = sweep_of(steps);
+        struct vw_lasting_pass sweep = sweep_of(steps);
         set_views(&sweep);
         if (i == 0) sweep.step_count--;
         if (i == 1) steps[3].loss = INFINITY;
@@ -202,7 +202,7 @@ FOLDER_TEST(edited_rows_are_found) {
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
-        struct vw_lasting_sweep sweep = {0};
+        struct vw_lasting_pass sweep = {0};
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         sql_change(path, edits[i].sql);
         enum vw_status verified = get(path, true, NULL);
@@ -211,7 +211,7 @@ FOLDER_TEST(edited_rows_are_found) {
         enum vw_status read = get(path, false, &sweep);
         if (read != (edits[i].refused ? VW_ERROR_INPUT : VW_OK))
             fail_msg("%s: reading gave %d, %s", edits[i].sql, (int)read, vw_error_message());
-        vw_lasting_sweep_free(&sweep);
+        vw_lasting_pass_free(&sweep);
     }
     free(bytes);
     free(path);
@@ -267,14 +267,14 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
     for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss coverage", scores[i].method));
     free(scores);
     free(records);
-    vw_lasting_sweep_free(&input.lasting);
+    vw_lasting_pass_free(&input.lasting);
     vw_ledger_close(&ledger);
     free(path);
 }
 
 TEST(growth_is_of_the_way_back) {
     struct vw_lasting_step steps[STEPS];
-    struct vw_lasting_sweep sweep = sweep_of(steps);
+    struct vw_lasting_pass sweep = sweep_of(steps);
     fill(steps);
     for (uint32_t i = 0; i < STEPS; i++) steps[i].size_psnr = 1;
     sweep.epochs = 1; // the last 5 steps
@@ -294,7 +294,7 @@ TEST(growth_is_of_the_way_back) {
 TEST(the_gate_correlates_what_is_known) {
     const struct vw_gate_check known[] = {
         {1, 5, 1, 2, 1, -1}, {2, 5, 2, 4, 2, -2}, {3, 5, 7, NAN, 0, NAN}, {5, 5, 3, 6, 3, -3}};
-    struct vw_lasting_sweep sweep = {.checks = known, .check_count = 4};
+    struct vw_lasting_pass sweep = {.checks = known, .check_count = 4};
     assert_float_equal(vw_lasting_gate(&sweep, false), 1, 1e-12);
     assert_float_equal(vw_lasting_gate(&sweep, true), -1, 1e-12);
     sweep.check_count = 3; // of which two are known

@@ -4,10 +4,10 @@
 #include "ledger/retraining_store.h"
 #include "support/ledger_sql.h"
 
-static struct vw_retrainings *open_retrainings(const char *folder) {
-    struct vw_retrainings *retrainings = NULL;
+static struct vw_retraining_store *open_retrainings(const char *folder) {
+    struct vw_retraining_store *retrainings = NULL;
     char *path = vw_path_join(folder, "retrainings.db");
-    ASSERT_OK(vw_retrainings_open(path, &retrainings));
+    ASSERT_OK(vw_retraining_store_open(path, &retrainings));
     free(path);
     return retrainings;
 }
@@ -32,65 +32,66 @@ static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
 
 FOLDER_TEST(what_single_photos_reach_comes_back) {
     struct vw_retrain_view found[] = {{9, 0}, {4, 0}};
-    struct vw_retrainings *retrainings = open_retrainings(*state);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 2));
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retraining_store_find_views(retrainings, HEX_A, found, 2));
     assert_true(found[0].psnr_db == 20.75 && found[1].psnr_db == 19.5);
     char *path = vw_path_join(*state, "retrainings.db");
     sql_change(path, "UPDATE view SET psnr = 30 WHERE image_id = 4");
-    ASSERT_OK(vw_retrainings_find_views(retrainings, HEX_A, found, 1));
-    ASSERT_FAILS(vw_retrainings_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH,
+    ASSERT_OK(vw_retraining_store_find_views(retrainings, HEX_A, found, 1));
+    ASSERT_FAILS(vw_retraining_store_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH,
                  "photo 4 in table view was edited");
     bool all = true;
     found[0].image_id = 5;
-    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, found, 1, &all));
+    ASSERT_OK(vw_retraining_store_recall_views(retrainings, HEX_A, found, 1, &all));
     assert_false(all);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, &(struct vw_retrain_view){6, 18.5},
-                                 1)); // a photo that was asked for later
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome,
+                                      &(struct vw_retrain_view){6, 18.5},
+                                      1)); // a photo that was asked for later
     found[1].image_id = 6;
-    ASSERT_OK(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all));
+    ASSERT_OK(vw_retraining_store_recall_views(retrainings, HEX_A, &found[1], 1, &all));
     assert_true(all && found[1].psnr_db == 18.5);
     found[1].image_id = 4;
-    assert_int_equal(vw_retrainings_recall_views(retrainings, HEX_A, &found[1], 1, &all), VW_ERROR_MISMATCH);
-    ASSERT_FAILS(vw_retrainings_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH,
+    assert_int_equal(vw_retraining_store_recall_views(retrainings, HEX_A, &found[1], 1, &all), VW_ERROR_MISMATCH);
+    ASSERT_FAILS(vw_retraining_store_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH,
                  "photo 5 in table view is missing");
-    vw_retrainings_close(&retrainings);
+    vw_retraining_store_close(&retrainings);
     free(path);
 }
 
 FOLDER_TEST(retrainings_come_back) {
-    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
     struct vw_retrain_result found_outcome = {0};
     bool found = true;
-    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
     assert_false(found);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    vw_retraining_store_close(&retrainings);
     assert_null(retrainings);
     retrainings = open_retrainings(*state);
     assert_count(*state, "1");
-    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
     assert_true(found);
     assert_true(found_outcome.val_psnr == outcome.val_psnr && found_outcome.val_l1 == outcome.val_l1);
     assert_true(found_outcome.val_ssim == outcome.val_ssim && found_outcome.test_ssim == outcome.test_ssim);
     assert_true(isnan(found_outcome.test_psnr) && found_outcome.test_l1 == outcome.test_l1 &&
                 found_outcome.seconds == 2.5);
-    ASSERT_OK(vw_retrainings_find(retrainings, HEX_B, &found, &found_outcome));
+    ASSERT_OK(vw_retraining_store_find(retrainings, HEX_B, &found, &found_outcome));
     assert_false(found);
-    vw_retrainings_close(&retrainings);
+    vw_retraining_store_close(&retrainings);
 }
 
 FOLDER_TEST(the_first_outcome_of_a_retraining_stays) {
-    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
     struct vw_retrain_result other = outcome, found_outcome = {0};
     bool found = false;
     other.val_psnr = 1;
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &other, reached, 2));
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &other, reached, 2));
     assert_count(*state, "1");
-    ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+    ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
     assert_true(found_outcome.val_psnr == outcome.val_psnr);
-    vw_retrainings_close(&retrainings);
+    vw_retraining_store_close(&retrainings);
 }
 
 FOLDER_TEST(an_edited_retraining_is_not_recalled) {
@@ -101,32 +102,32 @@ FOLDER_TEST(an_edited_retraining_is_not_recalled) {
         "UPDATE retraining SET epochs = 31",       "UPDATE retraining SET seconds = NULL",
         "UPDATE retraining SET row_hash = 'none'",
     };
-    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
     char *path = vw_path_join(*state, "retrainings.db");
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         struct vw_retrain_result found_outcome;
         bool found = false;
-        ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-        ASSERT_OK(vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome));
+        ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+        ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
         sql_change(path, edits[i]);
-        if (vw_retrainings_find(retrainings, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH)
+        if (vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH)
             fail_msg("%s went unnoticed", edits[i]);
         assert_non_null(strstr(vw_error_message(), path));
         assert_non_null(strstr(vw_error_message(), HEX_A));
         sql_change(path, "DELETE FROM retraining"); // the remedy
     }
-    vw_retrainings_close(&retrainings);
+    vw_retraining_store_close(&retrainings);
     free(path);
 }
 
 FOLDER_TEST(rows_are_plain_tables) {
-    struct vw_retrainings *retrainings = open_retrainings(*state);
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
     const struct vw_metric metrics[] = {{"auc/blur", "dv_psnr", 0.75, NAN, NAN, 12},
                                         {"lds/val_psnr", "dv_psnr", 0.5, 0.25, 0.625, 200}};
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
-    ASSERT_OK(vw_retrainings_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
-    vw_retrainings_close(&retrainings);
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
+    ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
+    vw_retraining_store_close(&retrainings);
     char *path = vw_path_join(*state, "retrainings.db");
     assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM retraining",
                   "1 3 17|3|5|30");
@@ -139,11 +140,11 @@ FOLDER_TEST(rows_are_plain_tables) {
 
 // Each is refused, and left as it was.
 static void refuse(const char *path, const void *bytes, size_t size_bytes) {
-    struct vw_retrainings *retrainings = NULL;
+    struct vw_retraining_store *retrainings = NULL;
     void *after = NULL;
     size_t after_bytes = 0;
     ASSERT_OK(vw_file_write(path, bytes, size_bytes));
-    assert_int_equal(vw_retrainings_open(path, &retrainings), VW_ERROR_INPUT);
+    assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
     assert_null(retrainings);
     ASSERT_OK(vw_file_read(path, 1 << 20, &after, &after_bytes));
     assert_int_equal(after_bytes, size_bytes);
@@ -155,9 +156,9 @@ FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     char *path = vw_path_join(*state, "retrainings.db");
     void *bytes = NULL;
     size_t size_bytes = 0;
-    struct vw_retrainings *retrainings = open_retrainings(*state);
-    ASSERT_OK(vw_retrainings_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
-    vw_retrainings_close(&retrainings);
+    struct vw_retraining_store *retrainings = open_retrainings(*state);
+    ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
+    vw_retraining_store_close(&retrainings);
     ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
     unsigned char *damaged = bytes;
     memset(damaged + 100, 0x5a, 200); // the schema's page, behind the header
@@ -171,11 +172,11 @@ FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
 FOLDER_TEST(a_ledger_is_no_file_of_retrainings) {
     char *path = vw_path_join(*state, "retrainings.db");
     struct vw_ledger *ledger = NULL;
-    struct vw_retrainings *retrainings = NULL;
+    struct vw_retraining_store *retrainings = NULL;
     struct vw_ledger_run run = test_run("{}");
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
     vw_ledger_close(&ledger);
-    assert_int_equal(vw_retrainings_open(path, &retrainings), VW_ERROR_INPUT);
+    assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
     free(path);
 }
 

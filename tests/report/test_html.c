@@ -250,7 +250,7 @@ TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
         {.image_id = 1, .method = "worth_psnr", .value = 1, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN},
         {.image_id = 3, .method = "worth_psnr", .value = 2, .unit = "dB", .visits = 1, .ci_low = NAN, .ci_high = NAN}};
     struct vw_report_run *run = &fixture->run;
-    run->lasting = (struct vw_lasting_sweep){.steps = growth, .step_count = STEPS, .checks = gate, .check_count = 2};
+    run->lasting = (struct vw_lasting_pass){.steps = growth, .step_count = STEPS, .checks = gate, .check_count = 2};
     run->retrainings = retrainings, run->retraining_count = 2, run->scores = scores, run->score_count = 2;
     write_page(fixture);
     assert_int_equal(json_integer_value(json_array_get(of_run(fixture, "gate", "image"), 0)), 6);

@@ -50,8 +50,8 @@ static enum vw_status sweep(const char *out, uint32_t rays, bool gate, struct ob
                                                         .context = observer});
 }
 
-static struct vw_lasting_sweep read_sweep(const char *out) {
-    struct vw_lasting_sweep read = {0};
+static struct vw_lasting_pass read_sweep(const char *out) {
+    struct vw_lasting_pass read = {0};
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
     ASSERT_OK(vw_ledger_get_lasting(ledger, &read));
@@ -60,27 +60,27 @@ static struct vw_lasting_sweep read_sweep(const char *out) {
 }
 
 static void assert_same_sweep(const char *out, const char *other) {
-    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(other);
+    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(other);
     assert_int_equal(a.step_count, STEPS);
     assert_int_equal(b.step_count, STEPS);
     assert_memory_equal(a.steps, b.steps, STEPS * sizeof *a.steps);
     assert_true(a.photo_count > 0 && a.photos[0].coverage > 0);
     assert_int_equal(a.photo_count, b.photo_count);
     assert_memory_equal(a.photos, b.photos, a.photo_count * sizeof *a.photos);
-    vw_lasting_sweep_free(&a);
-    vw_lasting_sweep_free(&b);
+    vw_lasting_pass_free(&a);
+    vw_lasting_pass_free(&b);
 }
 
 static void assert_same_gate(const char *out, const char *other) {
-    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(other);
+    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(other);
     assert_int_equal(a.check_count, b.check_count);
     for (uint32_t i = 0; i < a.check_count; i++) {
         assert_int_equal(a.checks[i].image_id, b.checks[i].image_id);
         assert_true(a.checks[i].predicted_psnr == b.checks[i].predicted_psnr);
         assert_true(a.checks[i].measured_psnr == b.checks[i].measured_psnr);
     }
-    vw_lasting_sweep_free(&a);
-    vw_lasting_sweep_free(&b);
+    vw_lasting_pass_free(&a);
+    vw_lasting_pass_free(&b);
 }
 
 static void assert_verifies(const char *out) {
@@ -147,7 +147,7 @@ TEST(a_stopped_sweep_goes_on) {
     ASSERT_FAILS(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
     assert_verifies(out); // it is the finished run that it was
-    struct vw_lasting_sweep none = read_sweep(out);
+    struct vw_lasting_pass none = read_sweep(out);
     assert_int_equal(none.step_count, 0);
     ASSERT_OK(sweep(out, 0, true, &going_on));
     assert_same_sweep(out, whole);
@@ -186,12 +186,12 @@ TEST(a_sweep_by_validation_photo_goes_on) {
     copy_plain(*state, stopped);
     ASSERT_FAILS(sweep_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(sweep_matrix(stopped, &going_on));
-    struct vw_lasting_sweep a = read_sweep(out), b = read_sweep(stopped);
+    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(stopped);
     assert_int_equal(a.view_count, 2);
     assert_int_equal(b.view_count, 2);
     assert_memory_equal(a.view_psnr, b.view_psnr, STEPS * 2 * sizeof *a.view_psnr);
-    vw_lasting_sweep_free(&a);
-    vw_lasting_sweep_free(&b);
+    vw_lasting_pass_free(&a);
+    vw_lasting_pass_free(&b);
     // Rows are means over the views (see test_lasting.c; with so few rays up to 0.7 % off), which differ from each
     // other.
     assert_answer(
@@ -254,7 +254,7 @@ TEST(a_step_that_does_not_repeat_is_refused) {
     sql_change(temporary_path(out, "ledger.db"), "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 7");
     chain_rewrite(temporary_path(out, "ledger.db"));
     ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
-    struct vw_lasting_sweep none = read_sweep(out);
+    struct vw_lasting_pass none = read_sweep(out);
     assert_int_equal(none.step_count, 0);
 }
 

@@ -146,7 +146,7 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
         steps[t - 1] = (struct vw_lasting_step){t, 9, 9, 1, 1};
         for (uint32_t v = 0; v < VIEWS; v++) view_psnr[t - 1][v] = error_of(t, views[v]).l1;
     }
-    input.lasting = (struct vw_lasting_sweep){
+    input.lasting = (struct vw_lasting_pass){
         .steps = steps, .step_count = STEPS - 1, .photos = &coverage, .photo_count = 1, .view_psnr = *view_psnr};
     ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
     for (uint32_t i = 0; i < score_count; i++) assert_null(strstr(scores[i].method, "lasting")); // of all photos alone

@@ -218,7 +218,7 @@ TEST(the_list_is_in_the_order_of_scores) {
     struct vw_ledger_score *scores = NULL;
     struct vw_photo_coverage photos[TEST_TRAIN_COUNT];
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) photos[i] = (struct vw_photo_coverage){test_train_views[i], i};
-    input.lasting = (struct vw_lasting_sweep){
+    input.lasting = (struct vw_lasting_pass){
         .steps = sweep, .step_count = input.record_count - 1, .photos = photos, .photo_count = TEST_TRAIN_COUNT};
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;

@@ -50,7 +50,7 @@ static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
 }
 
 static void print_gate(const struct vw_lasting_summary *summary) {
-    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    const struct vw_lasting_pass *sweep = &summary->sweep;
     const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
     double psnr = vw_lasting_gate(sweep, false), loss = vw_lasting_gate(sweep, true);
     if (!sweep->check_count) {
@@ -93,7 +93,7 @@ static json_t *end_to_json(const struct vw_lasting_summary *summary, bool from_b
 }
 
 static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
-    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    const struct vw_lasting_pass *sweep = &summary->sweep;
     if (!sweep->check_count) return json_null();
     double psnr = vw_lasting_gate(sweep, false);
     json_t *photos = json_array();
@@ -111,7 +111,7 @@ static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
 }
 
 json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary) {
-    const struct vw_lasting_sweep *sweep = &summary->sweep;
+    const struct vw_lasting_pass *sweep = &summary->sweep;
     const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
     return json_pack("{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps",
                      (json_int_t)sweep->step_count, "rays", (json_int_t)sweep->rays, "epochs",

@@ -224,8 +224,8 @@ static enum vw_status record(struct sweep *sweep) {
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
     bool changes_matrix = sweep->file.views || scoring->input.lasting.view_count;
-    vw_lasting_sweep_free(&scoring->input.lasting);
-    scoring->input.lasting = (struct vw_lasting_sweep){
+    vw_lasting_pass_free(&scoring->input.lasting);
+    scoring->input.lasting = (struct vw_lasting_pass){
         .rays = run->lasting.rays,
         .epochs = epochs,
         .states = span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES,

@@ -22,7 +22,7 @@ struct vw_lasting_file {
 // Of each step of the run, in order.
 struct vw_lasting_rows {
     struct vw_lasting_step *steps;
-    double *view_psnr; // as of vw_lasting_sweep
+    double *view_psnr; // as of vw_lasting_pass
 };
 
 // Writes the credits of the steps from `first_step` on, beside the place of the file, and moves them there.

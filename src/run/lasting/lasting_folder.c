@@ -31,14 +31,14 @@ static enum vw_status run_backward(const struct vw_run_params *params, const str
 
 enum vw_status vw_lasting_of_folder(const struct vw_run_params *params) {
     struct vw_recorded_run recorded = {0};
-    struct vw_lasting_sweep found = {0};
+    struct vw_lasting_pass found = {0};
     enum vw_status status = vw_recorded_open(params->out, &recorded);
     if (!status) status = vw_ledger_get_lasting(recorded.ledger, &found);
     if (!status && !vw_lasting_is_there(&params->lasting, &recorded.config, &found)) {
         status = vw_recorded_check_replay(&recorded); // before the device is opened
         if (!status) status = run_backward(params, &recorded);
     }
-    vw_lasting_sweep_free(&found);
+    vw_lasting_pass_free(&found);
     vw_recorded_close(&recorded);
     return status;
 }

@@ -27,7 +27,7 @@ enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, st
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
 
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
-                         const struct vw_lasting_sweep *sweep) {
+                         const struct vw_lasting_pass *sweep) {
     bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || sweep->check_count > 0;
     return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays) &&
            (!wanted->matrix || sweep->view_count);
@@ -59,7 +59,7 @@ enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasti
 }
 
 void vw_lasting_summary_free(struct vw_lasting_summary *summary) {
-    vw_lasting_sweep_free(&summary->sweep);
+    vw_lasting_pass_free(&summary->sweep);
     free(summary->scores);
     *summary = (struct vw_lasting_summary){0};
 }
