@@ -86,6 +86,14 @@ unlisted_commands() {
     for command in $commands; do grep -qF "viewworth $command" README.md || echo "$command"; done
 }
 
+# Commands of the laboratory that its README does not name.
+unlisted_laboratory() {
+    local command
+    for command in $("$program-lab" --help | sed -nE 's/^  ([a-z][a-z-]+) .*/\1/p'); do
+        grep -qF "viewworth-lab $command" src/lab/README.md || echo "$command"
+    done
+}
+
 # Options named without a command belong to some command, or to a script or a build tool.
 unknown_options() {
     local known option command
@@ -168,6 +176,7 @@ check "every path named exists" none "$(missing_paths)"
 check "every command named takes the options named" none "$(wrong_calls)"
 check "every option named belongs to a command" none "$(unknown_options)"
 check "the README lists every command" none "$(unlisted_commands)"
+check "the README of the laboratory lists its commands" none "$(unlisted_laboratory)"
 run "$program" value tests/support/tiny.json "${small[@]}" --epochs 3 --out "$folder/run" --quiet
 check "the SQL of the ledger's README reads a ledger" sql_reads
 check "the Python snippet names columns of scores.csv" python_reads
