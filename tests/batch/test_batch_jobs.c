@@ -100,7 +100,7 @@ TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
         {JOBS(", \"options\": {\"out\": \"/tmp\"}"), "jobs[0].out: no option of a job"},
         {JOBS(", \"options\": {\"kfold\": 3}"), "jobs[0].kfold: no option of a job"},
         {JOBS(", \"options\": {\"--epochs\": 3}"), "jobs[0].options: a key is not an option"},
-        {JOBS(", \"options\": {\"a=b\": 3}"), "jobs[0].options: a key is no option"},
+        {JOBS(", \"options\": {\"a=b\": 3}"), "jobs[0].options: a key is not an option"},
         {JOBS(", \"options\": {\"epochs\": [3]}"), "jobs[0].epochs: give a number"},
         {JOBS(", \"options\": {\"epochs\": null}"), "jobs[0].epochs: give a number"},
         {JOBS(", \"options\": {\"train\": \"a\\nb\"}"), "jobs[0].train: give a number"},
