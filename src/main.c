@@ -27,7 +27,8 @@ static const struct vw_command commands[] = {
      "payout.csv with --payout (with lasting credit also payout_photos.csv), and duplicates.csv if photos are "
      "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
-     "(the scores as compare --list reads them) and report.html. Running the command again resumes it; --resume is not needed.\n"
+     "(the scores as compare --list reads them) and report.html. Running the command again resumes it; "
+     "--resume is not needed.\n"
      "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
      "not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},

@@ -42,7 +42,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
      OPTION(COUNT, together), RANGE(1, 16)},
     {"devices", "LIST|all",
-     "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or all GPUs, or "
+     "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or "
+     "all GPUs, or "
      "the CPU if there is no GPU. Results are the same on any number of devices of equal name and driver",
      VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
      OPTION(TEXT, devices), COMMON, DEFAULT("the preferred device, or --device")},
@@ -179,7 +180,8 @@ const struct vw_option vw_option_table[] = {
     {"samples", "N", "Samples per ray, at even distances", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.samples)},
     {"importance-samples", "N",
-     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and rendering then "
+     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and "
+     "rendering then "
      "use only these; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
     {"coarse-network", NULL,
