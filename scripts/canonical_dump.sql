@@ -17,5 +17,4 @@ SELECT 'retraining' AS "table", * FROM retraining ORDER BY job, run_id, retraini
 SELECT 'lasting' AS "table", * FROM lasting ORDER BY job, run_id;
 SELECT 'lasting_step' AS "table", * FROM lasting_step ORDER BY job, run_id, step;
 SELECT 'lasting_check' AS "table", * FROM lasting_check ORDER BY job, run_id, image_id;
-SELECT 'lasting_photo' AS "table", * FROM lasting_photo ORDER BY job, run_id, image_id;
 SELECT 'lasting_view' AS "table", * FROM lasting_view ORDER BY job, run_id, step, image_id;

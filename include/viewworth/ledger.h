@@ -11,7 +11,6 @@
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
 //   vw_gate_check, the gate;
-// - lasting_photo(run_id, image_id, coverage): vw_photo_coverage;
 // - lasting_view(run_id, step, image_id, psnr): dB that the PSNR of validation photo image_id at the end gains by the
 //   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for rounding
 //   (src/train/adjoint/lasting.h).
@@ -26,7 +25,7 @@
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
 //   there is one;
 // - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step, of
-//   lasting_check and of lasting_photo; then, if there are any, all rows of lasting_view.
+//   lasting_check and of lasting_view.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
 // keeps it. (run_id covers the part of config_json that belongs to the run's identity.)
 //
@@ -102,12 +101,6 @@ struct vw_gate_check {
     double predicted_loss, measured_loss; // the same in mean absolute error, more = better
 };
 
-// The information about the final field that a photo's camera adds to that of the other cameras (value.h).
-struct vw_photo_coverage {
-    uint32_t image_id;
-    double coverage; // 0 or more
-};
-
 // A backward pass through a training, which gives lasting credit. step_count 0: there is none.
 struct vw_lasting_pass {
     uint32_t rays;                       // per step, that the product takes; 0: all
@@ -116,8 +109,6 @@ struct vw_lasting_pass {
     uint64_t step_count;
     const struct vw_gate_check *checks; // by image_id; none without the gate
     uint32_t check_count;
-    const struct vw_photo_coverage *photos; // the train images, by image_id
-    uint32_t photo_count;
     const uint32_t *views; // image_ids of all validation photos, ascending; none without credit by validation photo
     const double
         *view_psnr; // dB that each gains by each step: that of step s and view v is at (s - 1) * view_count + v

@@ -50,13 +50,6 @@
 //       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
 //       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
 //       2022). A provider's worth is fitted likewise, with providers as players
-//   coverage
-//       the information about the final field that the photo's camera adds to that of the others: the sum, over
-//       the entries e of the field's grid, of log((l + I(e)) / (l + I(e) - I_i(e))). I_i(e) is the Fisher information
-//       of the photo (its diagonal: FisherRF, arXiv 2311.17874), the sum over its pixels and channels of (d rendered
-//       colour / d e)^2, I the sum over all train photos, and l a tenth of the mean of I. No colour of a photo enters.
-//       Copies share it: each gets less than a single photo. It has no unit, its zero means nothing, and it is
-//       meant as a prior of worth. Only for runs with a backward pass; no interval
 //   same_state_psnr
 //       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //

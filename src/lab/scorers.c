@@ -59,7 +59,7 @@ static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, 
 
 // In trainings: the run, and what its sweep takes beside (scripts/lab/benchmark_lasting).
 static uint32_t trainings_of(const char *method) {
-    static const char *const swept[] = {"lasting_psnr", "lasting_loss", "coverage"};
+    static const char *const swept[] = {"lasting_psnr", "lasting_loss"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(swept); i++)
         if (!strcmp(method, swept[i])) return 5;
     return 1;

@@ -10,7 +10,7 @@
 // ---- Its tables ----------------------------------------------------------------------------------------------------
 
 enum vw_status vw_ledger_remove_lasting(struct vw_database *database) {
-    return vw_database_run(database, "DELETE FROM lasting_view; DELETE FROM lasting_photo; DELETE FROM lasting_check;"
+    return vw_database_run(database, "DELETE FROM lasting_view; DELETE FROM lasting_check;"
                                      "DELETE FROM lasting_step; DELETE FROM lasting;");
 }
 
@@ -34,9 +34,6 @@ static enum vw_status hash_pass(struct vw_database *database, const char *head, 
                                      &hasher);
     if (!status)
         status = vw_ledger_hash_rows(
-            database, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY run_id, image_id", &hasher);
-    if (!status)
-        status = vw_ledger_hash_rows(
             database, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
@@ -45,8 +42,7 @@ static enum vw_status hash_pass(struct vw_database *database, const char *head, 
 static const char stray_rows[] =
     "SELECT (SELECT count(*) FROM lasting_step WHERE run_id NOT IN (SELECT run_id FROM "
     "lasting)) + (SELECT count(*) FROM lasting_check WHERE run_id NOT IN (SELECT run_id "
-    "FROM lasting)) + (SELECT count(*) FROM lasting_photo WHERE run_id NOT IN (SELECT "
-    "run_id FROM lasting)) + (SELECT count(*) FROM lasting_view WHERE run_id NOT IN (SELECT run_id "
+    "FROM lasting)) + (SELECT count(*) FROM lasting_view WHERE run_id NOT IN (SELECT run_id "
     "FROM lasting)) + (SELECT count(*) FROM lasting WHERE run_id NOT IN (SELECT run_id "
     "FROM run))";
 
@@ -67,7 +63,7 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
     if (!status && found) status = hash_pass(database, head, hash);
     if (status || !found || strcmp(stored, hash) == 0) return status;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: a row of lasting credit (lasting, lasting_step, lasting_check, lasting_photo or"
+                   "%s: a row of lasting credit (lasting, lasting_step, lasting_check or"
                    " lasting_view) was edited, "
                    "removed or added: its row_hash does not match",
                    database->path);
@@ -133,20 +129,6 @@ static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_las
     return status;
 }
 
-static enum vw_status write_photos(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        &ledger->database, "INSERT INTO lasting_photo (run_id, image_id, coverage) VALUES (?, ?, ?)", &row.statement);
-    for (uint32_t i = 0; !status && i < pass->photo_count; i++) {
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, pass->photos[i].image_id);
-        vw_row_add_real(&row, pass->photos[i].coverage);
-        status = vw_row_write(&row, &ledger->database, "record the coverage of a photo");
-    }
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
 static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
     struct vw_row row = {0};
     const double *psnr = pass->view_psnr;
@@ -182,7 +164,6 @@ static enum vw_status write_pass(struct vw_ledger *ledger, const struct vw_lasti
     if (!status) status = write_settings(ledger, pass);
     if (!status) status = write_steps(ledger, pass);
     if (!status) status = write_checks(ledger, pass);
-    if (!status) status = write_photos(ledger, pass);
     if (!status && pass->view_count) status = write_views(ledger, pass);
     return status ? status : write_hash(ledger);
 }
@@ -210,8 +191,6 @@ static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_pas
         whole = isfinite(check->predicted_psnr) && !isinf(check->measured_psnr) && isfinite(check->predicted_loss) &&
                 !isinf(check->measured_loss);
     }
-    for (uint32_t i = 0; whole && i < pass->photo_count; i++)
-        whole = isfinite(pass->photos[i].coverage) && pass->photos[i].coverage >= 0;
     for (uint64_t i = 0; whole && i < pass->step_count * pass->view_count; i++) whole = isfinite(pass->view_psnr[i]);
     return whole && (!pass->view_count || are_views(ledger, pass->views, pass->view_count));
 }
@@ -296,16 +275,6 @@ static enum vw_status read_check(struct vw_ledger *ledger, sqlite3_stmt *stateme
     return status;
 }
 
-static enum vw_status read_photo(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
-    enum vw_status status = VW_OK;
-    struct vw_photo_coverage *photo = item;
-    *photo = (struct vw_photo_coverage){.image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
-                                        .coverage = read_real(ledger, statement, 1, &status)};
-    if (photo->coverage < 0) refuse(ledger, "has a coverage below 0", &status);
-    if (index > 0 && photo[-1].image_id >= photo->image_id) refuse(ledger, "covers a photo twice", &status);
-    return status;
-}
-
 struct view_row {
     uint64_t step;
     uint32_t image_id;
@@ -366,24 +335,18 @@ static enum vw_status read_pass(struct vw_ledger *ledger, struct vw_lasting_pass
                                       checks = {"SELECT image_id, from_step, predicted_psnr, measured_psnr,"
                                                 " predicted_loss, measured_loss FROM lasting_check"
                                                 " ORDER BY run_id, image_id",
-                                                sizeof *pass->checks, read_check},
-                                      photos = {
-                                          "SELECT image_id, coverage FROM lasting_photo ORDER BY run_id, image_id",
-                                          sizeof *pass->photos, read_photo};
-    uint64_t pass_count = 0, check_count = 0, photo_count = 0;
+                                                sizeof *pass->checks, read_check};
+    uint64_t pass_count = 0, check_count = 0;
     void *found = NULL;
     enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &pass_count);
     if (!status && pass_count) *pass = *(struct vw_lasting_pass *)found;
     free(found);
     if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&pass->steps, &pass->step_count);
     if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&pass->checks, &check_count);
-    if (!status) status = vw_ledger_read_rows(ledger, &photos, (void **)&pass->photos, &photo_count);
     pass->check_count = (uint32_t)check_count; // as many as images at most
-    pass->photo_count = (uint32_t)photo_count;
     uint64_t wanted = pass_count ? ledger->next_step - 1 : 0;
     if (pass_count && !ledger->next_step) wanted = UINT64_MAX;
-    if (pass->step_count != wanted || (!pass_count && check_count + photo_count))
-        refuse(ledger, "lacks a step", &status);
+    if (pass->step_count != wanted || (!pass_count && check_count)) refuse(ledger, "lacks a step", &status);
     return status;
 }
 
@@ -400,7 +363,6 @@ enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting
 void vw_lasting_pass_free(struct vw_lasting_pass *pass) {
     free((void *)pass->steps);
     free((void *)pass->checks);
-    free((void *)pass->photos);
     free((void *)pass->views);
     free((void *)pass->view_psnr);
     *pass = (struct vw_lasting_pass){0};

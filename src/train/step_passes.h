@@ -1,5 +1,5 @@
-// The passes and buffers of a training step, and the part of it from rays to gradients, which the backward sweep, the
-// coverage of photos and the consistency loss take as well.
+// The passes and buffers of a training step, and the part of it from rays to gradients, which the backward sweep
+// and the consistency loss take as well.
 #ifndef VIEWWORTH_TRAIN_STEP_PASSES_H
 #define VIEWWORTH_TRAIN_STEP_PASSES_H
 

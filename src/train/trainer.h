@@ -148,8 +148,4 @@ struct vw_whole_view {
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole);
 void vw_whole_view_free(struct vw_whole_view *whole);
 
-// What every train photo tells of the field that the others do not (coverage.h), in ascending order of their scene
-// indices, from `passes` draws of a step's rays each (0: 4). Changes no bit of the training. When nothing is in flight.
-enum vw_status vw_trainer_measure_coverage(struct vw_trainer *trainer, uint32_t passes, double *coverage);
-
 #endif

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "train/checkpoint.h"
-#include "train/coverage.h"
 #include "train/effects/kind.h"
 #include "train/effects/pose.h"
 #include "train/field_file.h"
@@ -161,9 +160,4 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
     const struct vw_measured_field measured = measured_field_of(trainer);
     return vw_measure_whole_view(&measured, view, whole);
-}
-
-enum vw_status vw_trainer_measure_coverage(struct vw_trainer *trainer, uint32_t passes, double *coverage) {
-    enum { PASSES = 4 };
-    return vw_coverage_measure(vw_trainer_context(trainer), passes ? passes : PASSES, coverage);
 }

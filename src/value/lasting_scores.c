@@ -38,18 +38,6 @@ static void append(const struct vw_value_input *input, const char *method, const
     }
 }
 
-static void append_coverage(const struct vw_value_input *input, const struct sum *sums, struct vw_ledger_score *scores,
-                            uint32_t *score_count) {
-    uint32_t next = 0;
-    for (uint32_t i = 0; i < input->image_count && next < input->lasting.photo_count; i++) {
-        const struct vw_photo_coverage *photo = &input->lasting.photos[next];
-        if (photo->image_id != input->images[i].image_id) continue;
-        next++;
-        if (strcmp(input->images[i].split, "train") == 0)
-            scores[(*score_count)++] = score_of(&input->images[i], "coverage", photo->coverage, sums[i].visits);
-    }
-}
-
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count) {
     if (!input->lasting.step_count || input->lasting.step_count + 1 != input->record_count) return VW_OK;
@@ -66,7 +54,6 @@ enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, stru
     }
     append(input, "lasting_psnr", sums, false, scores, score_count);
     if (!isnan(input->lasting.steps[0].loss)) append(input, "lasting_loss", sums, true, scores, score_count);
-    append_coverage(input, sums, scores, score_count);
     free(sums);
     return VW_OK;
 }

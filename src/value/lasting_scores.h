@@ -1,4 +1,4 @@
-// The scores lasting_psnr, lasting_loss and coverage, from the sweep of a run (value.h has their formulas).
+// The scores lasting_psnr and lasting_loss, from the sweep of a run (value.h has their formulas).
 #ifndef VIEWWORTH_VALUE_LASTING_SCORES_H
 #define VIEWWORTH_VALUE_LASTING_SCORES_H
 

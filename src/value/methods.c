@@ -41,8 +41,6 @@ static const struct vw_value_method listed[] = {
     {"lasting_psnr", DB, "sum over all steps on the photo of what the end of the training gains by the step",
      .additive = true},
     {"lasting_loss", L1, "the same for minus the mean absolute error", .additive = true},
-    {"coverage", "", "logarithm of what all cameras tell of the field over what the others tell, summed over the grid",
-     .additive = false},
     {"same_state_psnr", DB,
      "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)", .additive = true,
      .has_zero = true},

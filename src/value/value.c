@@ -151,7 +151,7 @@ static enum vw_status score_by(const struct vw_method *method, const struct vw_v
     return status;
 }
 
-enum { OTHER_METHODS = 5 }; // quality, lasting_psnr, lasting_loss, coverage, same_state_psnr
+enum { OTHER_METHODS = 4 }; // quality, lasting_psnr, lasting_loss, same_state_psnr
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {

@@ -8,8 +8,8 @@
 #include "base/statistics.h"
 
 const char vw_worth_method[] = "worth_psnr";
-const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss",
-                                                             "dv_loss",      "quality", "coverage"};
+const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
+                                                             "quality"};
 static const double FEATURE_MOST = 3; // standard deviations: an outlier's score does not measure its worth
 
 enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place) {

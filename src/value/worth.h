@@ -33,7 +33,7 @@ struct vw_worth_input {
 
 // Methods whose scores are the prior, if every train photo has one. Without retrainings only the first existing one
 // is used.
-enum { VW_WORTH_PRIORS = 6 };
+enum { VW_WORTH_PRIORS = 5 };
 extern const char *const vw_worth_prior_methods[VW_WORTH_PRIORS];
 // Returns the first of these methods that has scores; NULL: none.
 const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t score_count);

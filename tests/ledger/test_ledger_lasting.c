@@ -15,18 +15,9 @@ static void fill(struct vw_lasting_step *steps) {
 
 static const struct vw_gate_check checks[] = {{1, 5, 0.5, 0.75, 0.01, 0.02}, {3, 5, -0.5, NAN, 0.03, NAN}};
 
-static const struct vw_photo_coverage photos[] = {{1, 12.5}, {3, 0.25}};
-
 static struct vw_lasting_pass sweep_of(const struct vw_lasting_step *steps) {
-    return (struct vw_lasting_pass){.rays = 64,
-                                    .epochs = 4,
-                                    .states = 20,
-                                    .steps = steps,
-                                    .step_count = STEPS,
-                                    .checks = checks,
-                                    .check_count = 2,
-                                    .photos = photos,
-                                    .photo_count = 2};
+    return (struct vw_lasting_pass){
+        .rays = 64, .epochs = 4, .states = 20, .steps = steps, .step_count = STEPS, .checks = checks, .check_count = 2};
 }
 
 // The rows of a backward pass for each validation photo.
@@ -87,8 +78,6 @@ FOLDER_TEST(a_sweep_is_written_and_read) {
     assert_int_equal(sweep.states, 20);
     assert_int_equal(sweep.check_count, 2);
     assert_int_equal(sweep.checks[1].image_id, 3);
-    assert_int_equal(sweep.photo_count, 2);
-    assert_memory_equal(sweep.photos, photos, sizeof photos);
     assert_true(sweep.checks[0].measured_psnr == 0.75 && isnan(sweep.checks[1].measured_psnr));
     vw_lasting_pass_free(&sweep);
     ASSERT_OK(get(path, true, NULL));
@@ -134,7 +123,7 @@ FOLDER_TEST(new_steps_remove_the_sweep) {
     assert_int_equal(sweep.step_count, 0);
     assert_answer(path,
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)"
-                  " + (SELECT count(*) FROM lasting_photo) + (SELECT count(*) FROM lasting_view)",
+                  " + (SELECT count(*) FROM lasting_view)",
                   "0");
     free(recording);
     free(path);
@@ -172,10 +161,6 @@ FOLDER_TEST(edited_rows_are_found) {
         {"UPDATE lasting_check SET measured_loss = 0 WHERE image_id = 1", false},
         {"UPDATE lasting SET rays = 0", false},
         {"DELETE FROM lasting_check", false},
-        {"UPDATE lasting_photo SET coverage = 13 WHERE image_id = 1", false},
-        {"DELETE FROM lasting_photo", false},
-        {"UPDATE lasting_photo SET coverage = -1 WHERE image_id = 1", true},
-        {"UPDATE lasting_photo SET image_id = 99 WHERE image_id = 3", true},
         {"DELETE FROM lasting_step WHERE step = 20", true},
         {"DELETE FROM lasting_step WHERE step = 4", true},
         {"DELETE FROM lasting", true},
@@ -256,15 +241,10 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
             assert_true(matrix.lasting[i * TEST_VALIDATION_COUNT + v] == sum);
         }
     vw_matrix_clear(&matrix);
-    for (uint32_t i = 0; i < 2; i++) {
-        const struct vw_ledger_score *score = test_find_score(scores, count, "coverage", photos[i].image_id);
-        assert_true(score->value == photos[i].coverage && isnan(score->ci_low));
-        assert_int_equal(score->visits, 4);
-    }
     free(scores);
     input.record_count -= TEST_TRAIN_COUNT; // a sweep of more steps says nothing of fewer
     ASSERT_OK(vw_value_score(&input, &scores, &count));
-    for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss coverage", scores[i].method));
+    for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss", scores[i].method));
     free(scores);
     free(records);
     vw_lasting_pass_free(&input.lasting);

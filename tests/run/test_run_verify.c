@@ -141,7 +141,7 @@ TEST(forged_rows_with_a_chain_that_fits_are_found) {
 #define RENAME_ALL                                                                                                     \
     RENAME("step")                                                                                                     \
     RENAME("view")                                                                                                     \
-    RENAME("score") RENAME("lasting") RENAME("lasting_step") RENAME("lasting_photo") RENAME("lasting_view")
+    RENAME("score") RENAME("lasting") RENAME("lasting_step") RENAME("lasting_view")
     static const struct {
         const char *what, *sql, *word;
     } cases[] = {

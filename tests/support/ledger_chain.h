@@ -91,7 +91,6 @@ static inline bool follow_sweep(sqlite3 *raw, const char *last_row_hash, bool re
               "SELECT run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss"
               " FROM lasting_check ORDER BY image_id",
               0);
-    feed_rows(&state, raw, "SELECT run_id, image_id, coverage FROM lasting_photo ORDER BY image_id", 0);
     feed_rows(&state, raw, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY step, image_id", 0);
     return hash_is(&state, raw, "row_hash", OF_SWEEP, rewrite, hash);
 }

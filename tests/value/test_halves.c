@@ -132,7 +132,6 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     static struct vw_lasting_step steps[STEPS - 1];
     static double view_psnr[STEPS - 1][VIEWS];
     const uint32_t views[VIEWS] = {1, 3, 5, 7, 9};
-    const struct vw_photo_coverage coverage = {0, 1};
     struct vw_value_input input;
     struct vw_ledger_score *scores = NULL;
     uint32_t score_count = 0, sizes[VW_HALVES], found = 0;
@@ -146,8 +145,7 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
         steps[t - 1] = (struct vw_lasting_step){t, 9, 9, 1, 1};
         for (uint32_t v = 0; v < VIEWS; v++) view_psnr[t - 1][v] = error_of(t, views[v]).l1;
     }
-    input.lasting = (struct vw_lasting_pass){
-        .steps = steps, .step_count = STEPS - 1, .photos = &coverage, .photo_count = 1, .view_psnr = *view_psnr};
+    input.lasting = (struct vw_lasting_pass){.steps = steps, .step_count = STEPS - 1, .view_psnr = *view_psnr};
     ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
     for (uint32_t i = 0; i < score_count; i++) assert_null(strstr(scores[i].method, "lasting")); // of all photos alone
     free(scores);
@@ -156,7 +154,6 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
     for (uint32_t i = 0; i < score_count; i++) {
         assert_string_not_equal(scores[i].method, "lasting_loss");
-        assert_string_not_equal(scores[i].method, "coverage");
         if (strcmp(scores[i].method, "lasting_psnr") != 0) continue;
         double sum = 0;
         for (uint32_t t = 1; t < STEPS; t++)

@@ -216,10 +216,7 @@ TEST(the_list_is_in_the_order_of_scores) {
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
     struct vw_lasting_step *sweep = vw_allocate(input.record_count, sizeof *sweep);
     struct vw_ledger_score *scores = NULL;
-    struct vw_photo_coverage photos[TEST_TRAIN_COUNT];
-    for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) photos[i] = (struct vw_photo_coverage){test_train_views[i], i};
-    input.lasting = (struct vw_lasting_pass){
-        .steps = sweep, .step_count = input.record_count - 1, .photos = photos, .photo_count = TEST_TRAIN_COUNT};
+    input.lasting = (struct vw_lasting_pass){.steps = sweep, .step_count = input.record_count - 1};
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;
     assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings

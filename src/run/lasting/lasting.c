@@ -34,8 +34,6 @@ struct sweep {
     uint64_t steps, from;           // of the run; credits from this step on are known; steps + 1: none
     struct vw_gate_check *checks;   // owned
     uint32_t check_count;
-    struct vw_photo_coverage *photos; // owned
-    uint32_t photo_count;
     double saved_s;
 };
 
@@ -198,25 +196,6 @@ static enum vw_status gate(struct sweep *sweep) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Of the recorded field, whatever state the trainer is in.
-static enum vw_status cover(struct sweep *sweep) {
-    struct vw_run *run = sweep->run;
-    uint32_t *views = NULL, count = 0;
-    double *coverages = NULL;
-    enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &views, &count);
-    if (!status) coverages = vw_allocate(count, sizeof *coverages);
-    if (!status) sweep->photos = vw_allocate(count, sizeof *sweep->photos);
-    if (!status && (!coverages || !sweep->photos)) status = VW_ERROR_MEMORY;
-    if (!status) status = vw_trainer_load_field(run->trainer, run->results.field_path);
-    if (!status) status = vw_trainer_measure_coverage(run->trainer, 0, coverages);
-    for (uint32_t i = 0; !status && i < count; i++)
-        sweep->photos[i] = (struct vw_photo_coverage){views[i], coverages[i]};
-    sweep->photo_count = count;
-    free(views);
-    free(coverages);
-    return status;
-}
-
 // The table comes first: a ledger with a sweep has a scores.csv with it, and no tables of the scores before.
 static enum vw_status record(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
@@ -233,8 +212,6 @@ static enum vw_status record(struct sweep *sweep) {
         .step_count = sweep->steps,
         .checks = sweep->checks,
         .check_count = sweep->check_count,
-        .photos = sweep->photos,
-        .photo_count = sweep->photo_count,
         .views = sweep->views,
         .view_psnr = sweep->credits.view_psnr,
         .view_count = sweep->file.views,
@@ -242,7 +219,6 @@ static enum vw_status record(struct sweep *sweep) {
     sweep->credits = (struct vw_lasting_rows){0}; // the scoring has them now
     sweep->views = NULL;
     sweep->checks = NULL;
-    sweep->photos = NULL;
     enum vw_status status = vw_scoring_repeat(scoring);
     if (!status) status = vw_run_rank(run);
     if (!status) status = vw_run_remove_outdated_scores(run->out);
@@ -313,13 +289,13 @@ enum vw_status vw_run_sweep(struct vw_run *run) {
     if (!status) status = advance(&sweep);
     if (!status) status = gate(&sweep);
     vw_lasting_destroy(&sweep.lasting);
-    if (!status) status = cover(&sweep);
+    // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
+    if (!status) status = vw_trainer_load_field(run->trainer, run->results.field_path);
     if (!status) status = record(&sweep);
     free(sweep.path);
     free(sweep.credits.steps);
     free(sweep.credits.view_psnr);
     free(sweep.views);
     free(sweep.checks);
-    free(sweep.photos);
     return status;
 }
