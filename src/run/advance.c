@@ -28,8 +28,8 @@ static enum vw_status start_writer(struct vw_run *run) {
     return vw_ledger_writer_create(run->ledger, validation_views, &run->results.statistics, &run->writer);
 }
 
-// Waits until all steps that were handed to the writer are on disk. Behind a failure the run has those that are. A
-// failure that is there already is the one to report.
+// Waits until all steps that were handed to the writer are on disk. After a failure the run has those that are. Reports
+// an earlier failure first.
 static enum vw_status drain(struct vw_run *run, enum vw_status status) {
     if (!run->writer) return status;
     struct vw_saved_error why = vw_error_save();
@@ -56,7 +56,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
     if (known) status = vw_ledger_compare(run->ledger, records, known, validation_views);
     while (!status && known + added < count && !vw_step_statistics_should_abort(&run->results.statistics))
         status = vw_run_count_step(run, &records[known + added++]);
-    if (!status && added && !run->cleared) { // what is there would be of fewer steps than the ledger has
+    if (!status && added && !run->cleared) { // the files there show fewer steps than the ledger has
         status = vw_run_remove_outdated(run->out);
         run->cleared = !status;
     }
@@ -67,7 +67,7 @@ static enum vw_status record(struct vw_run *run, const struct vw_step_record *re
 
 // ---- Progress ------------------------------------------------------------------------------------------------------
 
-// Of the steps that are on disk: progress shows no others.
+// Returns the statistics of the steps on disk, the only ones that progress shows.
 static struct vw_step_statistics recorded(const struct vw_run *run) {
     return run->writer ? vw_ledger_writer_recorded(run->writer) : run->results.statistics;
 }
@@ -100,7 +100,7 @@ static enum vw_status take_records(struct vw_run *run, const struct vw_step_reco
     return VW_OK;
 }
 
-// For what reads the ledger, or must not be ahead of it. Shows the steps of the last batches.
+// Waits until every step is on disk; call before reading the ledger or saving a checkpoint. Shows the last steps.
 static enum vw_status settle_ledger(struct vw_run *run) {
     enum vw_status status = drain(run, VW_OK);
     if (!status && run->shown_step < run->trainer_step) report_progress(run, run->trainer_step);
@@ -109,7 +109,7 @@ static enum vw_status settle_ledger(struct vw_run *run) {
 
 // ---- Steps ---------------------------------------------------------------------------------------------------------
 
-// Saving also sets when the next checkpoint is due.
+// Saves a checkpoint, and sets when the next one is due.
 static void save_checkpoint(struct vw_run *run) {
     vw_checkpoints_save(&run->checkpoints, run->trainer);
     run->moved = false;
@@ -131,7 +131,7 @@ static void release(struct vw_run *run, uint64_t last_step) {
     vw_trainer_stop_after(run->trainer, run->stop_step < last_step ? run->stop_step : last_step);
 }
 
-// The end of a run is not saved twice: an older checkpoint is worth more than a second one of the same step.
+// Ends the steps. Does not save the end twice: an older checkpoint is worth more than a second one of the same step.
 static void end_steps(struct vw_run *run) {
     run->over = true;
     vw_run_save_checkpoint(run);
@@ -140,7 +140,7 @@ static void end_steps(struct vw_run *run) {
         vw_log_warning("--profile: %s", vw_error_message()); // no reason to fail the run
 }
 
-// Nothing is in flight, and the trainer is where it was released to.
+// Asks the stop rules while nothing is in flight and the trainer is where it was released to.
 static enum vw_status check_rules(struct vw_run *run, uint64_t last_step, bool *piece_ends) {
     bool continues = false;
     *piece_ends = run->results.statistics.steps < run->stop_step;
@@ -165,7 +165,7 @@ static enum vw_status settle(struct vw_run *run) {
     return !status && run->stopping ? stop(run) : status;
 }
 
-// One batch on the way to `last_step`.
+// Takes one submission of steps on the way to `last_step`.
 static enum vw_status take_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
@@ -223,7 +223,7 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
     return VW_OK;
 }
 
-// A run that stops is held: what it shares its submissions with goes on without it.
+// Advances a run. A run that stops is held, while the runs that share its submissions continue.
 static enum vw_status advance_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
     enum vw_status status = take_batch(run, last_step, ended);
     if (!status) return VW_OK;

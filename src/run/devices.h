@@ -13,13 +13,13 @@
 // `timers`: time every pass.
 enum vw_status vw_open_gpu(const char *device, bool timers, struct vw_gpu **gpu);
 
-// The scene options for run.scene_options_json: canonical JSON of those that are not at their defaults, without path,
-// headers_only and gpu; "{}" without any. Owned by the caller.
+// Returns the scene options for run.scene_options_json: canonical JSON of those that differ from their defaults,
+// without path, headers_only and gpu; "{}" without any. Owned by the caller.
 char *vw_scene_options_to_json(const struct vw_scene_params *options);
 // Adds what was left out of the scene because its image file is missing (vw_scene.missing; NULL: nothing), for the
 // report; `*json` may be replaced.
 enum vw_status vw_scene_options_note_missing(const char *missing, char **json);
-// The same back. `*texts` owns the texts of the options (json_decref).
+// Reads the options back. `*texts` owns their texts (json_decref).
 enum vw_status vw_scene_options_from_json(const char *json, json_t **texts, struct vw_scene_params *options);
 // Opens the scene of a recorded run. Relative paths are relative to the folder that the run was started in. `gpu` is
 // needed for recipes.

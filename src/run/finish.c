@@ -50,7 +50,7 @@ static enum vw_status log_corrections(const struct vw_run *run) {
     return status;
 }
 
-// The ledger's end names the field by its hash.
+// Saves the field, whose hash the ledger's end contains.
 static enum vw_status save_field(struct vw_run *run) {
     uint8_t hash[VW_HASH_BYTES];
     char hex[VW_HASH_HEX_BYTES];
@@ -61,7 +61,7 @@ static enum vw_status save_field(struct vw_run *run) {
     return vw_ledger_set_field(run->ledger, hex);
 }
 
-// The outputs come first: a run that the ledger calls finished has them, and none of an earlier end.
+// Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
     if (run->complete || run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->results.scoring;
@@ -75,7 +75,7 @@ static enum vw_status end(struct vw_run *run) {
     if (!status)
         status = vw_ledger_finish(run->ledger, "finished", finished_utc, scoring->scores, scoring->score_count);
     if (status) vw_run_end_early(run, status);
-    else vw_run_save_checkpoint(run); // of a run that ends before its last step
+    else vw_run_save_checkpoint(run); // when the run ends before its last step
     if (!status) log_statistics(&run->results.statistics);
     if (!status) status = log_corrections(run);
     run->ended = !status;
@@ -128,7 +128,7 @@ enum vw_status vw_run_score(struct vw_run *run) {
 
 // ---- Tables and report ---------------------------------------------------------------------------------------------
 
-// Of a run that was complete, whose trainer was not brought to its last step, only where a stop left none.
+// Writes the residuals. For a run that was complete, whose trainer is not at its last step, only if they are missing.
 static enum vw_status write_residuals(struct vw_run *run, const struct vw_residuals_params *params) {
     if (run->report.no_thumbnails) return VW_OK;
     if (!run->complete) return vw_residuals_write(params);
@@ -140,7 +140,7 @@ static enum vw_status write_residuals(struct vw_run *run, const struct vw_residu
     return status ? status : vw_residuals_write(params);
 }
 
-// What the report shows of the scene and the field, so that it can be made again without them.
+// Writes pictures of the scene and the field, so that the report can be made again without them.
 static void write_pictures(struct vw_run *run) {
     const struct vw_residuals_params params = {
         .scene = run->scene,

@@ -15,7 +15,7 @@ struct transaction {
     struct vw_probe *probes;
     size_t count, view_count, probe_count; // count 0: empty
     size_t record_capacity, view_capacity, probe_capacity;
-    struct vw_step_statistics statistics; // behind its last step
+    struct vw_step_statistics statistics; // after its last step
 };
 
 struct vw_ledger_writer {
@@ -24,12 +24,12 @@ struct vw_ledger_writer {
     uint64_t next_step; // for who adds
     bool threaded;
     pthread_t thread;
-    pthread_mutex_t lock; // of all that follows
+    pthread_mutex_t lock; // guards all that follows
     pthread_cond_t changed;
     struct transaction waiting;
     struct transaction writing; // while it is not empty, the thread alone reads what it holds
     bool ends;
-    enum vw_status status; // of the first batch that failed
+    enum vw_status status; // status of the first submission that failed
     struct vw_saved_error error;
     struct vw_step_statistics recorded;
 };
@@ -93,8 +93,8 @@ static void unlock(struct vw_ledger_writer *writer) { (void)pthread_mutex_unlock
 static void await_change(struct vw_ledger_writer *writer) { (void)pthread_cond_wait(&writer->changed, &writer->lock); }
 static void tell_change(struct vw_ledger_writer *writer) { (void)pthread_cond_broadcast(&writer->changed); }
 
-// Under the lock, as are all functions up to write_transactions(). Messages of errors belong to a thread: so this one's
-// is kept.
+// Ends a transaction, under the lock like all functions up to write_transactions(). Error messages are thread-local, so
+// this saves the message of this thread.
 static void end_transaction(struct vw_ledger_writer *writer, enum vw_status status,
                             const struct vw_step_statistics *statistics) {
     if (status) {
@@ -189,7 +189,7 @@ struct vw_step_statistics vw_ledger_writer_recorded(struct vw_ledger_writer *wri
 
 // ---- Life ----------------------------------------------------------------------------------------------------------
 
-// Signals are for the thread that runs the loop, whose waits they end.
+// Starts the thread with signals blocked: they must end the waits of the thread that runs the loop.
 static bool start_thread(struct vw_ledger_writer *writer) {
     sigset_t all, before;
     sigfillset(&all);

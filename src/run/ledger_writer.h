@@ -14,20 +14,19 @@ enum { VW_LEDGER_WRITER_WAITING_MOST = 1024 }; // steps
 
 struct vw_ledger_writer;
 
-// `ledger` and `validation_views` (see vw_ledger_append) are borrowed and outlive the writer. `recorded` counts the
-// steps that the ledger holds. Where no thread can be made, vw_ledger_writer_add() writes.
+// Creates a writer. `ledger` and `validation_views` (see vw_ledger_append) are borrowed and outlive it. `recorded`
+// counts the steps that the ledger contains. If no thread can be created, vw_ledger_writer_add() writes.
 enum vw_status vw_ledger_writer_create(struct vw_ledger *ledger, const uint32_t *validation_views,
                                        const struct vw_step_statistics *recorded, struct vw_ledger_writer **writer);
-// Copies a batch of the next steps, which vw_ledger_append() then writes in one transaction; `statistics` count them,
-// too. Waits while there is no room for them. The failure of an earlier batch is returned by every later call: what
-// waited behind it is dropped.
+// Copies the next steps, which vw_ledger_append() then writes in one transaction; `statistics` count them, too. Waits
+// while there is no room for them. Every call after a failure returns that failure and drops its steps.
 enum vw_status vw_ledger_writer_add(struct vw_ledger_writer *writer, const struct vw_step_record *records,
                                     uint32_t count, const struct vw_step_statistics *statistics);
 // Waits until all that was added is on disk, or writing has failed.
 enum vw_status vw_ledger_writer_drain(struct vw_ledger_writer *writer);
-// The step that the next vw_ledger_writer_add() begins with.
+// Returns the step that the next vw_ledger_writer_add() begins with.
 uint64_t vw_ledger_writer_next_step(const struct vw_ledger_writer *writer);
-// Of the steps that are on disk.
+// Returns the statistics of the steps that are on disk.
 struct vw_step_statistics vw_ledger_writer_recorded(struct vw_ledger_writer *writer);
 // Writes what waits first; a failure is not reported any more.
 void vw_ledger_writer_destroy(struct vw_ledger_writer **writer);

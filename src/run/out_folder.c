@@ -14,7 +14,7 @@
 
 enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 
-// The cause of the failure; 0 when the file could be written.
+// Returns the errno of the failure; 0 when the file could be written.
 static int try_to_write(const char *folder) {
     static const char block[BLOCK_BYTES];
     int file = open(folder, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);   // without a name, so that a kill leaves nothing

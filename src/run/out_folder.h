@@ -1,4 +1,4 @@
-// Whether results can be written, asked before any work is done.
+// Checks before any work that results can be written.
 #ifndef VIEWWORTH_RUN_OUT_FOLDER_H
 #define VIEWWORTH_RUN_OUT_FOLDER_H
 

@@ -14,7 +14,7 @@
 #include "base/memory.h"
 #include "viewworth/log.h"
 
-enum { TRIES = 100 }; // of a file that others may remove
+enum { TRIES = 100 }; // tries to open a file that others may remove
 
 struct vw_out_lock {
     char *out;           // owned
@@ -71,7 +71,7 @@ static enum vw_status fail_locked(const struct vw_out_lock *lock) {
                    lock->out, known ? " (pid " : "", known ? (int)digits : 0, text, known ? ")" : "");
 }
 
-// For the message of another start. A hostile file of several names is left as it is.
+// Writes the process id for the message of another start. Leaves a hostile file of several names as it is.
 static void write_pid(const struct vw_out_lock *lock, const struct stat *info) {
     char text[24];
     int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
@@ -98,7 +98,7 @@ static enum vw_status open_file(struct vw_out_lock *lock) {
                    VW_OUT_LOCK_FILE);
 }
 
-// Whether the locked file still has the name: the process that held the lock before may just have removed it.
+// Tells whether the locked file still has the name: the process that held the lock before may just have removed it.
 static bool is_current(const struct vw_out_lock *lock, struct stat *info) {
     struct stat named;
     return !fstat(lock->file, info) && !fstatat(lock->folder, VW_OUT_LOCK_FILE, &named, AT_SYMLINK_NOFOLLOW) &&
@@ -127,7 +127,8 @@ static enum vw_status take(struct vw_out_lock *lock) {
 
 // ---- What the folder holds -----------------------------------------------------------------------------------------
 
-// What is opened by its path, for reading or by SQLite. Files that are only written are replaced, links with them.
+// Refuses links in place of files that are opened by their path, for reading or by SQLite. Files that are only written
+// are replaced, links included.
 static enum vw_status check_files(const char *out) {
     static const char *const names[] = {"field.vwf", "checkpoint_0.vwc", "checkpoint_1.vwc"};
     static const char *const databases[] = {"ledger.db", "retrainings.db", "tradeoff.db"};
@@ -145,7 +146,7 @@ static enum vw_status check_files(const char *out) {
 
 // ---- Taking and releasing ------------------------------------------------------------------------------------------
 
-// `mine`: the file is locked, and may be removed.
+// Releases the lock; `mine`: the file is locked, and may be removed.
 static void close_lock(struct vw_out_lock *lock, bool mine) {
     struct vw_saved_error why = vw_error_save();
     if (mine) unlinkat(lock->folder, VW_OUT_LOCK_FILE, 0);

@@ -15,7 +15,8 @@ static double mean_ms(const struct vw_gpu *gpu, const struct vw_pass_cost *cost)
     return 0.0;
 }
 
-// A timer may have missed dispatches: so the mean of a dispatch counts, times the dispatches of a step.
+// Makes the profile. A timer may miss dispatches, so each pass counts the mean of a dispatch times the dispatches of a
+// step.
 enum vw_status vw_profile_make(const struct vw_trainer *trainer, struct vw_gpu *gpu, struct vw_profile *profile) {
     *profile = (struct vw_profile){0};
     struct vw_pass_cost costs[VW_PASS_COSTS_MAX];

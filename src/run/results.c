@@ -1,4 +1,4 @@
-// What a run tells of itself once it is open, and of its scores once it is finished.
+// The results of a run.
 #include "run/run_private.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 const struct vw_run_results *vw_run_get_results(const struct vw_run *run) { return &run->results; }
 
-// The scores of a method are neighbours.
+// Ranks the scores of each method, which are neighbours.
 enum vw_status vw_run_rank(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->results.scoring;
     free(run->ranked);

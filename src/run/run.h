@@ -16,9 +16,9 @@
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 
-// As vw_run_open(), on a device of a session that several runs share: it is opened by params->scene and params->device
-// unless it is open, and its effects are decided at most once. Takes neither a preset nor a budget. The session
-// outlives the run. `*run` is untouched on failure.
+// Opens a run like vw_run_open(), on a device of a session that several runs share. Opens the session by params->scene
+// and params->device unless it is open, and decides its effects at most once. Accepts neither an accuracy level nor a
+// budget. The session outlives the run. `*run` is untouched on failure.
 enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run);
 // Takes all steps that are left of several runs, batch by batch: those on the same device of a session in the same
@@ -26,11 +26,11 @@ enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct
 // by vw_run_advance(): statuses[i]. A run that fails does not stop the others; one that is interrupted does. Returns
 // the first failure, with its message.
 enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses);
-// As vw_run_finish(), but writes only field.vwf and scores.csv, and no other table and no report. Does nothing on a run
-// that was finished when it was opened and has no steps left.
+// Finishes a run like vw_run_finish(), but writes only field.vwf and scores.csv. Does nothing on a run that was
+// finished when it was opened and has no steps left.
 enum vw_status vw_run_score(struct vw_run *run);
 
-// What a run was and found. All is owned by the run, which fills it on its way.
+// The results of a run, which it owns and fills on its way.
 struct vw_run_results {
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
     char *ledger_path, *scores_path, *field_path, *report_path; // report_path NULL: none was written
@@ -39,12 +39,12 @@ struct vw_run_results {
     const struct vw_config *config;
     const struct vw_effect_verdict *effects;
     uint32_t effect_count;
-    struct vw_step_statistics statistics; // of the steps in the ledger, and of those handed to the writer
+    struct vw_step_statistics statistics; // counts steps in the ledger and at the writer
     struct vw_plan plan;                  // without a record: neither an accuracy level nor a budget chose
     double until_stable;                  // 0: stability is not measured
     struct vw_stability stability;        // at the last look; all 0 without until_stable
     struct vw_profile profile;            // without rows: not asked for
-    // Of a validated run:
+    // Only in a validated run:
     struct vw_scoring scoring;
     struct vw_probe_costs probe_costs;
     struct vw_attribution attribution;
@@ -52,7 +52,7 @@ struct vw_run_results {
     struct vw_lasting_summary lasting; // empty: the run has no lasting credit
 };
 
-// Complete after vw_run_finish().
+// Returns the results, which are complete after vw_run_finish().
 const struct vw_run_results *vw_run_get_results(const struct vw_run *run);
 
 #endif

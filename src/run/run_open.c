@@ -23,7 +23,7 @@
 
 // ---- What is asked for ---------------------------------------------------------------------------------------------
 
-// The rate decays over the planned epochs, so that these must be known, and are those that a sweep follows back.
+// Refuses --until-stable with lasting credit when the rate decays over the planned epochs.
 static enum vw_status check_decay(const struct vw_run_params *params) {
     if (!params->config || params->config->learning_rate_decay == 1.0) return VW_OK;
     if (params->until_stable > 0 && params->lasting.wanted)
@@ -92,8 +92,8 @@ static void log_effects(const struct vw_run *run) {
     }
 }
 
-// A resumed run keeps what was called for when it began, though this device or version might find otherwise. The
-// config's effects are applied to that.
+// Reads the effects that were on when the run began, even if this device or version would find others, and applies the
+// config's effects to them.
 static enum vw_status take_recorded_effects(struct vw_run *run) {
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run recorded;
@@ -169,7 +169,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     return vw_file_exists(run->results.ledger_path) ? vw_run_resume(run) : VW_OK;
 }
 
-// OUT is locked first, then the plan chooses the config that the trainer has.
+// Locks OUT first; then the plan chooses the config of the trainer.
 static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
     const struct vw_session_params session = {
         .scene = params->scene, .devices.first = params->device, .timers = params->profile};
@@ -180,9 +180,8 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
     if (status) return status;
     uint32_t epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
     if (run->validate && epochs <= run->config.burn_in_epochs)
-        vw_log_warning(
-            "--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but there will be no scores", epochs,
-            run->config.burn_in_epochs);
+        vw_log_warning("--epochs %u leaves no epoch after --burn-in %u: steps are recorded, but no scores", epochs,
+                       run->config.burn_in_epochs);
     return open_on_session(run, &session);
 }
 

@@ -1,4 +1,4 @@
-// What the files of a run share.
+// The struct of a run, shared by the files that drive it.
 #ifndef VIEWWORTH_RUN_RUN_PRIVATE_H
 #define VIEWWORTH_RUN_RUN_PRIVATE_H
 
@@ -14,7 +14,7 @@
 #include "value/stability.h"
 
 struct vw_run {
-    // What is asked for.
+    // The request.
     struct vw_config config;  // its epochs follow a run that keeps a budget
     char *out;                // owned
     char *scene_options_json; // owned
@@ -25,20 +25,20 @@ struct vw_run {
     vw_run_progress *progress;
     void *context;
 
-    // What it runs on.
+    // The resources.
     struct vw_session own, *session; // the session is `own` unless it is shared
-    uint32_t device;                 // of the session
+    uint32_t device;                 // index in the session
     struct vw_gpu *gpu;              // that device's
-    struct vw_scene *scene;          // of the session
+    struct vw_scene *scene;          // the session's
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     struct vw_trainer *trainer;
-    struct vw_out_lock *lock; // of OUT; the first thing taken and the last released
+    struct vw_out_lock *lock; // lock of OUT; taken first and released last
     struct vw_checkpoints checkpoints;
     struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
     struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 
-    // Where it stands.
+    // The progress.
     bool complete;          // resumed, and no step is left
     bool begun, over;       // the first advance; all steps are taken
     bool stopping;          // progress returned false
@@ -54,9 +54,9 @@ struct vw_run {
         uint64_t first_step;         // taken before the segment
         double started_s;            // vw_now_s() before it
     } segment;                       // steps between two looks of the stop rules
-    struct vw_stability_watch watch; // of the same steps; only with until_stable
+    struct vw_stability_watch watch; // watches the same steps; only with until_stable
 
-    // What it results in.
+    // The results.
     struct vw_run_results results;
     bool scored;                    // scoring holds the scores of all steps
     bool ended;                     // the ledger says "finished", with these scores
@@ -74,7 +74,7 @@ void vw_run_save_checkpoint(struct vw_run *run);
 enum vw_status vw_run_rank(struct vw_run *run);
 // Counts a step that is in the ledger.
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
-// Before closing: saves a checkpoint of a run that was not finished, and marks it "interrupted".
+// Saves a checkpoint of a run that was not finished and marks it "interrupted"; call before closing.
 void vw_run_leave(struct vw_run *run);
 // Marks a run that stops early "interrupted" or "failed", with the scores so far. The recorded message stays. A ledger
 // that had ended before, and to which nothing was added, is left as it was; so is one whose steps do not match.

@@ -22,7 +22,7 @@ static json_t *find_effect(const json_t *array, const char *name) {
     return NULL;
 }
 
-// The effect whose box the field sees; NULL where that is the scene's.
+// Finds the effect whose box the field sees; NULL when the field sees the scene's box.
 static json_t *find_box_effect(const json_t *array) {
     static const char *const names[] = {"unbounded", "wide_box"}; // the first one wins
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
@@ -32,7 +32,7 @@ static json_t *find_box_effect(const json_t *array) {
     return NULL;
 }
 
-// run_id covers the box of an effect, so that the ledger must tell it.
+// Adds the box of an effect, which run_id covers.
 static bool add_box(json_t *array, const struct vw_box *box) {
     return !box || !json_object_set_new(find_box_effect(array), "box",
                                         json_pack("[f, f, f, f]", box->centre_world[0], box->centre_world[1],
@@ -86,7 +86,7 @@ void vw_run_row_free(struct vw_run_row *row) {
 
 // ---- The same from what the ledger holds ---------------------------------------------------------------------------
 
-// Of a run that was recorded with a box; `*found` is false without one.
+// Reads the box of a run that was recorded with one; `*found` is false without one.
 static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {
     json_error_t error;
     json_t *array = vw_json_load(effects_json, strlen(effects_json), 0, &error);
@@ -101,7 +101,7 @@ static enum vw_status read_box(const char *effects_json, struct vw_box *box, boo
                           "its effect unbounded or wide_box has no box of four numbers: the run row was edited");
 }
 
-// The hash of the names of all photos, or of those trained on: vw_trainer_subset_hash().
+// Hashes the names of all photos, or of those trained on: vw_trainer_subset_hash().
 static void hash_names(const struct vw_ledger_image *images, uint32_t count, bool all, char hex[VW_HASH_HEX_BYTES]) {
     uint8_t hash[VW_HASH_BYTES];
     struct vw_hasher hasher;
@@ -149,7 +149,7 @@ static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool
     if (!vw_hash_from_hex(row->scene_hash, identity.scene_hash) ||
         !vw_hash_from_hex(row->subset_hash, identity.subset_hash) ||
         !vw_hash_from_hex(row->shader_hash, identity.shader_hash))
-        return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is no hash: the run row was "
+        return vw_fail(VW_ERROR_MISMATCH, "run.scene_hash, subset_hash or shader_hash is not a hash: the run row was "
                                           "edited");
     enum vw_status status = read_box(row->effects_json, &box, &has_box);
     if (has_box) identity.effect_box = &box;
@@ -164,7 +164,7 @@ static enum vw_status check_run_id(const struct vw_recorded_run *run, const bool
 
 enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated) {
     enum vw_status status = check_subset(run);
-    if (status || vw_is_imported(&run->row)) return status; // whose run_id vw_imported_check() checks
+    if (status || vw_is_imported(&run->row)) return status; // vw_imported_check() checks its run_id
     if (run->row.seed != (int64_t)run->config.seed)
         return vw_fail(VW_ERROR_MISMATCH, "its seed is not that of its config: the run row was edited");
     return check_run_id(run, validated);

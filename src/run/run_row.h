@@ -28,7 +28,7 @@ void vw_run_row_free(struct vw_run_row *row);
 // steps yet. Shows that the columns belong together, not that they are true: a replay shows that.
 enum vw_status vw_run_row_check(struct vw_recorded_run *run, const bool *validated);
 
-// VW_ERROR_USAGE, naming what differs, unless both are the same run (as run_id says). `out` is the folder of the
+// Returns VW_ERROR_USAGE, naming what differs, unless both are the same run (by run_id). `out` is the folder of the
 // recorded one.
 enum vw_status vw_run_row_check_same(const struct vw_run_row *ours, const struct vw_ledger_run *recorded,
                                      const char *out);

@@ -38,7 +38,7 @@ const char *vw_scoring_payout_method(const struct vw_ledger_score *scores, uint3
     return vw_value_default_method;
 }
 
-// Worth comes last, since the other scores are its prior.
+// Adds worth last, since the other scores are its prior.
 static enum vw_status add_worth(struct vw_scoring *scoring) {
     size_t most = (size_t)scoring->score_count + scoring->input.image_count;
     if (!scoring->retraining_count || !scoring->score_count) return VW_OK;

@@ -18,7 +18,7 @@ struct vw_scoring {
     struct vw_ledger_score *scores;
     uint32_t score_count;
     struct vw_noise_floor noise_floor;
-    struct vw_ledger_retraining *retrainings; // of the ledger
+    struct vw_ledger_retraining *retrainings; // the ledger's
     uint32_t retraining_count;
 };
 
@@ -34,9 +34,9 @@ enum vw_status vw_scoring_repeat(struct vw_scoring *scoring);
 enum vw_status vw_scoring_set_retrainings(struct vw_scoring *scoring, struct vw_ledger_retraining *retrainings,
                                           uint32_t count);
 
-// What worth is computed from: all borrowed from the scoring.
+// Returns the input of worth, borrowed from the scoring.
 struct vw_worth_input vw_scoring_worth_input(const struct vw_scoring *scoring);
-// The method that payouts go by: worth where there is one, else the default.
+// Returns the method that payouts use: worth if there is one, otherwise the default.
 const char *vw_scoring_payout_method(const struct vw_ledger_score *scores, uint32_t score_count);
 
 #endif

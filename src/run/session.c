@@ -15,7 +15,7 @@ static void log_scene(const struct vw_scene *scene) {
     if (scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
 }
 
-// A run's identity covers both: on devices that differ, the same training would be another one.
+// Compares model and driver, which a run's identity covers: the same training differs on devices that differ in them.
 static enum vw_status check_equal(const struct vw_gpu *first, const struct vw_gpu *other) {
     const struct vw_gpu_info *a = vw_gpu_get_info(first), *b = vw_gpu_get_info(other);
     if (!strcmp(a->name, b->name) && !strcmp(a->driver, b->driver)) return VW_OK;

@@ -14,10 +14,10 @@
 
 enum { VW_SESSION_DEVICES_MAX = 16, VW_SESSION_TRAININGS_MAX = VW_SESSION_DEVICES_MAX * VW_TRAINERS_TOGETHER_MAX };
 
-// What to run on: every device by its index or a part of its name.
+// The devices to run on, each by its index or a part of its name.
 struct vw_device_choice {
     const char *first;         // NULL: the preferred device
-    const char *const *others; // beside it; of equal name and driver
+    const char *const *others; // further devices, of equal name and driver
     uint32_t other_count;      // below VW_SESSION_DEVICES_MAX
 };
 
@@ -29,7 +29,7 @@ struct vw_session_params {
 
 struct vw_session_device {
     struct vw_gpu *gpu;
-    struct vw_submissions *submissions; // of all trainings on the device: those open at a time take steps together
+    struct vw_submissions *submissions; // shared by all trainings on the device, which take steps together
 };
 
 // All zero before it is opened.
@@ -48,8 +48,8 @@ enum vw_status vw_session_open(const struct vw_session_params *params, struct vw
 enum vw_status vw_session_open_others(const struct vw_device_choice *devices, bool timers, struct vw_session *session);
 // Decides the effects for runs with the config `planned` (detect/decide.h). Does nothing when they are decided.
 enum vw_status vw_session_decide_effects(const struct vw_config *planned, struct vw_session *session);
-// How many trainings to make at a time on an open session: `together` on each device; where it is 0, as many as the
-// device suggests if each needs `bytes_each` of its memory. Training i is for device i modulo their number.
+// Returns how many trainings to make at a time on an open session: `together` on each device, or when it is 0, as many
+// as the device suggests if each needs `bytes_each` of its memory. Training i uses device i modulo their number.
 uint32_t vw_session_at_a_time(const struct vw_session *session, uint32_t together, uint64_t bytes_each);
 void vw_session_close(struct vw_session *session);
 

@@ -23,7 +23,7 @@ enum vw_status vw_stop_rules_measure_stability(struct vw_run *run, bool *stable)
     return status;
 }
 
-// The ledger gets the new number of epochs with the next steps.
+// Sets the number of epochs, which the ledger gets with the next steps.
 static enum vw_status set_epochs(struct vw_run *run, uint64_t epochs) {
     if (!keeps_time(run)) return VW_OK;
     run->config.epochs = (uint32_t)epochs;
@@ -49,7 +49,8 @@ enum vw_status vw_stop_rules_begin(struct vw_run *run) {
     return stop_next_at(run, vw_trainer_epoch_end(run->trainer, run->results.statistics.steps));
 }
 
-// As the last segment went, unless it was shorter than an epoch: the first steps after a start are slow.
+// Returns the seconds of an epoch at the pace of the last segment, unless it was shorter than an epoch: the first steps
+// are slow.
 static double epoch_seconds(const struct vw_run *run) {
     uint64_t steps = run->results.statistics.steps - run->segment.first_step, photos = photos_of(run);
     if (steps < photos) return (double)photos * run->results.plan.step_s;

@@ -17,13 +17,13 @@ static uint64_t device_bytes(const struct vw_session *session) {
 static void open_run(const struct vw_together_params *params, uint32_t place, struct group *group) {
     uint32_t device_count = params->session->device_count;
     struct vw_run **run = &group->runs[group->count];
-    enum vw_status status = params->open(params->context, place, device_count ? place % device_count : 0, run);
+    enum vw_status status = params->open_run(params->context, place, device_count ? place % device_count : 0, run);
     group->places[group->count] = place;
     group->count += !status;
     vw_first_failure_note(&group->failure, status);
 }
 
-// The first run shows how much of a device's memory each takes. Returns how many were tried.
+// Opens the runs and returns how many were tried. The first one shows how much of a device's memory each takes.
 static uint32_t open_runs(const struct vw_together_params *params, uint32_t count, struct group *group) {
     uint32_t tried = 0, wanted = 1;
     uint64_t before = device_bytes(params->session);

@@ -12,7 +12,7 @@ struct vw_together_params {
     const struct vw_session *session; // opened by the first run unless it is open
     uint32_t together;                // runs on each device; 0: as many as fit in its memory
     // Opens the run `place` on a device of the session. `*run` stays untouched on failure.
-    enum vw_status (*open)(void *context, uint32_t place, uint32_t device, struct vw_run **run);
+    enum vw_status (*open_run)(void *context, uint32_t place, uint32_t device, struct vw_run **run);
     // Ends a run whose steps ended with `stepped`; the run is closed after it. Its failure counts like one of a step.
     enum vw_status (*finish)(void *context, uint32_t place, enum vw_status stepped, struct vw_run *run);
     void *context;

@@ -145,7 +145,7 @@ check "nor one that a link leads to" refuses 'renders/secret.png: is reached thr
 ln -sfn 0.png "$folder/compare/renders/secret.png"
 check "even one within the folder" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
 cp "$folder/run/scores.csv" "$folder/compare/renders/secret.png" --remove-destination
-check "a render that is no picture" refuses 'renders/secret.png: is no PNG file' "$folder/compare"
+check "a render that is no picture" refuses 'renders/secret.png: is not a PNG file' "$folder/compare"
 rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
 check "nor a file, which might never end" refuses 'renders/secret.png: is another kind of file' "$folder/compare"
 mkdir "$folder/linked"

@@ -151,7 +151,7 @@ TEST(forged_rows_with_a_chain_that_fits_are_found) {
          "UPDATE run SET scene_hash = replace(scene_hash, '0', '1'); UPDATE image SET scene_hash = "
          "(SELECT scene_hash FROM run)",
          "run_id is not that of"},
-        {"a hash that is none", "UPDATE run SET shader_hash = upper(shader_hash)", "is no hash"},
+        {"a hash that is none", "UPDATE run SET shader_hash = upper(shader_hash)", "is not a hash"},
         {"other shaders", "UPDATE run SET shader_hash = replace(shader_hash, '0', '1')", "run_id is not that of"},
         {"another device", "UPDATE run SET device = 'another'", "run_id is not that of"},
         {"another driver", "UPDATE run SET driver = 'another'", "run_id is not that of"},

@@ -23,7 +23,7 @@ struct import {
     const struct vw_import_params *params;
     struct vw_config config;
     struct vw_step_log log;
-    struct vw_out_lock *lock;        // of OUT
+    struct vw_out_lock *lock;        // lock of OUT
     char *ledger_path, *scores_path; // owned
     char log_sha256[VW_HASH_HEX_BYTES];
     char *config_json, *options_json; // owned; of the run row
@@ -54,12 +54,11 @@ static void warn(const struct import *import) {
             " steps have neither psnr nor l1: what they changed is credited to the next photo that was validated",
             import->unvalidated);
     if (import->log.epochs <= import->config.burn_in_epochs)
-        vw_log_warning(
-            "the log's %u epochs leave none after --burn-in %u: steps are recorded, but there will be no scores",
-            import->log.epochs, import->config.burn_in_epochs);
+        vw_log_warning("the log's %u epochs leave none after --burn-in %u: steps are recorded, but no scores",
+                       import->log.epochs, import->config.burn_in_epochs);
 }
 
-// Everything that can be wrong with the input is known before anything is written, but for the lock.
+// Checks all input before anything but the lock is written.
 static enum vw_status open_import(struct import *import) {
     const char *out = import->params->out;
     import->ledger_path = vw_path_join(out, "ledger.db");
@@ -94,7 +93,7 @@ static void close_import(struct import *import) {
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
-// The run is identified by the log and by what bears on its scores. The photos have no files here, only names.
+// Creates the ledger. The log and the fields that affect the scores identify the run; photos have names, but no files.
 static enum vw_status create_ledger(struct import *import) {
     uint8_t names_hash[VW_HASH_BYTES];
     char run_id[VW_HASH_HEX_BYTES], names_hex[VW_HASH_HEX_BYTES], no_shaders[VW_HASH_HEX_BYTES] = "",
@@ -124,7 +123,7 @@ static enum vw_status create_ledger(struct import *import) {
     return vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
 }
 
-// The table comes before the end: a run that the ledger calls finished has it.
+// Writes the table before the ledger's end, so that a finished run has it.
 static enum vw_status record(struct import *import) {
     struct vw_scoring scoring = {0};
     char finished_utc[VW_UTC_BYTES];

@@ -67,7 +67,7 @@ enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct v
             vw_fail(VW_ERROR_INPUT, "run.scene_options_json of an imported run: %s; import the log again", error.text);
     else if (strlen(recorded) != VW_HASH_HEX_BYTES - 1)
         status = vw_fail(VW_ERROR_INPUT,
-                         "run.scene_options_json of an imported run: log_sha256 is no hash; import the log again");
+                         "run.scene_options_json of an imported run: log_sha256 is not a hash; import the log again");
     else snprintf(log_sha256, VW_HASH_HEX_BYTES, "%s", recorded);
     json_decref(object);
     if (status) return status;

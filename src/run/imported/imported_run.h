@@ -11,16 +11,15 @@
 
 extern const char vw_imported_device[]; // run.device of such a run
 
-// The run_id of an imported run: a hash over the log's hash and the config fields that bear on the scores.
+// Computes the run_id of an imported run: a hash of the log's hash and of the config fields that affect the scores.
 void vw_imported_run_id(const char *log_sha256, const struct vw_config *config, char run_id[VW_HASH_HEX_BYTES]);
 
 bool vw_is_imported(const struct vw_ledger_run *run);
-// run.config_json: the config fields that bear on the scores, and nothing that only the other trainer knows. Owned by
-// the caller.
+// Returns run.config_json: only the config fields that affect the scores. Owned by the caller.
 char *vw_imported_config_to_json(const struct vw_config *config);
 // Reads them back, over the defaults.
 enum vw_status vw_imported_config_from_json(const char *json, struct vw_config *config);
-// run.scene_options_json: the SHA-256 of the log, in hex. Owned by the caller.
+// Returns run.scene_options_json: the SHA-256 of the log, in hex. Owned by the caller.
 char *vw_imported_options_to_json(const char *log_sha256);
 // Reads it back, and checks that run_id was made of it and of `config`, the run's. VW_ERROR_INPUT, VW_ERROR_MISMATCH.
 enum vw_status vw_imported_check(const struct vw_ledger_run *run, const struct vw_config *config,

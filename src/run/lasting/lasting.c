@@ -31,7 +31,7 @@ struct sweep {
     char *path;                     // owned; of the sweep's own file
     struct vw_lasting_rows credits; // owned; of step 1, 2, ...
     uint32_t *views;                // owned; validation photos with credits of their own; file.views
-    uint64_t steps, from;           // of the run; credits from this step on are known; steps + 1: none
+    uint64_t steps, from;           // steps of the run; credits from step `from` on are known; steps + 1: none
     struct vw_gate_check *checks;   // owned
     uint32_t check_count;
     double saved_s;
@@ -39,7 +39,7 @@ struct sweep {
 
 // ---- Stopping and resuming ------------------------------------------------------------------------------------------
 
-// The credits first: they may be ahead of the sweep's own file, never behind it.
+// Saves the credits first, so that the backward pass's own file is never ahead of them.
 static void save(struct sweep *sweep) {
     if (sweep->from > sweep->steps || sweep->from == 1) return; // nothing to go on from, or the end
     if (vw_lasting_file_save(&sweep->file, &sweep->credits, sweep->from) ||
@@ -48,7 +48,7 @@ static void save(struct sweep *sweep) {
     sweep->saved_s = vw_now_s();
 }
 
-// What cannot be used is a warning: the sweep starts anew.
+// Loads the saved state. Warns and starts anew when a file cannot be used.
 static enum vw_status load(struct sweep *sweep) {
     uint64_t next_step = 0, first_step = 0;
     if (!vw_file_exists(sweep->path)) return VW_OK;
@@ -123,7 +123,7 @@ static enum vw_status advance(struct sweep *sweep) {
 
 // ---- The gate -------------------------------------------------------------------------------------------------------
 
-// Per train photo, what the steps behind from_step are predicted to be worth.
+// Sums per train photo the predicted effect of the steps after from_step.
 static void predict(const struct sweep *sweep, uint64_t from_step, struct vw_gate_check *photos, uint32_t photo_count) {
     const struct vw_step_record *records = sweep->run->results.scoring.input.records;
     for (uint64_t step = from_step + 1; step <= sweep->steps; step++)
@@ -196,7 +196,7 @@ static enum vw_status gate(struct sweep *sweep) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// The table comes first: a ledger with a sweep has a scores.csv with it, and no tables of the scores before.
+// Writes the table before the ledger, so that a ledger with lasting credit has a scores.csv that contains it.
 static enum vw_status record(struct sweep *sweep) {
     struct vw_run *run = sweep->run;
     struct vw_scoring *scoring = &run->results.scoring;

@@ -59,7 +59,7 @@ static bool are_finite(const double *values, uint64_t count) {
     return true;
 }
 
-// Both arrays are of `count` steps, the last ones of the run; `from` has them one after another.
+// Copies rows of `count` steps, the last ones of the run; `from` contains both arrays one after the other.
 static bool take_rows(const struct vw_lasting_file *file, const uint8_t *from, uint64_t count,
                       const struct vw_lasting_rows *read, const struct vw_lasting_rows *credits) {
     uint64_t first = file->steps - count, values = count * file->views;

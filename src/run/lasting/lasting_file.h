@@ -14,12 +14,12 @@
 struct vw_lasting_file {
     const char *out;    // its folder
     const char *run_id; // 64 hex digits
-    uint32_t rays;      // of the sweep
-    uint64_t steps;     // of the run
+    uint32_t rays;      // rays per step
+    uint64_t steps;     // steps of the run
     uint32_t views;     // validation photos with credits of their own
 };
 
-// Of each step of the run, in order.
+// Rows, one per step of the run, in order.
 struct vw_lasting_rows {
     struct vw_lasting_step *steps;
     double *view_psnr; // as of vw_lasting_pass

@@ -1,4 +1,4 @@
-// What is asked of a sweep of lasting credit, and what a ledger holds of it, for text and JSON.
+// Checks of the options for lasting credit, and the part of a ledger that text and JSON show.
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_SUMMARY_H
 #define VIEWWORTH_RUN_LASTING_LASTING_SUMMARY_H
 
@@ -10,14 +10,14 @@
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
-// VW_ERROR_USAGE for a config (NULL: the default) that no sweep follows.
+// Returns VW_ERROR_USAGE for a config (NULL: the default) that no backward pass can follow.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
-// Sets the epochs that were taken: fewer than were planned in runs that stopped by themselves. VW_ERROR_USAGE, naming
-// the ledger, where the learning rate decayed over the planned ones.
+// Sets the epochs that were taken, fewer than planned in runs that stopped early. Returns VW_ERROR_USAGE, naming the
+// ledger, where the learning rate decayed over the planned ones.
 enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config);
-// Whether a run of `config` has a gate; with momentum it has none.
+// Tells whether a run of `config` has a gate; with momentum it has none.
 bool vw_lasting_has_gate(const struct vw_config *config);
-// Whether a ledger's sweep of a run of `config` is the one that is wanted, and has its gate if that is wanted.
+// Tells whether the ledger already has the wanted result for a run of `config`, with its gate if that is wanted.
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
                          const struct vw_lasting_pass *sweep);
 

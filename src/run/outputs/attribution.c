@@ -109,7 +109,7 @@ static enum vw_status make_duplicates(const struct vw_scene *scene, const struct
     return status;
 }
 
-// One line each, however many groups there are.
+// Warns in one line each, however many groups there are.
 static void warn(const struct vw_attribution *attribution) {
     const struct vw_duplicate_score *rows = attribution->duplicates, *shared = NULL, *leaked = NULL;
     uint32_t shared_count = 0, leaked_count = 0;

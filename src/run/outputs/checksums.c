@@ -177,7 +177,7 @@ static enum vw_status compare_all(const char *out, const char *head, const struc
     return status;
 }
 
-// The list cannot name itself, and the lock file of a running command has nothing in it.
+// Tells whether a file is left out: the list itself and the lock file of a running command.
 static bool is_unlisted(const char *name) {
     bool known = !strcmp(name, ".") || !strcmp(name, "..") || !strcmp(name, VW_CHECKSUMS_FILE) ||
                  !strcmp(name, VW_OUT_LOCK_FILE);

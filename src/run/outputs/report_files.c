@@ -16,7 +16,7 @@
 
 enum { TABLE_LIMIT_BYTES = 16 << 20, RENDER_LIMIT_BYTES = 32 << 20 };
 
-// A place for one more document; what it points to is owned from now on.
+// Adds a document, which owns from now on what it points to.
 static struct vw_report_document *add_document(struct vw_report_files *files, const char *out, const char *kind,
                                                const char *file) {
     if (vw_grow((void **)&files->documents, &files->capacity, files->count + 1, sizeof *files->documents)) return NULL;
@@ -50,7 +50,7 @@ static enum vw_status print_header(struct vw_csv *csv, const char *file, FILE *s
     return status;
 }
 
-// Record by record, because the values of a whole table would take many times its memory.
+// Prints record by record, because the values of a whole table would take many times its memory.
 static enum vw_status print_rows(struct vw_csv *csv, FILE *stream) {
     bool found = true;
     const char *separator = ",\"rows\":[";
@@ -95,7 +95,7 @@ static enum vw_status add_table(struct vw_report_files *files, const char *out, 
 
 // ---- Pictures ------------------------------------------------------------------------------------------------------
 
-// Whether a render's name stays within the folder: "renders/" and a plain name.
+// Tells whether a render's name stays within the folder: "renders/" and a plain name.
 static bool is_render(const char *file) {
     static const char folder[] = "renders/";
     return file && strncmp(file, folder, strlen(folder)) == 0 && file[strlen(folder)] &&
@@ -107,7 +107,7 @@ static enum vw_status read_picture(const char *out, const char *file, struct vw_
     enum vw_status status = vw_file_read_inside(out, file, RENDER_LIMIT_BYTES, &picture->data, &picture->size_bytes);
     if (!status &&
         (picture->size_bytes < strlen(signature) || memcmp(picture->data, signature, strlen(signature)) != 0))
-        status = vw_fail(VW_ERROR_INPUT, "%s/%s: is no PNG file; compare again", out, file);
+        status = vw_fail(VW_ERROR_INPUT, "%s/%s: is not a PNG file; compare again", out, file);
     return status;
 }
 

@@ -66,7 +66,7 @@ static enum vw_status read_run(struct held_run *run) {
     return status;
 }
 
-// What the page borrows from a held run.
+// Returns the view of a run that the page borrows.
 static struct vw_report_run run_of_page(const struct held_run *run) {
     return (struct vw_report_run){
         .label = run->folder,
@@ -104,7 +104,7 @@ static void close_run(struct held_run *run) {
     free(run->folder);
 }
 
-// The same run may lie in several of the folders, or one of them be named twice: it would agree with itself.
+// Tells whether the report has the run already: several folders may contain it, or one may be named twice.
 static bool is_held(const struct gathering *gathering, const struct held_run *run) {
     for (const struct held_run *held = gathering->runs; held < run; held++)
         if (!strcmp(held->recorded.row.run_id, run->recorded.row.run_id) && !strcmp(held->head, run->head)) return true;
@@ -129,7 +129,7 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     return VW_OK;
 }
 
-// A folder without a ledger is no run; `found` becomes true for another one.
+// Adds the run of a folder that has a ledger; `found` becomes true then.
 static enum vw_status add_run(struct gathering *gathering, const char *folder, bool *found) {
     char *ledger_path = vw_path_join(folder, "ledger.db");
     if (!ledger_path) return VW_ERROR_MEMORY;
@@ -139,7 +139,7 @@ static enum vw_status add_run(struct gathering *gathering, const char *folder, b
     return held ? read_ledger(gathering, folder) : VW_OK;
 }
 
-// The number behind "seed_" or "fold-"; false for other names.
+// Reads the number after "seed_" or "fold-"; returns false for other names.
 static bool read_number(const char *name, uint64_t *number) {
     int seed_end = 0, fold_end = 0;
     return (sscanf(name, "seed_%" SCNu64 "%n", number, &seed_end) == 1 && name[seed_end] == 0) ||
@@ -157,7 +157,7 @@ static int is_one_of_several(const struct dirent *entry) {
     return read_number(entry->d_name, &number);
 }
 
-// The runs of seeds or folds.
+// Adds the runs of seeds or folds.
 static enum vw_status add_several(struct gathering *gathering, const char *out, bool *found) {
     struct dirent **entries = NULL;
     int count = scandir(out, &entries, is_one_of_several, compare_numbers);
@@ -174,7 +174,7 @@ static enum vw_status add_several(struct gathering *gathering, const char *out, 
     return status;
 }
 
-// Whether an operand before this one names the same folder.
+// Tells whether an operand before this one names the same folder.
 static bool is_repeated(const char *const *outs, uint32_t place) {
     bool repeated = false;
     char *path = realpath(outs[place], NULL);

@@ -53,7 +53,7 @@ enum vw_status vw_report_shape_of_table(const char *path, const char *file, cons
 
 // ---- A comparison --------------------------------------------------------------------------------------------------
 
-// Like jansson's own, these give 0 for what fits, and say in `error` what does not.
+// Checks each item and returns 0 for a match, like jansson; `error` says what does not match.
 static int check_each(json_t *array, int (*check)(json_t *, json_error_t *), json_error_t *error) {
     for (size_t i = 0; i < json_array_size(array); i++)
         if (check(json_array_get(array, i), error)) return -1;

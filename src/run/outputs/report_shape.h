@@ -1,4 +1,4 @@
-// Whether a folder's files have what the page's script relies on: people may have edited them.
+// Checks that a folder's files have what the page's script relies on; people may have edited them.
 #ifndef VIEWWORTH_RUN_OUTPUTS_REPORT_SHAPE_H
 #define VIEWWORTH_RUN_OUTPUTS_REPORT_SHAPE_H
 
@@ -6,8 +6,8 @@
 
 #include "viewworth/status.h"
 
-// VW_ERROR_INPUT names the file and what is missing or of another kind; `path` is for messages. More than is needed may
-// be there.
+// Checks a table. VW_ERROR_INPUT names the file and the missing column; `path` is for messages. Further columns are
+// allowed.
 enum vw_status vw_report_shape_of_table(const char *path, const char *file, const json_t *header);
 enum vw_status vw_report_shape_of_comparison(const char *path, json_t *compare);
 

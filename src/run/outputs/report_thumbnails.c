@@ -19,7 +19,8 @@ static enum vw_status make(const struct vw_report_params *params, const struct v
     return vw_thumbnails_make_again(recorded, params->device, thumbnails);
 }
 
-// Reading or drawing photos takes long: a scene that failed is not tried again. None, when memory is short.
+// Finds or makes a scene's thumbnails. Reading or rendering photos takes long, so a scene that failed is not tried
+// again. Returns none when memory is short.
 static struct vw_thumbnails set_of(struct vw_report_sets *sets, const struct vw_report_params *params,
                                    const struct vw_recorded_scene *recorded) {
     for (size_t i = 0; i < sets->count; i++)
@@ -41,7 +42,7 @@ void vw_report_sets_free(struct vw_report_sets *sets) {
 
 // ---- Of a run ------------------------------------------------------------------------------------------------------
 
-// A ledger may have come from anywhere: its hash of the scene says nothing of its images.
+// Compares the names, since a ledger may come from anywhere and its scene hash says nothing about its images.
 static bool shows_images(const struct vw_thumbnails *thumbnails, const struct vw_ledger_image *images,
                          uint32_t image_count) {
     bool same = thumbnails->count == image_count;
@@ -91,7 +92,7 @@ static enum vw_status lend_all(const struct vw_thumbnails *thumbnails, const jso
     return VW_OK;
 }
 
-// compare.json says the path and the divisor; of a scene that was split by further options the hash is another one.
+// Reads path and divisor from compare.json; a scene that was split by further options has another hash.
 enum vw_status vw_report_sets_of_comparison(struct vw_report_sets *sets, const struct vw_report_params *params,
                                             const struct vw_report_run *runs, size_t run_count,
                                             struct vw_report_document *document) {

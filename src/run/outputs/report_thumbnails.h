@@ -10,7 +10,7 @@
 #include "viewworth/ledger.h"
 #include "viewworth/report.h"
 
-// Of one scene; no thumbnails where its photos cannot be read.
+// The thumbnails of one scene; none when its photos cannot be read.
 struct vw_report_set {
     char hash[VW_HASH_HEX_BYTES];
     struct vw_thumbnails thumbnails;
@@ -22,8 +22,8 @@ struct vw_report_sets {
     size_t count, capacity;
 };
 
-// One thumbnail per image of a run, lent by the sets until they are freed; NULL, with a warning for the first of a
-// scene, where there are none or where they are not those of its images.
+// Lends one thumbnail per image of a run until the sets are freed. Returns NULL, with a warning for the first run of a
+// scene, when there are none or when they do not match the images.
 const struct vw_report_picture *vw_report_sets_of_run(struct vw_report_sets *sets,
                                                       const struct vw_report_params *params,
                                                       const struct vw_recorded_scene *recorded,

@@ -66,7 +66,7 @@ static void choose_size(const struct vw_image *image, uint32_t size_px[2]) {
 }
 
 struct panes {
-    uint32_t size_px[2]; // of each
+    uint32_t size_px[2]; // size of each
     float *photo;        // rgb, as training sees it
     float *render;
     uint8_t *counts; // by pixel
@@ -88,7 +88,7 @@ static void read_photo(const struct vw_residuals_params *params, uint32_t view, 
         }
 }
 
-// The gain and bias of a channel that bring the render nearest to the photo (least squares).
+// Fits the gain and bias of a channel that bring the render nearest to the photo (least squares).
 static void fit_channel(struct panes *panes, int channel) {
     double n = 0, sum_r = 0, sum_p = 0, sum_rr = 0, sum_rp = 0;
     uint32_t pixels = panes->size_px[0] * panes->size_px[1];
@@ -213,7 +213,7 @@ enum vw_status vw_residuals_write(const struct vw_residuals_params *params) {
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Whether a text is a WebP file in base64.
+// Tells whether a text is a WebP file in base64.
 static bool is_webp(const char *text) {
     uint8_t head[12];
     size_t read_bytes = 0, length = text ? strlen(text) : 0;

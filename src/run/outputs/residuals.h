@@ -21,7 +21,7 @@ enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT
 struct vw_residuals_params {
     const struct vw_scene *scene;
     struct vw_trainer *trainer;       // nothing in flight
-    const struct vw_scoring *scoring; // of the run
+    const struct vw_scoring *scoring; // scores of the run
     const struct vw_config *config;
     bool on_background; // transparent pixels show the background
     bool fitted;        // validation fits a gain and a bias to each view: so do the pictures
@@ -34,8 +34,8 @@ struct vw_residuals_params {
 // photos come first, then train photos from the lowest quality up, as many as the share allows.
 enum vw_status vw_residuals_write(const struct vw_residuals_params *params);
 
-// Whether pictures that were read are of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the
-// file and what is wrong; `path` is for messages.
+// Checks that pictures are of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the file and what
+// is wrong; `path` is for messages.
 enum vw_status vw_residuals_check(const char *path, json_t *residuals, const char *scene_hash, uint32_t image_count);
 
 #endif

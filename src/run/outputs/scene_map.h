@@ -17,8 +17,8 @@ enum { VW_SCENE_MAP_POINTS_MAX = 2000 };
 // part is taken. VW_ERROR_IO, VW_ERROR_MEMORY.
 enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *out);
 
-// Whether a map that was read is one of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the file
-// and what is wrong; `path` is for messages.
+// Checks that a map is one of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the file and what
+// is wrong; `path` is for messages.
 enum vw_status vw_scene_map_check(const char *path, json_t *map, const char *scene_hash, uint32_t image_count);
 
 #endif

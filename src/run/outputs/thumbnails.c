@@ -50,7 +50,7 @@ enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbn
     return status;
 }
 
-// Only recipes, which are files, may need a device; a folder of photos is looked at without one.
+// Opens the scene again; only recipes, which are files, may need a device.
 static enum vw_status reopen(const struct vw_recorded_scene *recorded, const char *device, struct vw_gpu **gpu,
                              struct vw_scene **scene) {
     if (!vw_reopen_scene(recorded->path, recorded->options_json, NULL, scene)) return VW_OK;

@@ -24,8 +24,8 @@ struct vw_recorded_scene {
 // Estimates the seconds that the thumbnails of all photos take, by timing one.
 double vw_thumbnails_estimate_s(const struct vw_scene *scene);
 enum vw_status vw_thumbnails_make(const struct vw_scene *scene, struct vw_thumbnails *thumbnails);
-// The same of a recorded scene, which is opened for it; recipes need `device`. An error says why there are none and
-// loses nothing else.
+// Makes the thumbnails of a recorded scene, which is opened for it; recipes need `device`. A failure says why there are
+// none and loses nothing else.
 enum vw_status vw_thumbnails_make_again(const struct vw_recorded_scene *recorded, const char *device,
                                         struct vw_thumbnails *thumbnails);
 void vw_thumbnails_free(struct vw_thumbnails *thumbnails);

@@ -34,7 +34,7 @@ static void warn(const struct vw_validation_views *validation) {
     for (uint32_t i = 0; i < validation->distance_count; i++) {
         const struct vw_view_distance *distance = &validation->distances[i];
         if (distance->far)
-            vw_log_warning("validation photo %s is far from every photo to train on: %.1f times as far as those are "
+            vw_log_warning("validation photo %s is far from all training photos: %.1f times their distance "
                            "from each other (the "
                            "nearest, %s, looks %.0f degrees elsewhere); what it shows may be guesswork",
                            name_of(validation, distance->view), distance->ratio, name_of(validation, distance->nearest),

@@ -1,5 +1,4 @@
-// What the scores owe to the validation views: the matrix, how far the ranking depends on one of them, and which of
-// them look wrong.
+// The part of validation photos in the scores: the matrix, how far the ranking depends on each, and which look wrong.
 #ifndef VIEWWORTH_RUN_OUTPUTS_VALIDATION_VIEWS_H
 #define VIEWWORTH_RUN_OUTPUTS_VALIDATION_VIEWS_H
 
@@ -13,8 +12,8 @@
 struct vw_validation_views {
     const struct vw_scene *scene; // borrowed
     struct vw_matrix matrix;
-    struct vw_view_evidence *views; // of each column
-    double *standard_errors;        // of each row
+    struct vw_view_evidence *views; // one per column
+    double *standard_errors;        // one per row
     struct vw_view_distance *distances;
     uint32_t distance_count;
     char *matrix_path; // owned
@@ -25,7 +24,7 @@ struct vw_validation_views {
 enum vw_status vw_validation_views_make(const struct vw_scene *scene, struct vw_ledger *ledger,
                                         const struct vw_scoring *scoring, const char *out,
                                         struct vw_validation_views *validation);
-// Whether there are validated steps after burn-in.
+// Tells whether there are validated steps after burn-in.
 bool vw_validation_views_have_matrix(const struct vw_validation_views *validation);
 void vw_validation_views_free(struct vw_validation_views *validation);
 

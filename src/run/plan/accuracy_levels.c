@@ -55,7 +55,7 @@ static const uint32_t *part_of(const void *whole, size_t offset) {
     return (const uint32_t *)((const char *)whole + offset);
 }
 
-// The table and the width of a preset are those of the hash grid.
+// Tells whether a level sets a field of this config: table and width belong to the hash grid.
 static bool is_of_field(uint32_t field, const struct vw_config *config) {
     return config->field == VW_FIELD_HASH || !(field & (VW_EXPLICIT_LOG2_TABLE | VW_EXPLICIT_WIDTH));
 }

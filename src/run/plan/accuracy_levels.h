@@ -16,13 +16,13 @@ struct vw_preset {
     const char *trade_off; // one line: what it loses against the next; "" for the most expensive one
 };
 
-// "standard" is exactly vw_config_default.
+// Lists the levels; "standard" is exactly vw_config_default.
 const struct vw_preset *vw_presets(uint32_t *count);
 const struct vw_preset *vw_preset_find(const char *name); // NULL when there is none
 enum vw_status vw_preset_check(const char *name);         // VW_ERROR_USAGE lists the names
 // Sets what a preset sets, and leaves the rest of the config alone.
 void vw_preset_apply(const struct vw_preset *preset, struct vw_config *config);
-// The same, but leaves alone what is set explicitly (VW_EXPLICIT_*).
+// Applies a level, but keeps the fields that are set explicitly (VW_EXPLICIT_*).
 void vw_preset_apply_beside(const struct vw_preset *preset, uint32_t explicit_fields, struct vw_config *config);
 // The options that set the same fields to the values in the config: "--rays 125 --samples 16 ... --epochs 15".
 enum { VW_PRESET_TEXT_BYTES = 200 };

@@ -7,8 +7,8 @@
 
 #include "viewworth/status.h"
 
-// A number and its unit, s, min or h, without a space: "90s", "10min", "1.5h". VW_ERROR_USAGE for anything else, for
-// less than 10 s, and for more than 1000 h.
+// Reads a number and its unit, s, min or h, without a space: "90s", "10min", "1.5h". Returns VW_ERROR_USAGE for
+// anything else, for less than 10 s and for more than 1000 h.
 enum vw_status vw_budget_parse(const char *text, double *budget_s);
 enum vw_status vw_budget_check(double budget_s); // VW_ERROR_USAGE unless 10 s to 1000 h
 
@@ -34,9 +34,10 @@ struct vw_budget_plan {
 // VW_ERROR_USAGE, with a remedy, if not even burn-in and one more epoch fit with that.
 enum vw_status vw_budget_plan(const struct vw_budget_candidate *candidates, uint32_t count,
                               const struct vw_budget_task *task, struct vw_budget_plan *plan);
-// How many epochs of `epoch_s` fit into what is left, at most `most`; 0 where a time is not positive or not finite.
+// Returns how many epochs of `epoch_s` fit into the time left, at most `most`; 0 when a time is not positive or not
+// finite.
 uint32_t vw_budget_epochs_that_fit(double left_s, double epoch_s, uint32_t most);
-// How many epochs to take before the clock is read again: half of those that fit, and at least one, so that the run
+// Returns how many epochs to take before the clock is read again: half of those that fit, at least one, so that the run
 // stops rarely while the end is far and ends within one epoch of it. 0: the next epoch would end too late.
 uint32_t vw_budget_segment(double left_s, double epoch_s, uint32_t most);
 

@@ -18,7 +18,7 @@ static uint64_t count_host_bytes(const struct vw_scene *scene) {
     return sum;
 }
 
-// The first batch warms up; those after it are timed.
+// Times the steps after the first submission, which warms up.
 static enum vw_status measure(struct vw_trainer *trainer, struct vw_estimate *estimate) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;

@@ -21,11 +21,11 @@
 enum {
     CANDIDATES_MAX = 16,
     EPOCHS_MOST = 1000000000, // as --epochs
-    EPOCHS_WORTH_IT = 5,      // behind burn-in; with fewer, scores say little
+    EPOCHS_WORTH_IT = 5,      // after burn-in; with fewer, scores say little
 };
-// Of the end of a run, what cannot be timed beforehand: field, scores and tables, and reading the rows of the ledger.
+// Time at the end of a run that cannot be measured beforehand: field, scores, tables and reading the ledger's rows.
 static const double FINISH_S = 0.3, ROW_S = 4e-6;
-// Of the budget, after which no further preset is measured.
+// Share of the budget after which no further level is measured.
 static const double MEASURING_SHARE = 0.1;
 
 // ---- The record ----------------------------------------------------------------------------------------------------
@@ -43,13 +43,14 @@ static const char *text_of(const json_t *record, const char *key) {
     return json_string_value(json_object_get(record, key));
 }
 
-// A record that someone edited is read, too; vw_ledger_verify reports it later.
+// Reads the record, even an edited one, which vw_ledger_verify() reports later.
 static enum vw_status read_record(const char *json, struct vw_plan *plan) {
     plan->record = vw_json_load(json, strlen(json), 0, NULL);
     double planned = number_of(plan->record, "epochs_planned"), most = number_of(plan->record, "epochs_most");
     if (!json_is_object(plan->record) || !(planned >= 0 && planned <= EPOCHS_MOST) ||
         !(most >= 0 && most <= EPOCHS_MOST))
-        return vw_fail(VW_ERROR_INPUT, "run.plan_json of the ledger: \"%.100s\" is no plan; make the run again", json);
+        return vw_fail(VW_ERROR_INPUT, "run.plan_json of the ledger: \"%.100s\" is not a plan; make the run again",
+                       json);
     plan->budget_s = number_of(plan->record, "budget_s");
     plan->step_s = number_of(plan->record, "step_s");
     plan->epochs_planned = (uint32_t)planned;
@@ -83,7 +84,7 @@ static enum vw_status choose_preset(const struct vw_run_params *params, struct v
     return status;
 }
 
-// A trainer takes its first steps. Without burn-in, so that the probes after it are timed as well.
+// Times the first steps of a trainer without burn-in, so that probes are timed as well.
 static enum vw_status measure(const struct vw_config *preset, const struct vw_session *session, double *step_s) {
     struct vw_config config = *preset;
     struct vw_estimate estimate = {0};
@@ -110,7 +111,7 @@ void vw_plan_estimate_finish(const struct vw_scene *scene, bool no_thumbnails, s
     plan->finish_step_s = ROW_S * (2 + scene->split_count[VW_SPLIT_VAL]);
 }
 
-// What a budget chooses from, and the steps that are timed for it.
+// The candidates of a budget, and the steps that are timed for it.
 struct choice {
     const struct vw_run_params *params;
     const struct vw_session *session;
@@ -121,7 +122,7 @@ struct choice {
     struct vw_budget_plan chosen;
 };
 
-// Among the first `count` candidates.
+// Plans with the first `count` candidates.
 static enum vw_status plan_among(const struct choice *choice, uint32_t count, const struct vw_plan *plan,
                                  struct vw_budget_plan *chosen) {
     const struct vw_budget_task task = {.left_s = vw_plan_left_s(plan, 0),
@@ -131,8 +132,8 @@ static enum vw_status plan_among(const struct choice *choice, uint32_t count, co
     return vw_budget_plan(choice->candidates, count, &task, chosen);
 }
 
-// Whether it makes sense to time this candidate: it would have to fit if it cost no more than the next cheaper one, and
-// timing has to leave the time to the run (on a device that has not compiled a preset's shaders yet it may take long).
+// Tells whether to time this candidate: it would have to fit if it cost no more than the next cheaper one, and timing
+// must leave time for the run (compiling shaders may take long).
 static bool is_worth_measuring(struct choice *choice, uint32_t candidate, const struct vw_plan *plan, double begun_s) {
     struct vw_budget_plan hoped = {0};
     if (candidate == 0) return true;
@@ -141,7 +142,7 @@ static bool is_worth_measuring(struct choice *choice, uint32_t candidate, const 
            !plan_among(choice, candidate + 1, plan, &hoped) && hoped.candidate == candidate;
 }
 
-// From the cheapest preset on, until one is too expensive.
+// Times the levels from the cheapest on, until one is too expensive.
 static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *plan) {
     double begun_s = vw_now_s();
     enum vw_status status = VW_OK;

@@ -1,10 +1,9 @@
-// What a run chooses by a preset and a budget before it trains.
+// The accuracy level and the epochs that a run chooses before it trains.
 //
-// run.plan_json of the ledger holds the choice: preset, trade_off (one line), with a preset that was asked for accuracy
-// (its name), and with a budget budget_s, step_s (seconds that a step was measured to take), epochs_planned and
-// epochs_most (at most so many). A resumed run keeps the recorded preset, does not measure again, and counts recorded
-// steps times step_s as time already spent. Timing chooses the preset and the number of epochs; every step stays
-// deterministic.
+// run.plan_json of the ledger contains the choice: preset, trade_off (one line), accuracy (its name) when a level was
+// asked for, and with a budget budget_s, step_s (seconds that a step was measured to take), epochs_planned and
+// epochs_most. A resumed run keeps the recorded level, does not measure again, and counts recorded steps times step_s
+// as time already spent. Timing chooses the level and the number of epochs; every step stays deterministic.
 #ifndef VIEWWORTH_RUN_PLAN_PLAN_H
 #define VIEWWORTH_RUN_PLAN_PLAN_H
 
@@ -21,7 +20,7 @@ struct vw_plan {
     json_t *record;   // owned; what run.plan_json holds; NULL: nothing was chosen
     char *json;       // owned; the same as text
     double budget_s;  // 0: the epochs are settled, and no clock is read
-    double spent_s;   // of the budget, by earlier commands
+    double spent_s;   // part of the budget that earlier commands spent
     double step_s;    // as measured before the run began
     uint32_t epochs_planned, epochs_most;
     double finish_s, finish_step_s; // time to keep for the end of the run: at once, and per step
@@ -35,11 +34,11 @@ enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledg
                             struct vw_config *config, struct vw_plan *plan);
 void vw_plan_free(struct vw_plan *plan);
 
-// Whether the run ends by the clock.
+// Tells whether the run ends by the clock.
 bool vw_plan_keeps_time(const struct vw_plan *plan);
 // Estimates, once, the time that vw_plan_left_s keeps for finishing a run on that scene.
 void vw_plan_estimate_finish(const struct vw_scene *scene, bool no_thumbnails, struct vw_plan *plan);
-// How many epochs the trainer is made for.
+// Returns the number of epochs that the trainer is made for.
 uint32_t vw_plan_epochs_most(const struct vw_plan *plan, const struct vw_config *config);
 // Seconds that are left for steps, after `steps` of them, without the time for finishing.
 double vw_plan_left_s(const struct vw_plan *plan, uint64_t steps);

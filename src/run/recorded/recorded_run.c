@@ -40,7 +40,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
                    run->row.scene_path, run->out);
 }
 
-// run_id covers the photos by the hash of the scene, which image rows must not contradict.
+// Compares the image rows with the scene's photos, which run_id covers by the hash of the scene.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
     const struct vw_ledger_image *images = NULL;
     uint32_t count = 0;

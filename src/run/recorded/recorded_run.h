@@ -27,11 +27,11 @@ enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
 // Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the
 // run was trained on.
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device);
-// Whether the ledger's image rows are the photos of the open scene: an image_id is then an index of its views.
-// VW_ERROR_MISMATCH.
+// Returns VW_ERROR_MISMATCH unless the ledger's image rows are the photos of the open scene, so that an image_id is an
+// index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
-// The field that the run ended with (OUT/field.vwf), in a trainer that takes no steps, once the scene is open. Destroy
-// the trainer also after a failure, before the run is closed.
+// Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
+// Destroy the trainer also after a failure, before the run is closed.
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);
 

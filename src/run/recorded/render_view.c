@@ -73,7 +73,7 @@ static enum vw_status choose_view(const struct rendering *rendering, uint32_t *v
                    scene->split_count[VW_SPLIT_VAL]);
 }
 
-// --to, or OUT/render_<view>.png with '_' for the slashes of the view's name; owned by the caller.
+// Returns --to, or OUT/render_<view>.png with '_' for the slashes of the view's name; owned by the caller.
 static char *name_target(const struct rendering *rendering, uint32_t view) {
     if (rendering->params->to) return vw_copy_text(rendering->params->to);
     char *name = vw_format_text("render_%s.png", rendering->run.scene->views[view].name);
@@ -86,7 +86,7 @@ static char *name_target(const struct rendering *rendering, uint32_t view) {
 
 // ---- Photo and render side by side ---------------------------------------------------------------------------------
 
-// The photo's colour as training sees it.
+// Computes the photo's colour as training sees it.
 static void photo_colour(const struct rendering *rendering, const struct vw_image *photo, uint32_t x_px, uint32_t y_px,
                          float rgb[3]) {
     float rgba[4];

@@ -45,7 +45,7 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run) {
     return status ? status : count_epochs(run);
 }
 
-// A recorded step may be flagged for its validation, which is not replayed.
+// Compares a step; ignores a flag of its validation, which is not replayed.
 enum vw_status vw_recorded_steps_compare(void *context, const struct vw_step_record *replayed) {
     const struct vw_recorded_steps *steps = context;
     const struct vw_step_record *recorded =

@@ -12,10 +12,11 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
 
 struct vw_recorded_steps { // borrowed
     const char *ledger_path;
-    const struct vw_step_record *records; // of step 0, 1, ...
+    const struct vw_step_record *records; // step 0, 1, ...
     uint64_t record_count;
 };
-// A vw_step_replayed; `context` is a struct vw_recorded_steps. VW_ERROR_MISMATCH when the step is not the recorded one.
+// Compares a replayed step; a vw_step_replayed whose `context` is a struct vw_recorded_steps. Returns VW_ERROR_MISMATCH
+// when the step differs from the recorded one.
 enum vw_status vw_recorded_steps_compare(void *context, const struct vw_step_record *replayed);
 
 #endif

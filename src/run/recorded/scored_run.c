@@ -8,7 +8,7 @@
 #include "base/json.h"
 #include "viewworth/log.h"
 
-// Photos of folds validate, too, so that a list of them is no list of train photos of the scene.
+// Refuses the OUT of --kfold: photos of folds also validate, so a list of them is not a list of train photos.
 static enum vw_status refuse_folds(const char *out) {
     if (vw_file_exists_inside(out, "ledger.db") || !vw_file_exists_inside(out, "fold-1/ledger.db")) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,

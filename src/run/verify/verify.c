@@ -24,8 +24,8 @@ struct run_scores {
     struct vw_scoring computed; // from the steps
 };
 
-// The hashes hold recorded scores to the bit. Here they are held against the steps, and another C library rounds
-// cosines and roots another way: what differs in the last digits, also of an end of an interval near 0, is the same.
+// Tells whether two reals agree up to the last digits. The hashes fix recorded scores to the bit; here they are
+// compared with scores made anew, and another C library rounds cosines and roots differently.
 static bool same_real(double a, double b, double scale) {
     return a == b || (isnan(a) && isnan(b)) ||
            fabs(a - b) <= 1e-9 * fmax(fmax(fabs(a), fabs(b)), isfinite(scale) ? scale : 0);
@@ -40,7 +40,7 @@ static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_s
            a->rank_ci_low == b->rank_ci_low && a->rank_ci_high == b->rank_ci_high;
 }
 
-// Both are in the order of their methods, and of their photos within a method.
+// Compares scores that are sorted by method, and by photo within a method.
 static enum vw_status compare_scores(const struct vw_recorded_run *run, const struct run_scores *scores) {
     const struct vw_scoring *computed = &scores->computed;
     if (scores->recorded_count != computed->score_count)
@@ -56,7 +56,7 @@ static enum vw_status compare_scores(const struct vw_recorded_run *run, const st
     return VW_OK;
 }
 
-// A run has scores once it has ended, however it did; one that failed may have had no room left for them.
+// Checks the scores, which a run has once it has ended; one that failed may have had no room for them.
 static enum vw_status check_scores(struct vw_recorded_run *run, struct run_scores *scores) {
     bool ended = strcmp(run->row.status, "running") != 0;
     enum vw_status status = vw_ledger_get_scores(run->ledger, &scores->recorded, &scores->recorded_count);
@@ -74,7 +74,7 @@ static enum vw_status check_head(const struct vw_recorded_run *run, const char *
                    run->ledger_path, head);
 }
 
-// `log_sha256` is left as it is unless the run was imported.
+// Checks an import; `log_sha256` stays untouched unless the run was imported.
 static enum vw_status check_import(const struct vw_recorded_run *run, char log_sha256[VW_HASH_HEX_BYTES]) {
     enum vw_status status = vw_is_imported(&run->row) ? vw_imported_check(&run->row, &run->config, log_sha256) : VW_OK;
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
@@ -110,7 +110,7 @@ static enum vw_status check_same_run(const struct vw_recorded_run *run, const st
     return status;
 }
 
-// Whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
+// Tells whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
 static bool is_validated(const struct vw_value_input *input) {
     return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
 }
@@ -138,7 +138,7 @@ static enum vw_status check_expected(const char *expected) {
     if (!expected ||
         (strlen(expected) == VW_HASH_HEX_BYTES - 1 && !expected[strspn(expected, "0123456789abcdefABCDEF")]))
         return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is no head, which has 64 hexadecimal digits", expected);
+    return vw_fail(VW_ERROR_USAGE, "--expect: \"%s\" is not a head, which has 64 hexadecimal digits", expected);
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_
 
 enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
 
-// A run that is finished has a field, whose hash its final_hash covers. Another one may keep that of an earlier end.
+// Checks the field of a finished run, whose hash its final_hash covers. Another run may have that of an earlier end.
 static enum vw_status check_field(const struct vw_recorded_run *run, enum field_state *state) {
     struct vw_checksum file;
     const char *recorded = run->row.field_sha256;

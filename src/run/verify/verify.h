@@ -27,12 +27,12 @@ struct vw_verify_item {
 };
 enum { VW_VERIFY_ITEMS_MAX = 24 };
 
-// Of a run that is intact.
+// The findings about an intact run.
 struct vw_verification {
     char *ledger_path; // owned
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
-    char status[32];                    // of the run
-    char log_sha256[VW_HASH_HEX_BYTES]; // of the log of an imported run; "" otherwise
+    char status[32];                    // the run's status
+    char log_sha256[VW_HASH_HEX_BYTES]; // SHA-256 of the log of an imported run; "" otherwise
     uint64_t steps, replayed_steps;
     uint32_t score_count;
     struct vw_verify_item items[VW_VERIFY_ITEMS_MAX];

@@ -26,11 +26,11 @@ struct provided_images {
     bool some; // a photo to train on has a provider
 };
 
-// The reader of providers knows views, not images.
+// Reads providers through views, since their reader does not know images.
 static enum vw_status read_providers(const char *path, struct provided_images *provided) {
     provided->views = vw_allocate(provided->count, sizeof *provided->views);
     if (!provided->views) return VW_ERROR_MEMORY;
-    static char format[] = "colmap"; // whose names may lack the folder of the photos
+    static char format[] = "colmap"; // names may lack the folder of the photos
     struct vw_scene scene = {.format = format, .views = provided->views, .view_count = provided->count};
     for (uint32_t i = 0; i < provided->count; i++) {
         provided->views[i].name = (char *)provided->images[i].name; // it is not changed
@@ -107,7 +107,7 @@ static enum vw_status make_matrix(const struct vw_table_sources *sources, const 
     return status;
 }
 
-// The amount that the file states: the sum of what it pays, in the last column of both tables of payouts.
+// Reads the amount that the file states: the sum of its payments, in the last column of both tables of payouts.
 static enum vw_status read_amount(const struct vw_table_sources *sources, const char *name, const char *path,
                                   uint64_t *cents) {
     enum { AMOUNT_FIELD = 6, FIELDS = 7, LIMIT_BYTES = 64 << 20 };
@@ -157,7 +157,7 @@ static enum vw_status make_photos(const struct vw_table_sources *sources, const 
     return status;
 }
 
-// `pays`: the name of a table of payouts; NULL: providers.csv.
+// Makes a table by provider; `pays` names a table of payouts, NULL: providers.csv.
 static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, const char *pays,
                                        struct derived *derived) {
     struct provided_images provided;
@@ -242,7 +242,7 @@ static bool same_table(const struct derived *derived, const char *file, size_t f
     return true;
 }
 
-// What is far larger than the table is not read.
+// Compares a table; does not read a file that is far larger than it.
 static enum vw_status compare(const struct vw_table_sources *sources, const struct table *table, const char *path) {
     enum { SLACK_BYTES = 1 << 16 };
     struct derived derived = {0};

@@ -8,7 +8,7 @@
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 
-// What tables are made from; all borrowed.
+// The sources of tables; all borrowed.
 struct vw_table_sources {
     const char *out;
     struct vw_ledger *ledger;
