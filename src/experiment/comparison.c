@@ -19,7 +19,7 @@
 struct work {
     const struct vw_comparison_params *params;
     struct vw_comparison *comparison;
-    struct vw_out_lock *lock; // of OUT
+    struct vw_out_lock *lock; // lock of OUT
     struct vw_retrainer retrainer;
     char *renders_folder,
         *pictures_folder; // owned: OUT/renders, and in it the folder for pictures of single retrainings
@@ -46,7 +46,7 @@ static enum vw_status check(const struct vw_comparison_params *params) {
 
 // ---- Valuations ----
 
-// Their seeds come after those of the trainings.
+// Returns the config of a valuation, whose seeds come after those of the trainings.
 static struct vw_config valuation_config(const struct vw_comparison_params *params) {
     struct vw_config config = *params->common.config;
     config.seed += (uint64_t)params->valuation_seeds * params->common.seeds;
@@ -61,7 +61,7 @@ static enum vw_status value_scene(struct work *work) {
     return vw_seed_runs_make(&valuations, &work->comparison->session);
 }
 
-// The lists by one valuation; without valuations those that the params name.
+// Makes the lists of one valuation; without valuations those that the params name.
 static enum vw_status make_sets(const struct vw_comparison_params *params, const struct vw_scene *scene,
                                 uint32_t valuation, struct vw_photo_sets *sets) {
     struct vw_photo_sets_params valued = params->sets;
@@ -93,7 +93,7 @@ static enum vw_status make_all_sets(struct work *work) {
     return status;
 }
 
-// Spread evenly over the test photos, or over the validation photos when there are no test photos.
+// Chooses views spread evenly over the test photos, or over the validation photos if there are no test photos.
 static enum vw_status choose_rendered_views(const struct vw_scene *scene, struct vw_comparison *comparison) {
     enum vw_split split = scene->split_count[VW_SPLIT_TEST] ? VW_SPLIT_TEST : VW_SPLIT_VAL;
     uint32_t of_split = scene->split_count[split], wanted = comparison->params->rendered_views, place = 0;
@@ -108,7 +108,7 @@ static enum vw_status choose_rendered_views(const struct vw_scene *scene, struct
     return VW_OK;
 }
 
-// Every list against the first one, then the others against each random one.
+// Pairs every list with the first one, then the others with each random one.
 static enum vw_status list_pairs(struct vw_comparison *comparison) {
     const struct vw_photo_sets *sets = &comparison->sets;
     comparison->pairs = vw_allocate((size_t)sets->count * sets->count, sizeof *comparison->pairs);
@@ -167,7 +167,7 @@ static enum vw_status open_retrainer(struct work *work) {
     return VW_OK;
 }
 
-// The lists with one seed, at the same time.
+// Trains the lists with one seed at the same time.
 static enum vw_status train_lists(struct work *work, uint32_t training) {
     struct vw_comparison *comparison = work->comparison;
     struct vw_retrain_params retrainings[VW_PHOTO_SETS_MAX];
@@ -180,8 +180,8 @@ static enum vw_status train_lists(struct work *work, uint32_t training) {
     return status;
 }
 
-// Seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the pictures
-// for the renders.
+// Trains seed by seed, so that an interrupted comparison has whole pairs. Retrainings with the first seed save the
+// pictures for the renders.
 static enum vw_status train(struct work *work) {
     struct vw_comparison *comparison = work->comparison;
     struct vw_retrainer *retrainer = &work->retrainer;
@@ -244,7 +244,7 @@ static enum vw_status write_results(struct work *work) {
 
 // ---- All of it ----
 
-// Nothing is written before the lists are known to be right.
+// Makes the comparison. Checks the lists before anything is written.
 static enum vw_status make(struct work *work) {
     const char *out = work->params->common.out;
     enum vw_status status = check(work->params);

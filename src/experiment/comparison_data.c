@@ -15,8 +15,8 @@ bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list)
     return first->random || (first->by_scores && comparison->params->valuation_seeds);
 }
 
-// The means of the trainings of every valuation, or the trainings where the lists do not depend on valuations. Returns
-// how many there are.
+// Fills in the means of the trainings of every valuation, or the trainings if the lists do not depend on valuations.
+// Returns how many there are.
 static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_quality quality,
                              double samples[]) {
     const struct vw_retrain_result *results = vw_comparison_results(comparison, list);

@@ -1,4 +1,4 @@
-// What a comparison is asked for and what it finds: read by those who make it, write it and print it.
+// The request and the findings of a comparison, for those who make it, write it and print it.
 #ifndef VIEWWORTH_EXPERIMENT_COMPARISON_DATA_H
 #define VIEWWORTH_EXPERIMENT_COMPARISON_DATA_H
 
@@ -8,7 +8,7 @@
 #include "ledger/retraining.h"
 #include "value/evaluation/paired_comparison.h"
 
-enum { VW_VALUATIONS_MAX = 20, VW_COMPARISON_SAMPLES_MAX = 64 }; // of seeds or of valuations
+enum { VW_VALUATIONS_MAX = 20, VW_COMPARISON_SAMPLES_MAX = 64 }; // seeds or valuations
 
 struct vw_comparison_params {
     struct vw_experiment_params common;
@@ -31,7 +31,7 @@ struct vw_comparison {
     char scene_hash[VW_HASH_HEX_BYTES];
     struct vw_photo_sets sets;         // owned; by the first valuation
     struct vw_photo_sets *other_sets;  // owned; by valuation, from the second one on
-    uint32_t training_count;           // of every list
+    uint32_t training_count;           // per list
     bool half_views;                   // right halves are measured: appearance is taken from the left ones
     struct vw_retrain_result *results; // owned; [list][training]; the seed of a training is common.config->seed + its
                                        // number; the trainings of a valuation are neighbours
@@ -43,14 +43,14 @@ struct vw_comparison {
 
 const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison,
                                                       uint32_t list); // by training
-// The list that a training is of: that of its valuation.
+// Returns the list of a training: that of its valuation.
 const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list, uint32_t training);
-// Whether a list has other photos by seed or by valuation.
+// Tells whether a list has other photos by seed or by valuation.
 bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list);
-// The mean of a list in one quality, and its error, over the seeds or the valuations.
+// Returns the mean of a list in one quality, and its error, over the seeds or the valuations.
 struct vw_quality_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
                                           enum vw_quality quality);
-// The difference of a pair in one quality, over the seeds; with valuations over their means.
+// Returns the difference of a pair in one quality, over the seeds; with valuations over their means.
 struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
                                                      const struct vw_set_pair *pair, enum vw_quality quality);
 

@@ -11,7 +11,7 @@ static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t s
     return object;
 }
 
-// A random list has other photos for each seed, and one by scores for each valuation: none are named.
+// Returns a list's photos; none for a list that differs by seed or valuation.
 static json_t *photos_to_json(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
     json_t *photos = json_array();
@@ -47,7 +47,7 @@ static json_t *pair_to_json(const struct vw_comparison *comparison, const struct
                      paired.beyond_noise);
 }
 
-// One entry per photo that some list has and another one has not.
+// Adds an entry for a photo that some list has and another lacks.
 static void add_disagreement(const struct vw_comparison *comparison, uint32_t view, json_t **disagreements) {
     json_t *in = json_array(), *not_in = json_array();
     for (uint32_t l = 0; l < comparison->sets.count; l++) {

@@ -1,5 +1,5 @@
-// What all experiments are given: a scene, the config of its trainings, and the folder of the results. An experiment
-// makes several runs or retrainings, resumes those that the folder holds, and writes its tables there.
+// The request of an experiment: a scene, the config of its trainings, and the folder of the results. An experiment
+// makes several runs or retrainings, resumes those that the folder contains, and writes its tables there.
 #ifndef VIEWWORTH_EXPERIMENT_EXPERIMENT_H
 #define VIEWWORTH_EXPERIMENT_EXPERIMENT_H
 
@@ -22,9 +22,9 @@ struct vw_experiment_params {
     struct vw_report_options report;
     bool paper_methods; // reproduce: also the other forms of scores that the paper discusses (value.h)
     const char *methods, *run_equivalents; // benchmark, reproduce: as method_scorers.h has them
-    struct vw_lasting_options lasting;     // of single runs
+    struct vw_lasting_options lasting;     // for single runs
     struct vw_interrupt interrupt;         // asked between batches of steps, and between retrainings
-    vw_run_progress *progress;             // of single runs; NULL: none
+    vw_run_progress *progress;             // called by single runs; NULL: none
     void *context;                         // passed to progress
 };
 

@@ -40,7 +40,7 @@ struct work {
     uint32_t *fold_of; // by view
     struct vw_planned_run runs[VW_FOLDS_MOST];
     struct fold folds[VW_FOLDS_MOST];
-    struct vw_ledger_image *images; // of all photos of the folds, as photos to train on
+    struct vw_ledger_image *images; // all photos of the folds, as photos to train on
     uint32_t image_count;
 };
 
@@ -113,7 +113,7 @@ static void print_names(FILE *stream, const void *context) {
         if (split_in(list->work, list->fold, v) == list->split) fprintf(stream, "%s\n", scene->views[v].name);
 }
 
-// A list that is there must be the same: the runs of the folder were made with it.
+// Creates a list, or checks that an existing one is the same: the runs of the folder were made with it.
 static enum vw_status keep_or_create(const char *path, const struct vw_csv_text *text) {
     void *held = NULL;
     size_t held_bytes = 0;
@@ -181,7 +181,7 @@ static bool all_begun(const struct work *work) {
     return begun;
 }
 
-// All folds share the devices, and the effects that the scene as a whole calls for; a run that is there has its own.
+// Shares the devices and the effects of the whole scene among all folds; a run that exists keeps its own.
 static enum vw_status share_session(struct work *work) {
     struct vw_session *base = &work->kfold->session;
     enum vw_status status = all_begun(work) ? VW_OK : vw_session_decide_effects(work->params->common.config, base);
@@ -195,7 +195,7 @@ static enum vw_status share_session(struct work *work) {
     return status;
 }
 
-// Photos are in memory only while their fold trains.
+// Trains the folds one by one; photos are in memory only while their fold trains.
 static enum vw_status train(struct work *work) {
     enum vw_status status = VW_OK;
     for (uint32_t done = 0, made = 0; !status && done < work->params->folds; done += made) {
@@ -207,7 +207,7 @@ static enum vw_status train(struct work *work) {
 
 // ---- Scores ---------------------------------------------------------------------------------------------------------
 
-// Views have the same index in all folds, and in the scene that is open.
+// Checks that views have the same index in all folds and in the open scene.
 static enum vw_status check_images(const struct work *work, uint32_t k) {
     const struct vw_scene *scene = work->kfold->session.scene;
     const struct vw_value_input *input = &work->folds[k].input;
@@ -238,7 +238,7 @@ static void describe(const struct fold *fold, struct vw_kfold_fold *about) {
     }
 }
 
-// A fold may have been taken further than is asked for.
+// Reads a fold, which may have more epochs than are asked for.
 static enum vw_status read_fold(struct work *work, uint32_t k) {
     const struct vw_experiment_params *params = &work->params->common;
     struct fold *fold = &work->folds[k];
@@ -328,7 +328,7 @@ static void take_matrix(const struct vw_matrix *of_fold, const uint32_t *places,
         }
 }
 
-// Of the mean of those that are known.
+// Returns the standard error of the mean of the known values.
 static double stderr_of(const double *row, uint32_t count) {
     double sum = 0, squares = 0;
     uint32_t known = 0;

@@ -27,7 +27,7 @@ struct vw_kfold_fold {
 
 struct vw_kfold {
     const struct vw_kfold_params *params; // borrowed
-    struct vw_session session;            // of the scene with its own splits
+    struct vw_session session;            // the scene with its own splits
     struct vw_kfold_fold folds[VW_FOLDS_MOST];
     struct vw_ledger_score *scores; // owned: over folds, see experiment/fold_scores.h
     uint32_t score_count;
@@ -36,9 +36,10 @@ struct vw_kfold {
     char *scores_path, *matrix_path, *list_path, *report_path; // owned; report_path is NULL when there is no report
 };
 
-// The fold of every view, from 0; UINT32_MAX for test and excluded views. Photos are ordered by a hash of seed and
-// name, so that the order of the scene file does not matter, and dealt to the folds in turn: sizes differ by at most
-// one. The caller frees `*fold_of`. VW_ERROR_USAGE when a fold would be empty or leave fewer than two photos to train.
+// Assigns a fold to every view, from 0; UINT32_MAX for test and excluded views. Photos are ordered by a hash of seed
+// and name, so that the order of the scene file does not matter, and dealt to the folds in turn: sizes differ by at
+// most one. The caller frees `*fold_of`. Returns VW_ERROR_USAGE when a fold would be empty or leave fewer than two
+// photos to train.
 enum vw_status vw_kfold_divide(const struct vw_scene *scene, uint64_t seed, uint32_t folds, uint32_t **fold_of);
 
 // Makes the trainings, as many at a time as params->common.together says, and pools their scores. Writes to OUT:

@@ -7,7 +7,7 @@
 #include "base/statistics.h"
 #include "gpu/compute.h"
 
-enum { LAST_ROUNDS = 3 }; // whose PSNR counts
+enum { LAST_ROUNDS = 3 }; // their PSNR counts
 
 enum vw_status vw_timed_trainer_open(const struct vw_trainer_params *params, uint32_t rounds,
                                      struct vw_timed_trainer *timed) {

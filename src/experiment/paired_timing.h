@@ -17,7 +17,7 @@ struct vw_timed_trainer {
     struct vw_trainer *trainer; // owned
     uint64_t param_count, device_bytes;
     double ms_per_step[VW_TIMING_ROUNDS_MAX];     // wall clock, by round
-    double cpu_ms_per_step[VW_TIMING_ROUNDS_MAX]; // of all threads of the program
+    double cpu_ms_per_step[VW_TIMING_ROUNDS_MAX]; // all threads
     double psnr_sum_db;                           // validation PSNR of the steps of the last rounds
     uint32_t psnr_count;
 };

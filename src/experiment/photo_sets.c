@@ -29,7 +29,7 @@ struct list_rule {
     enum form form;
     struct vw_selection_params selection;
     char *path;   // owned; of a file
-    double least; // of imported scores
+    double least; // least imported score
 };
 
 static bool read_selection(const char *word, struct vw_selection_params *selection) {
@@ -43,7 +43,7 @@ static bool read_selection(const char *word, struct vw_selection_params *selecti
     return !(top || drop) || vw_selection_read_amount(strchr(word, ':') + 1, selection);
 }
 
-// FILE.csv@LEAST; an @ may be part of the file's name as well.
+// Reads FILE.csv@LEAST; an @ may also be part of the file's name.
 static bool read_scores_rule(const char *word, struct list_rule *rule) {
     const char *at = strrchr(word, '@');
     char *end = NULL;
@@ -108,7 +108,7 @@ static bool is_taken(const struct vw_photo_sets *sets, const char *name) {
     return false;
 }
 
-// A file's name without folder and extension; the threshold of scores follows it.
+// Returns a file's name without folder and extension; the threshold of scores follows it.
 static char *stem_of(const struct list_rule *rule, const char *word) {
     if (!rule->path) return vw_copy_text(word);
     const char *slash = strrchr(rule->path, '/'), *base = slash ? slash + 1 : rule->path, *dot = strrchr(base, '.');
@@ -135,7 +135,7 @@ static const struct vw_view *find_train_view(const struct vw_scene *scene, const
 
 static bool trains(const struct vw_ledger_image *image) { return !strcmp(image->split, vw_split_name(VW_SPLIT_TRAIN)); }
 
-// The run must have valued exactly the photos that may be trained on. Names must be equal, sizes need not.
+// Checks that the run has valued exactly the photos that may be trained on. Names must be equal, sizes need not.
 static enum vw_status check_photos(const struct vw_scored_run *run, const struct vw_scene *scene) {
     const char *out = run->recorded.out;
     uint32_t valued = 0;
@@ -144,7 +144,7 @@ static enum vw_status check_photos(const struct vw_scored_run *run, const struct
         valued++;
         if (!find_train_view(scene, run->images[i].name))
             return vw_fail(VW_ERROR_INPUT,
-                           "--scores %s: has a score for %s, which is no photo to train on in %s; value this scene "
+                           "--scores %s: has a score for %s, which is not a photo to train on in %s; value this scene "
                            "with these splits",
                            out, run->images[i].name, scene->path);
     }
@@ -169,8 +169,8 @@ static enum vw_status select_photos(const struct vw_scored_run *run, const struc
     return status;
 }
 
-// The bytes of photo files do not depend on --downscale. Recipes and corrupted photos, which have ground-truth labels,
-// are made at that size.
+// Counts the changed photos. The bytes of photo files do not depend on --downscale; recipes and corrupted photos, which
+// have ground-truth labels, are made at that size.
 static uint32_t count_changed(const struct vw_scored_run *run, uint32_t our_downscale, const struct vw_scene *scene) {
     const json_t *downscale = json_object_get(run->scene_options, "downscale");
     bool same_size = (downscale ? json_integer_value(downscale) : 1) == (our_downscale ? our_downscale : 1);
@@ -226,7 +226,7 @@ static enum vw_status take_chosen(const struct vw_photo_sets *sets, const bool *
     return vw_fail(VW_ERROR_INPUT, "has a single photo; a list needs at least 2 to train on");
 }
 
-// As many as the list before it.
+// Plans as many photos as the list before it.
 static enum vw_status plan_random(const struct vw_photo_sets_params *params, const struct vw_photo_sets *sets,
                                   struct vw_photo_set *list) {
     list->random = true;
@@ -236,7 +236,8 @@ static enum vw_status plan_random(const struct vw_photo_sets_params *params, con
                    sets->lists[sets->count - 1].name);
 }
 
-// With equal steps, so many epochs that the list takes about as many steps as all photos: all lists cost the same.
+// Returns the epochs of a list. With equal steps it takes about as many steps as all photos, so that all lists cost the
+// same.
 static uint32_t epochs_of(uint32_t config_epochs, enum vw_equal equal, uint32_t train_count, uint32_t photos) {
     double epochs = config_epochs;
     if (equal == VW_EQUAL_STEPS) epochs = fmin(fmax(round(epochs * train_count / photos), 1), UINT32_MAX);

@@ -20,7 +20,7 @@ struct vw_photo_sets_params {
     const char *const *lists;
     uint32_t list_count;
     const char *scores; // folder of the valued run that positive, significant, not-harmful, top and drop select by
-    const char *method; // whose scores; NULL: vw_value_default_method
+    const char *method; // method of the scores; NULL: vw_value_default_method
     enum vw_equal equal;
     bool varies; // the lists by scores are made from several valuations: one of them may keep all photos
 };
@@ -30,7 +30,7 @@ struct vw_photo_set {
     bool random; // drawn for each seed
     bool by_scores;
     uint32_t *views; // owned: scene indices, ascending; of a random list those drawn last
-    uint32_t count;  // of photos, at least 2
+    uint32_t count;  // photos, at least 2
     uint32_t epochs; // that it trains
 };
 
@@ -41,7 +41,7 @@ struct vw_photo_sets {
     uint32_t *train_views, train_count; // owned: all photos that may be trained on
 };
 
-// Whether every list is a word or a file that exists, and has what it needs; before anything is opened.
+// Checks that every list is a word or a file that exists and has what it needs, before anything is opened.
 enum vw_status vw_photo_sets_check(const struct vw_photo_sets_params *params);
 // Makes the lists. VW_ERROR_USAGE and VW_ERROR_INPUT name the list that cannot be made. Warns about scores that do not
 // suit the scene or the seeds. Free them also after a failure.
@@ -49,10 +49,10 @@ enum vw_status vw_photo_sets_make(const struct vw_photo_sets_params *params, con
                                   const struct vw_scene *scene, struct vw_photo_sets *sets);
 void vw_photo_sets_free(struct vw_photo_sets *sets);
 
-// The photos of a list in trainings with a seed. Draws those of a random list (Philox, by the seed and the place of the
-// list).
+// Returns the photos of a list in trainings with a seed. Draws those of a random list (Philox, by the seed and the
+// place of the list).
 const uint32_t *vw_photo_sets_draw(struct vw_photo_sets *sets, uint32_t list, uint64_t seed);
-// Whether a list that is not random has a view.
+// Tells whether a list that is not random has a view.
 bool vw_photo_set_has(const struct vw_photo_set *list, uint32_t view);
 
 #endif

@@ -27,7 +27,7 @@ static bool gains(const struct vw_retrain_params *retraining) {
     return retraining->photo_count > 0 && retraining->photos_of == VW_RETRAIN_PHOTOS_GAINS;
 }
 
-// Those of all photos that a retraining leaves out.
+// Lists the photos that a retraining leaves out.
 static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining) {
     uint32_t count = 0, kept = 0;
     for (uint32_t i = 0; i < retrainer->train_count; i++)
@@ -36,7 +36,7 @@ static uint32_t list_left_out(struct vw_retrainer *retrainer, const struct vw_re
     return count;
 }
 
-// A trainer on all photos of which the retraining's are kept, or on these alone, or on all where it has none.
+// Creates a trainer: on all photos of which it keeps the retraining's, on these alone, or on all if it names none.
 static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                      uint32_t seat, struct vw_trainer **trainer) {
     const struct vw_session *session = retrainer->params.session;
@@ -62,7 +62,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
     return vw_trainer_create(&params, trainer);
 }
 
-// The run_id of one of them covers what all retrainings share. It also shows how much memory one takes.
+// Creates the trainer of one retraining: its run_id covers all that they share. Also shows how much memory one needs.
 static enum vw_status try_base(struct vw_retrainer *retrainer) {
     const struct vw_retrainer_params *params = &retrainer->params;
     struct vw_trainer *trainer = NULL;
@@ -141,14 +141,14 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
     vw_hash_to_hex(hash, id);
 }
 
-// Where a retraining is made: seat i is on device i modulo their number.
+// A place for a retraining; seat i is on device i modulo their number.
 struct seat {
     struct vw_trainer *trainer; // NULL: the seat is free
     const struct vw_retrain_params *retraining;
     struct vw_retrain_result *result;
     char id[VW_HASH_HEX_BYTES];
     uint32_t ends, measured;       // ends of epochs to measure, and of these, those that were
-    struct vw_retrain_view *views; // owned; means over these ends, and behind them the gains
+    struct vw_retrain_view *views; // owned; means over these ends, then the gains
     uint32_t view_count;
     double val_psnr; // after the last step, of gains; NaN: no step had a value yet
     double cpu_s;
@@ -161,7 +161,7 @@ struct measured_views {
     double *ssims; // NaN of a view that has none
 };
 
-// Those of validation and test, then the photos that the retraining asks for.
+// Lists the validation and test photos, then the photos that the retraining asks for.
 static enum vw_status list_measured_views(const struct vw_scene *scene, const struct vw_retrain_params *retraining,
                                           struct measured_views *measured) {
     uint32_t photo_count = gains(retraining) ? 0 : retraining->photo_count, most = scene->view_count + photo_count;
@@ -177,7 +177,7 @@ static enum vw_status list_measured_views(const struct vw_scene *scene, const st
     return VW_OK;
 }
 
-// The means over the measured views of a split.
+// Averages over the measured views of a split.
 static void average_split(const struct vw_scene *scene, enum vw_split split, const struct measured_views *measured,
                           double *psnr_db, double *ssim, double *l1) {
     uint32_t of_split = scene->split_count[split], with_ssim = 0;
@@ -209,8 +209,8 @@ static void free_measured(struct measured_views *measured) {
     free(measured->ssims);
 }
 
-// Both splits at once, since setting up costs most when few pixels are measured. Free what was measured also after a
-// failure.
+// Measures both splits at once, since setting up costs most when few pixels are measured. Free the measurements also
+// after a failure.
 static enum vw_status measure(const struct vw_retrainer *retrainer, const struct seat *seat,
                               struct measured_views *measured, struct vw_retrain_result *result) {
     const struct vw_scene *scene = retrainer->params.session->scene;
@@ -374,7 +374,7 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     return VW_OK;
 }
 
-// One batch of every retraining that is being made.
+// Takes one submission of steps of every retraining that is being made.
 static void advance(struct work *work) {
     for (uint32_t i = 0; i < work->retrainer->at_a_time; i++) {
         struct seat *seat = &work->seats[i];

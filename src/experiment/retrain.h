@@ -13,7 +13,7 @@
 #include "run/session.h"
 #include "viewworth/train.h"
 
-// What scores are held against is a mean over the ends of so many epochs: a constant learning rate does not settle.
+// Number of ends of epochs over which the target of scores is averaged: a constant learning rate does not settle.
 enum { VW_TRUTH_EPOCHS = 4 };
 
 struct vw_retrainer_params {
@@ -21,7 +21,7 @@ struct vw_retrainer_params {
     const struct vw_config *config; // needed; retrainings bring their seeds, and their epochs unless these are 0
     const char *out;                // needed: a folder that exists
     uint32_t together;              // retrainings that take their steps together on each device; 0: by it
-    enum vw_equal equal;            // what retrainings on different photos have in common
+    enum vw_equal equal;            // equal epochs or equal steps on different photos
     uint32_t averaged_epochs;       // results are means over the ends of the last so many epochs; 0 as 1: the end alone
     bool whole_views;               // measure whole views, with SSIM, instead of an even share of their pixels
     struct vw_interrupt interrupt;
@@ -48,24 +48,24 @@ struct vw_retrainer {
 enum vw_status vw_retrainer_open(const struct vw_retrainer_params *params, struct vw_retrainer *retrainer);
 void vw_retrainer_close(struct vw_retrainer *retrainer);
 
-// The id of a retraining: the hash of all that decides its bits on a device and driver.
+// Computes the id of a retraining: the hash of all that decides its bits on a device and driver.
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
-// The ground-truth label of every photo that may be trained on: "clean", or what corrupts it; `known` tells whether the
-// scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the scene's.
+// Lists the ground-truth label of every photo that may be trained on: "clean", or what corrupts it; `known` tells
+// whether the scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the
+// scene's.
 const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known);
 
-// A vw_retrain_function; `context` is the retrainer. The views of the retraining are scene indices; without any, the
-// untrained field is measured.
-// Makes several at a time (see src/train/shared_submissions.h) on every device of the session, each with the result
-// that it has alone. After a failure, and when the interrupt is requested (VW_ERROR_INTERRUPTED), it finishes and keeps
-// those that it has begun.
+// Makes retrainings; a vw_retrain_function whose `context` is the retrainer. The views of a retraining are scene
+// indices; without any, the untrained field is measured. Makes several at a time (see src/train/shared_submissions.h)
+// on every device of the session, each with the result that it has alone. After a failure, and when the interrupt is
+// requested (VW_ERROR_INTERRUPTED), it finishes and keeps those that it has begun.
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
-// What a retraining that was made reaches on single validation and test photos: fills psnr_db of the views, whose
-// image_ids are scene indices. VW_ERROR_MISMATCH when the store lacks one.
+// Fills in psnr_db of a retraining's single validation and test photos, whose image_ids are scene indices. Returns
+// VW_ERROR_MISMATCH when the store lacks one.
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                        struct vw_retrain_view *views, uint32_t view_count);
 

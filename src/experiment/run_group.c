@@ -9,7 +9,7 @@
 #include "run/together.h"
 #include "viewworth/log.h"
 
-// Whoever sent OUT may have put a link in the place of the ledger or of its folder.
+// Refuses links: whoever sent OUT may have put one in the place of the ledger or of its folder.
 static enum vw_status check_ledger(const char *out, const char *folder) {
     char *name = vw_path_join(folder, "ledger.db");
     enum vw_status status = name ? vw_folder_check_inside(out, folder) : VW_ERROR_MEMORY;

@@ -10,7 +10,7 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// What differs between the runs of an experiment.
+// A run of an experiment as it differs from the others.
 enum { VW_PLANNED_RUN_BYTES = 64 };
 struct vw_planned_run {
     char folder[VW_PLANNED_RUN_BYTES]; // in OUT: "seed_7"
@@ -27,7 +27,7 @@ struct vw_planned_run {
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
                                  uint32_t count, uint32_t *made);
 
-// VW_ERROR_USAGE when OUT itself holds a run.
+// Returns VW_ERROR_USAGE when OUT itself contains a run.
 enum vw_status vw_run_group_check_out(const char *out);
 // Opens the ledger of the run in OUT/folder; the caller closes it. VW_ERROR_INPUT when there is none, or a link.
 enum vw_status vw_run_group_open_ledger(const char *out, const char *folder, struct vw_ledger **ledger);

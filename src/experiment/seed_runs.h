@@ -14,7 +14,7 @@
 // a folder in it holds another run: the message says what differs. After VW_ERROR_INTERRUPTED the same
 // call resumes.
 enum vw_status vw_seed_runs_make(const struct vw_experiment_params *params, struct vw_session *session);
-// The path of a file of a seed's run ("field.vwf"), owned by the caller; NULL when memory is short.
+// Returns the path of a file of a seed's run ("field.vwf"), owned by the caller; NULL when memory is short.
 char *vw_seed_run_path(const char *out, uint64_t seed, const char *file);
 // Opens the ledger of a seed's run; the caller closes it. VW_ERROR_INPUT when there is none.
 enum vw_status vw_seed_run_open(const char *out, uint64_t seed, struct vw_ledger **ledger);

@@ -21,7 +21,7 @@ static void copy_column(const struct vw_image *picture, uint32_t from_px, uint32
         }
 }
 
-// The first picture says how large all are.
+// Begins the strip; the first picture sets the size of all.
 static enum vw_status begin(const struct vw_image *picture, uint32_t columns, struct strip *strip) {
     strip->column_px = picture->width_px / 2;
     strip->width_px = columns * strip->column_px;

@@ -75,7 +75,7 @@ static enum vw_status add_all(const struct vw_scorings *scorings, struct vw_cand
 
 // ---- Rules ----
 
-// Whether two lists, each without repetitions, have the same photos. The order differs by scoring.
+// Tells whether two lists, each without repetitions, have the same photos. The order differs by scoring.
 static enum vw_status compare(const struct vw_selection *one, const struct vw_selection *other, bool *equal) {
     *equal = one->count == other->count;
     if (!*equal) return VW_OK;
@@ -113,7 +113,7 @@ static enum vw_status add(struct vw_candidates *candidates, struct vw_candidate 
     return VW_OK;
 }
 
-// A rule that keeps too few photos by some scores is no failure.
+// Applies a rule; one that keeps too few photos by some scores does not fail.
 static enum vw_status apply(const struct vw_scorings *scorings, const struct vw_selection_params *params,
                             struct vw_candidate *made, bool *fits) {
     *fits = true;

@@ -15,7 +15,7 @@
 struct work {
     const struct vw_verified_selection_params *params;
     struct vw_verified_selection *result;
-    struct vw_config config; // of the run, with the epochs that it took
+    struct vw_config config; // the run's, with the epochs that it took
     struct vw_out_lock *lock;
     struct vw_value_input input; // the run's steps
     uint8_t *halves;             // owned; of every image
@@ -79,8 +79,8 @@ static enum vw_status open_retrainer(struct work *work) {
     return vw_retrainer_open(&params, &work->retrainer);
 }
 
-// The lists that are trained on: of every candidate by the scores of either half. Selections have the best photo first,
-// a retraining has its photos in order.
+// Sorts the lists that are trained on, every candidate by the scores of either half. Selections begin with the best
+// photo; a retraining has its photos in order.
 static void sort_lists(struct vw_candidates *candidates) {
     for (uint32_t c = 0; c < candidates->count; c++)
         for (int half = 0; half < VW_HALVES; half++)
@@ -94,7 +94,7 @@ static struct vw_retrain_params retraining_of(const struct work *work, uint32_t 
         .views = selection->image_ids, .view_count = selection->count, .seed = work->result->first_seed + seed};
 }
 
-// Seed by seed, so that an interrupted verification has whole pairs.
+// Trains seed by seed, so that an interrupted verification has whole pairs.
 static enum vw_status train(struct work *work) {
     struct vw_retrain_params retrainings[VW_CANDIDATES_MAX * VW_HALVES];
     struct vw_retrain_result results[VW_CANDIDATES_MAX * VW_HALVES];
@@ -122,7 +122,7 @@ static enum vw_status list_judges(struct work *work) {
     return work->psnr_db ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// The photos of one half judge the list that the scores of the other half select.
+// Judges the list that the scores of one half select by the photos of the other half.
 static enum vw_status judge(struct work *work, uint32_t candidate, uint32_t seed, uint8_t half) {
     double *psnr_db = &work->psnr_db[((size_t)candidate * work->params->seeds + seed) * work->judge_count];
     const struct vw_retrain_params retraining = retraining_of(work, candidate, VW_HALF_B - half, seed);

@@ -25,7 +25,7 @@ struct vw_verified_selection {
     struct vw_gain gains[VW_CANDIDATES_MAX]; // over all photos, by candidate
     uint32_t chosen;                         // 0: all photos
     uint32_t half_sizes[VW_HALVES];          // validation photos of each half
-    uint64_t first_seed;                     // of the trainings
+    uint64_t first_seed;                     // seed of the first training
 };
 
 // Splits the validation photos into two halves, by the run's seed and their names. A rule, applied to the scores of one

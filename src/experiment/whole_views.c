@@ -10,7 +10,7 @@
 #include "image/ssim.h"
 #include "train/trainer.h"
 
-enum { ID_DIGITS = 16 }; // of a retraining's 64: enough to tell them apart in a folder
+enum { ID_DIGITS = 16 }; // digits of a retraining id in names: enough to tell them apart
 
 char *vw_saved_view_path(const struct vw_saved_views *saved, const char *retraining_id, uint32_t view) {
     return vw_format_text("%s/%.*s_%u.png", saved->folder, ID_DIGITS, retraining_id, view);

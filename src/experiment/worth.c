@@ -26,7 +26,7 @@ enum { GROUP = 8 };
 struct work {
     const struct vw_worth_run_params *params;
     struct vw_worth_run *result;
-    struct vw_config config; // of the retrainings
+    struct vw_config config; // config of the retrainings
     struct vw_out_lock *lock;
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
@@ -43,7 +43,7 @@ static bool is_same(const struct vw_ledger_retraining *a, const struct vw_ledger
            !memcmp(a->image_ids, b->image_ids, a->image_count * sizeof *a->image_ids);
 }
 
-// Those of the ledger, whose outcomes are known, and the next.
+// Lists the retrainings of the ledger, which have outcomes, and the next ones.
 static enum vw_status list_retrainings(const struct work *work, uint32_t count, struct vw_ledger_retraining **rows) {
     const struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *made = NULL;
@@ -60,7 +60,7 @@ static enum vw_status list_retrainings(const struct work *work, uint32_t count, 
     return status;
 }
 
-// What the ledger says next must not lie beside files of what it said before. A ledger with retrainings has a
+// Writes scores.csv before the ledger, and removes files that the new rows outdate. A ledger with retrainings has a
 // scores.csv with them, also after a kill.
 static enum vw_status write_scores(struct work *work) {
     struct vw_worth_run *result = work->result;

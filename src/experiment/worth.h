@@ -12,7 +12,7 @@
 #include "viewworth/report.h"
 
 struct vw_worth_run_params {
-    const char *out;                 // of a finished run
+    const char *out;                 // folder of a finished run
     struct vw_device_choice devices; // the first NULL: the run's
     uint32_t retrainings;            // in all, those of the ledger included; with until_accuracy the most
     double until_accuracy;           // stop where the lower end of the accuracy's interval reaches it; 0: never
@@ -35,11 +35,11 @@ struct vw_worth_run {
 // Refuses, before the run is trained, --until-confidence out of range and a payout that is not an amount:
 // VW_ERROR_USAGE or VW_ERROR_INPUT.
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params);
-// With retrainings to make, or with a payout to write, opens the scene. Retrainings that were made are
-// kept in OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the
-// same bits as one without interruption. Writes scores.csv, the tables, the report and SHA256SUMS again; a payout
-// of the run before is removed. VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT where the
-// photos have fewer subsets. Free the result also after a failure.
+// Computes worth. Opens the scene if there are retrainings to make or a payout to write. Keeps retrainings in
+// OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the same
+// bits as one without interruption. Writes scores.csv, the tables, the report and SHA256SUMS again; removes an earlier
+// payout. Returns VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT when the photos have fewer
+// subsets. Free the result also after a failure.
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result);
 void vw_worth_run_free(struct vw_worth_run *result);
 

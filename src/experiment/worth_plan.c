@@ -47,7 +47,7 @@ static enum vw_status draw(uint32_t players, uint32_t needed, uint64_t key, stru
     return status;
 }
 
-// Few providers have few subsets, which come again with other seeds.
+// Makes the plan. Few providers have few subsets, which are repeated with other seeds.
 enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan) {
     uint32_t needed[3] = {0}, place;
     *plan = (struct vw_worth_plan){.params = *params};

@@ -1,5 +1,5 @@
-// Which photos the retrainings of worth are on, and with which seeds: by their number alone, so that more of them can
-// be added later.
+// The photos and seeds of the retrainings of worth. They follow from the number of each retraining alone, so that more
+// can be added later.
 #ifndef VIEWWORTH_EXPERIMENT_WORTH_PLAN_H
 #define VIEWWORTH_EXPERIMENT_WORTH_PLAN_H
 
@@ -10,10 +10,10 @@
 struct vw_worth_plan_params {
     const uint32_t *photos; // image_ids that may be trained on, ascending; borrowed until the plan is freed
     uint32_t photo_count;
-    const char *const *providers; // of each photo; borrowed likewise; NULL: none
+    const char *const *providers; // by photo; also borrowed; NULL: none
     uint32_t count;               // retrainings at most
     uint64_t key;                 // plans of other keys draw other subsets; not 0, which is of benchmarks
-    uint64_t first_seed;          // of the first retraining, those after it count up
+    uint64_t first_seed;          // seed of the first retraining; those after it count up
     uint32_t epochs;
 };
 
@@ -24,7 +24,7 @@ struct vw_worth_plan {
     struct vw_subsets of_photos, of_providers; // in the order of the retrainings
 };
 
-// VW_ERROR_INPUT where the photos have fewer subsets. Free it also after a failure.
+// Makes the plan. Returns VW_ERROR_INPUT when the photos have fewer subsets. Free it also after a failure.
 enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan);
 void vw_worth_plan_free(struct vw_worth_plan *plan);
 

@@ -166,7 +166,7 @@ check "a single photo" refuses 'single photo' --list one.txt
 check "a name that is not in the scene" refuses 'unknown.txt:2: view_099' --list all --list unknown.txt
 check "random stands behind a list" refuses 'before it' --list random --list all
 check "that is not all photos" refuses 'shorter' --list all --list random
-check "scores of other photos" refuses 'which is no photo to train on' --scores valued --list top:2 --train kept.txt
+check "scores of other photos" refuses 'which is not a photo to train on' --scores valued --list top:2 --train kept.txt
 check "imported scores that are too low" refuses 'no train photo' --list nima.csv@6
 query() { sqlite3 "$1/ledger.db" "$2"; }
 cp -r valued twice

@@ -40,7 +40,7 @@ static const double FULL_RESOLUTION_RAYS = 2; // times the base's: the largest f
 
 // ---- Parameters ----
 
-// The bit of a parameter: first those of `sweeps`, then the others. 0 for a word that is none.
+// Returns the bit of a parameter: first those of `sweeps`, then the others; 0 for another word.
 static uint32_t bit_of(struct vw_word word) {
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps); i++)
         if (vw_word_is(word, sweeps[i].parameter)) return UINT32_C(1) << i;
@@ -92,7 +92,7 @@ static bool is_listed(const struct vw_sweep_configurations *configurations, cons
     return false;
 }
 
-// The value of every parameter at the base.
+// Describes the value of every parameter at the base.
 static void describe_base(struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
@@ -105,7 +105,7 @@ static void describe_base(struct vw_sweep_configuration *base) {
                  vw_table_precision_name(base->config.table_precision), base->downscale);
 }
 
-// The effects that are on, as --effects takes them, but for one (NULL: none). False when the list is too long.
+// Spells the effects that are on like --effects, but for one (NULL: none). Returns false when the list is too long.
 static bool spell_effects(const struct vw_session *session, const char *without,
                           char text[sizeof((struct vw_config *)0)->effects]) {
     const size_t text_bytes = sizeof((struct vw_config *)0)->effects;
@@ -118,7 +118,7 @@ static bool spell_effects(const struct vw_session *session, const char *without,
     return used < text_bytes;
 }
 
-// The validation rays that take all pixels of every validation view: as many for each as the largest view has.
+// Returns the validation rays that cover all pixels of every validation view: as many for each as the largest view has.
 static uint64_t val_pixels(const struct vw_scene *scene) {
     uint64_t most = 0;
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -139,13 +139,13 @@ static enum vw_status check_val_pixels(const struct vw_scene *scene) {
                    scene->path, pixels);
 }
 
-// The number to try, 0 where it would be below 1.
+// Returns the number to try, 0 if it would be below 1.
 static uint32_t number_of(const struct sweep *sweep, uint32_t base, double value) {
     double number = sweep->how == TIMES ? base * value : sweep->how == PLUS ? base + value : value;
     return number < 1 ? 0 : (uint32_t)number;
 }
 
-// Whether a config can be trained and gives scores.
+// Tells whether a config can be trained and gives scores.
 static bool is_admitted(const struct vw_config *config) {
     return config->epochs > config->burn_in_epochs && !vw_config_check(config);
 }
@@ -233,7 +233,7 @@ static enum vw_status add_table_precisions(struct vw_sweep_configurations *confi
     return status;
 }
 
-// The presets of --accuracy, which set epochs, too; one that equals the base is left out.
+// Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
 static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
     uint32_t count = 0;
     const struct vw_preset *presets = vw_presets(&count);

@@ -14,7 +14,7 @@ struct vw_sweep_configuration {
     char name[VW_CONFIGURATION_NAME_BYTES];   // "base", "rays-125": also its folder's name
     const char *parameter;                    // "base", "full_resolution", "rays", ...; static
     char value[VW_CONFIGURATION_VALUE_BYTES]; // "125"; of the base, all parameters: "rays 500, samples 32, ..."
-    struct vw_config config;                  // of the first seed; effects are spelled out as decided at the base
+    struct vw_config config;                  // first seed; effects are spelled out as decided at the base
     uint32_t downscale;
 };
 

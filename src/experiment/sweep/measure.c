@@ -63,7 +63,7 @@ static struct vw_trainer_params params_of(const struct vw_session *session, cons
                                       .steps_per_batch = STEPS_PER_BATCH};
 }
 
-// The verdicts of the base, switched on and off as the configuration says.
+// Switches the verdicts of the base on and off as the configuration says.
 static enum vw_status choose_effects(const struct vw_sweep_state *state, uint32_t configuration,
                                      struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX]) {
     const struct vw_session *session = &state->session;
@@ -77,8 +77,7 @@ static struct vw_step_times times_of(const struct vw_timed_trainer *timed) {
     return (struct vw_step_times){result.ms_per_step, result.cpu_ms_per_step};
 }
 
-// On one device, while others rest. Paired timing of the base, the configuration without scoring, and the configuration
-// with scoring.
+// Times the base and the configuration without and with scoring, in pairs, on one device while others rest.
 static enum vw_status time_configuration(struct vw_sweep_state *state, uint32_t configuration) {
     enum { BASE, TRAIN, VALUE, TRAINERS };
     const struct vw_session *session = &state->session;
@@ -185,7 +184,7 @@ enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configu
                           &state->measured[configuration].val_psnr);
 }
 
-// Other pixels than at the base are measured where masks are off, or where appearance fits left halves of photos.
+// Tells whether the base's pixels are measured; without masks, or where appearance fits left halves, others are.
 static enum vw_status sees_base_pixels(const struct vw_sweep_state *state, uint32_t configuration, bool *same) {
     const struct vw_session *session = &state->session;
     struct vw_effect_verdict ours[VW_EFFECT_COUNT_MAX];

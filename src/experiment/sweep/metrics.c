@@ -15,7 +15,7 @@ enum { SEEDS_MAX = 50 };
 
 // ---- From ledgers to score tables ----
 
-// The scores of a configuration's runs, method by method: values[seed * photo_count + photo].
+// Reads the scores of a configuration's runs, method by method: values[seed * photo_count + photo].
 static enum vw_status read_tables(const struct vw_sweep_state *state, uint32_t configuration,
                                   struct vw_score_tables *tables) {
     const struct vw_config *config = &state->configurations->configurations[configuration].config;
@@ -39,8 +39,8 @@ static enum vw_status read_tables(const struct vw_sweep_state *state, uint32_t c
 
 // ---- Correlations ----
 
-// Correlations of the same method's scores with the same seed at two configurations, means over the seeds. NaN where
-// one configuration lacks the method.
+// Correlates the same method's scores with the same seed at two configurations, as means over the seeds. NaN where one
+// configuration lacks the method.
 static enum vw_status compare_configurations(const struct vw_score_tables *ours, const struct vw_score_table *table,
                                              const struct vw_score_tables *theirs, double *pearson, double *spearman) {
     struct vw_agreement pairs[SEEDS_MAX];

@@ -20,15 +20,15 @@ struct vw_step_times {
 
 struct vw_measured_configuration {
     struct vw_step_times train, value; // steps without and with scoring
-    struct vw_step_times base;         // of the base with scoring, in the same rounds
+    struct vw_step_times base;         // the base with scoring, in the same rounds
     double device_bytes;
     double val_psnr; // dB, mean over the seeds; NaN where other pixels are measured than at the base
 };
 
 struct vw_sweep_state {
     const struct vw_sweep_params *params;           // borrowed
-    struct vw_out_lock *lock;                       // of OUT
-    struct vw_session session;                      // of the base
+    struct vw_out_lock *lock;                       // lock of OUT
+    struct vw_session session;                      // the base's
     struct vw_retrainer retrainer;                  // on that session
     struct vw_sweep_configurations *configurations; // borrowed from the sweep
     struct vw_measured_configuration measured[VW_CONFIGURATIONS_MAX];
@@ -41,18 +41,18 @@ struct vw_sweep_state {
 // Times the first steps of every configuration, unless they are recorded. VW_ERROR_INTERRUPTED keeps the configurations
 // that are measured.
 enum vw_status vw_sweep_time_steps(struct vw_sweep_state *state);
-// The folder of a configuration's runs, owned by the caller; NULL when memory is short.
+// Returns the folder of a configuration's runs, owned by the caller; NULL when memory is short.
 char *vw_sweep_folder(const struct vw_sweep_state *state, uint32_t configuration);
-// Validation PSNR of the fields that a configuration's runs left, on the photos of the base: from the store if it is
-// recorded, or measured now and recorded.
+// Finds or measures the validation PSNR of the fields of a configuration's runs, on the photos of the base. A measured
+// one is recorded in the store.
 enum vw_status vw_sweep_find_psnr(struct vw_sweep_state *state, uint32_t configuration, bool *found);
 enum vw_status vw_sweep_measure_psnr(struct vw_sweep_state *state, uint32_t configuration);
-// Steps of a configuration's run.
+// Returns the steps of a configuration's run.
 uint64_t vw_sweep_steps(const struct vw_sweep_state *state, uint32_t configuration);
-// Wall clock of a step of a configuration without and with scoring, in ms: its ratio to the base in the same rounds,
-// times the median of the base over all configurations. So a machine that is busy during one configuration's rounds
-// does not make that configuration look slower. The ratio is of wall clock times, or, on a device that is the CPU, of
-// CPU times, which other programs do not lengthen.
+// Returns the wall clock of a step of a configuration without and with scoring, in ms: its ratio to the base in the
+// same rounds, times the median of the base over all configurations, so that a busy machine does not make one
+// configuration look slower. The ratio is of wall clock times, or, on a device that is the CPU, of CPU times, which
+// other programs do not lengthen.
 void vw_sweep_step_ms(const struct vw_sweep_state *state, uint32_t configuration, double *train_ms, double *value_ms);
 
 // ---- metrics.c ----

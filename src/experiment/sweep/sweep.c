@@ -85,7 +85,7 @@ static void log_duration(const struct vw_sweep_state *state) {
         count, params->common.seeds, retrainings, ceil(seconds / 60));
 }
 
-// Whether the ledgers of all seeds lie in a configuration's folder.
+// Tells whether a configuration's folder has the ledgers of all seeds.
 static bool has_runs(const struct vw_experiment_params *common, const char *folder) {
     bool there = true;
     for (uint32_t i = 0; i < common->seeds && there; i++) {
@@ -99,7 +99,7 @@ static bool has_runs(const struct vw_experiment_params *common, const char *fold
 static enum vw_status make_runs(const struct vw_sweep_state *state, uint32_t place, const char *folder) {
     const struct vw_sweep_configuration *configuration = &state->configurations->configurations[place];
     struct vw_experiment_params runs = state->params->common;
-    struct vw_session session = {0}; // of its own: downscale and effects may differ
+    struct vw_session session = {0}; // its own: downscale and effects may differ
     runs.out = folder;
     runs.config = &configuration->config;
     runs.scene.downscale = configuration->downscale;
@@ -109,7 +109,7 @@ static enum vw_status make_runs(const struct vw_sweep_state *state, uint32_t pla
     return status;
 }
 
-// When the PSNR of a configuration is recorded, its runs are finished.
+// Makes a configuration's runs, which are finished if its PSNR is recorded.
 static enum vw_status make_configuration(struct vw_sweep_state *state, uint32_t place, const char *folder) {
     bool known = false;
     const char *out = state->params->common.out;

@@ -16,7 +16,7 @@
 // An evaluation of the scores by further trainings, which a caller may add: it fills auc and lds of the metrics.
 struct vw_sweep_evaluator {
     uint32_t seeds;     // that its trainings take, after those of the runs
-    uint32_t trainings; // of the base's steps; for the estimate of the duration
+    uint32_t trainings; // number of trainings of the base's steps; for the estimate of the duration
     enum vw_status (*train)(void *context, struct vw_retrainer *retrainer, uint64_t first_seed);
     // `metrics` has one entry per table.
     enum vw_status (*evaluate)(void *context, const struct vw_retrainer *retrainer,
