@@ -21,7 +21,7 @@ static const char *provider_of(const char *provider) { return provider && *provi
 static void print_value(double value, double standard_error, const char *unit) {
     char error[32] = "?"; // of a single visit
     if (isfinite(standard_error)) snprintf(error, sizeof error, "%.4f", standard_error);
-    vw_print("  %+9.4f ± %s %s  ", value, error, unit);
+    vw_print("  %+9" VW_SCORE_DIGITS "f ± %s %s  ", value, error, unit);
 }
 
 static void print_more(uint32_t count, uint32_t shown, const char *path) {
@@ -79,7 +79,8 @@ static void print_duplicates(const struct vw_attribution *attribution) {
     for (uint32_t i = 0; i < attribution->duplicate_count; i++) {
         bool begins = i == 0 || rows[i].group != rows[i - 1].group;
         if (begins && ++groups <= SHOWN_GROUPS)
-            vw_print("near-duplicates, together %+.4f by %s\n", rows[i].group_value, attribution->method);
+            vw_print("near-duplicates, together %+" VW_SCORE_DIGITS "f by %s\n", rows[i].group_value,
+                     attribution->method);
         if (groups <= SHOWN_GROUPS) print_duplicate(&rows[i]);
     }
     print_more(groups, SHOWN_GROUPS, attribution->duplicates_path);

@@ -29,8 +29,9 @@ static double quality_of(const struct vw_kfold *kfold, uint32_t image_id) {
 
 static void print_photo(const struct vw_kfold *kfold, const struct vw_ledger_score *score) {
     const struct vw_view *view = &kfold->session.scene->views[score->image_id];
-    vw_print("  %+9.4f ", score->value);
-    if (isfinite(score->ci_low)) vw_print("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
+    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
+    if (isfinite(score->ci_low))
+        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ", score->ci_low, score->ci_high);
     vw_print("%s", score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
     double quality = quality_of(kfold, score->image_id);

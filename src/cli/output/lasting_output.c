@@ -33,7 +33,7 @@ static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } //
 static void print_end(const struct vw_lasting_summary *summary, bool from_best) {
     for (uint32_t i = 0; i < count_shown(summary); i++) {
         const struct vw_ledger_score *score = score_at(summary, i, from_best);
-        vw_print("  %+9.4f %s  %s\n", score->value, score->unit, name_of(summary, score->image_id));
+        vw_print("  %+9" VW_SCORE_DIGITS "f %s  %s\n", score->value, score->unit, name_of(summary, score->image_id));
     }
 }
 
@@ -62,8 +62,8 @@ static void print_gate(const struct vw_lasting_summary *summary) {
              " are longer and shorter: predicted, measured\n",
              sweep->checks->from_step);
     for (uint32_t i = 0; i < sweep->check_count; i++)
-        vw_print("  %+9.4f  %+9.4f dB  %s\n", sweep->checks[i].predicted_psnr, sweep->checks[i].measured_psnr,
-                 name_of(summary, sweep->checks[i].image_id));
+        vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", sweep->checks[i].predicted_psnr,
+                 sweep->checks[i].measured_psnr, name_of(summary, sweep->checks[i].image_id));
     vw_print("         Pearson's correlation %.2f (mean absolute error: %.2f)\n", psnr, loss);
     if (!is_trusted(psnr))
         vw_print("         below %.1f: lasting credit is not to be trusted here\n", vw_lasting_gate_least);

@@ -2,6 +2,9 @@
 #ifndef VIEWWORTH_CLI_OUTPUT_PRINT_H
 #define VIEWWORTH_CLI_OUTPUT_PRINT_H
 
+// Digits after the point of every score that is printed.
+#define VW_SCORE_DIGITS ".4"
+
 // Like printf, to stdout, of text that cannot control a terminal: it replaces what vw_text_make_line() replaces, except
 // the line ends of `format`. main() reports a failure to write.
 void vw_print(const char *format, ...) __attribute__((format(printf, 1, 2)));

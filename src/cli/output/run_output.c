@@ -42,9 +42,9 @@ static uint32_t count_shown(const struct ranking *ranking) {
 
 static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score, double quality) {
     const struct vw_view *view = &scene->views[score->image_id];
-    vw_print("  %+9.4f ", score->value);
+    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
     if (isfinite(score->ci_low) && isfinite(score->ci_high))
-        vw_print("[%+9.4f, %+9.4f] ", score->ci_low, score->ci_high);
+        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ", score->ci_low, score->ci_high);
     vw_print("%s", score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
     if (isfinite(quality)) vw_print("  quality %.2f", quality);

@@ -26,10 +26,10 @@ static const struct vw_ledger_image *image_of(const struct vw_worth_run *result,
 
 static void print_photo(const struct vw_worth_run *result, const struct vw_ledger_score *score) {
     const struct vw_ledger_image *image = image_of(result, score);
-    vw_print("  %+9.4f ", score->value);
+    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
     if (!result->prior)
-        vw_print("[%+9.4f, %+9.4f] dB  rank %u-%u", score->ci_low, score->ci_high, score->rank_ci_low,
-                 score->rank_ci_high);
+        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] dB  rank %u-%u", score->ci_low, score->ci_high,
+                 score->rank_ci_low, score->rank_ci_high);
     vw_print("  %s", image->name);
     if (image->ground_truth) vw_print(" (%s)", image->ground_truth);
     vw_print("\n");

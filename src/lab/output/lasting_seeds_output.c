@@ -13,8 +13,9 @@ enum { SHOWN_AT_EACH_END = 5 };
 
 static void print_photo(const struct vw_lasting_seeds *seeds, uint32_t photo) {
     const struct vw_seed_mean *mean = &seeds->means[0][photo];
-    vw_print("  %+9.4f [%+9.4f, %+9.4f] %s  rank %u-%u  %s\n", mean->mean, mean->ci_low, mean->ci_high, seeds->units[0],
-             mean->rank_ci_low, mean->rank_ci_high, seeds->names[photo]);
+    vw_print("  %+9" VW_SCORE_DIGITS "f [%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] %s  rank %u-%u  %s\n",
+             mean->mean, mean->ci_low, mean->ci_high, seeds->units[0], mean->rank_ci_low, mean->rank_ci_high,
+             seeds->names[photo]);
 }
 
 // Those of ranks `first` to `last`.
