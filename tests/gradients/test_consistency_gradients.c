@@ -251,10 +251,11 @@ TEST(gradients_are_slopes) {
         if (cases[i].importance_samples) continue; // whose places move with the params
         struct step_bench *bench = open_case(i, WEIGHT);
         const struct vw_model *model = &bench->model;
-        size_t weights = model->weights.offset_bytes / 4, sky = model->ranges[VW_SLOT_SKY].offset_bytes / 4,
-               sky_end = sky + model->ranges[VW_SLOT_SKY].size_bytes / 4,
-               shift = vw_encoder_network(model).offset_bytes / 4 + 4 * ENCODER_SHIFT,
-               shift_end = (vw_encoder_network(model).offset_bytes + vw_encoder_network(model).size_bytes) / 4;
+        const struct vw_param_range *of_sky = &model->ranges[VW_SLOT_SKY], encoder = vw_encoder_network(model);
+        size_t weights = model->weights.offset_bytes / 4,
+               sky = (of_sky->size_bytes ? of_sky->offset_bytes : encoder.offset_bytes) / 4,
+               sky_end = sky + of_sky->size_bytes / 4, shift = encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
+               shift_end = (encoder.offset_bytes + encoder.size_bytes) / 4;
         mask(bench);
         take_gradients(bench);
         double *gradient = read_gradient(bench);

@@ -1,4 +1,5 @@
 // The inner region of unbounded scenes: which box the field sees when the effect unbounded is on.
+// label: host
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

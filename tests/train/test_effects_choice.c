@@ -1,4 +1,5 @@
 // Which effects are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
+// label: host
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

@@ -1,5 +1,6 @@
 // A run with an effect off has nothing of it: no param, no byte on the device, no pass. Here without guard bands, which
 // take bytes too.
+// label: host
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

@@ -1,4 +1,5 @@
 // The pixels of a step: anywhere in the photo, or the first of them as a picture of it, one in each cell of a grid.
+// label: host
 #include "support/cmocka_test.h"
 
 #include "support/synthetic_scene.h"
