@@ -56,57 +56,43 @@ typedef uint32_t vw_uint;
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
-    X(64, FOLD_ROWS, fold_rows, uint, 0)           /* 1: activations are stored in the places of 32 samples: wrong, for benchmark_step */ \
-    X(65, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */ \
-    X(66, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */ \
-    X(67, SHIFT_COLUMN, shift_column, uint, 0)     /* weight column that holds the biases of the first four units that a code shifts */ \
-    X(68, SHIFT_STRIDE, shift_stride, uint, 0)     /* from there to that of the next four */ \
-    X(69, FIELD_COLUMNS, field_columns, uint, 0)   /* weight columns of the field; the sky's follow */ \
-    X(70, POSITION_FREQUENCIES, position_frequencies, uint, 10) /* of the field mlp, as all that follow */ \
-    X(71, LAYER_ROWS, layer_rows, uint, 1)         /* rows of a sample's activations */ \
-    X(72, D_LAYER_ROWS, d_layer_rows, uint, 1)     /* and of their gradients */ \
-    X(73, TILE_TO4, tile_to4, uint, 1)             /* rows that an invocation of multiply_layer writes */ \
-    X(74, TILE_FROM4, tile_from4, uint, 1)         /* and reads */ \
-    X(75, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
-    X(76, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
-    X(77, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
-    X(78, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
+    X(64, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */ \
+    X(65, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */ \
+    X(66, SHIFT_COLUMN, shift_column, uint, 0)     /* weight column that holds the biases of the first four units that a code shifts */ \
+    X(67, SHIFT_STRIDE, shift_stride, uint, 0)     /* from there to that of the next four */ \
+    X(68, FIELD_COLUMNS, field_columns, uint, 0)   /* weight columns of the field; the sky's follow */ \
+    X(69, POSITION_FREQUENCIES, position_frequencies, uint, 10) /* of the field mlp, as all that follow */ \
+    X(70, LAYER_ROWS, layer_rows, uint, 1)         /* rows of a sample's activations */ \
+    X(71, D_LAYER_ROWS, d_layer_rows, uint, 1)     /* and of their gradients */ \
+    X(72, TILE_TO4, tile_to4, uint, 1)             /* rows that an invocation of multiply_layer writes */ \
+    X(73, TILE_FROM4, tile_from4, uint, 1)         /* and reads */ \
+    X(74, EFFECT_VISIBILITY, effect_visibility, uint, 0) \
+    X(75, VISIBILITY_COLUMN, visibility_column, uint, 0) /* weight column with which the network of visibility begins */ \
+    X(76, STRATA, strata, uint, 32)                /* of a ray, each with one even sample: SAMPLES without importance samples */ \
+    X(77, IMPORTANCE, importance, uint, 0)         /* 1: the SAMPLES are importance samples, whose places are listed */ \
     VW_TRANSIENT_CONSTANTS(X) \
-    X(88, EFFECT_POSE, effect_pose, uint, 0) \
-    X(89, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
-    X(90, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */
+    X(87, EFFECT_POSE, effect_pose, uint, 0) \
+    X(88, EFFECT_APPEARANCE_ENCODER, effect_appearance_encoder, uint, 0) \
+    X(89, ENCODER_COLUMN, encoder_column, uint, 0) /* weight column with which its network begins */
 
 // The effect transient, and places of its head: rows of VW_SLOT_LAYER_ROWS and of VW_SLOT_D_LAYER_ROWS, columns of weights.
 #define VW_TRANSIENT_CONSTANTS(X) \
-    X(79, EFFECT_TRANSIENT, effect_transient, uint, 0) \
-    X(80, BETA_MIN, beta_min, float, 0.1)                  /* least uncertainty of a ray, a standard deviation of colours */ \
-    X(81, TRANSIENT_ROW, transient_row, uint, 0)           /* of logits and raw density; raw uncertainty in the next row */ \
-    X(82, D_TRANSIENT_ROW, d_transient_row, uint, 0)       /* of the gradients by both */ \
-    X(83, D_FEATURE_ROW, d_feature_row, uint, 0)           /* of those by the features of the field hash */ \
-    X(84, TRANSIENT_CODE_ROW, transient_code_row, uint, 0) /* of the photo's code */ \
-    X(85, TRANSIENT_COLUMN, transient_column, uint, 0)     /* of the matrix that the code is multiplied by */ \
-    X(86, TRANSIENT_BIAS, transient_bias, uint, 0)         /* of the same layer's biases */ \
-    X(87, TRANSIENT_WIDTH4, transient_width4, uint, 1)     /* its units / 4 */
+    X(78, EFFECT_TRANSIENT, effect_transient, uint, 0) \
+    X(79, BETA_MIN, beta_min, float, 0.1)                  /* least uncertainty of a ray, a standard deviation of colours */ \
+    X(80, TRANSIENT_ROW, transient_row, uint, 0)           /* of logits and raw density; raw uncertainty in the next row */ \
+    X(81, D_TRANSIENT_ROW, d_transient_row, uint, 0)       /* of the gradients by both */ \
+    X(82, D_FEATURE_ROW, d_feature_row, uint, 0)           /* of those by the features of the field hash */ \
+    X(83, TRANSIENT_CODE_ROW, transient_code_row, uint, 0) /* of the photo's code */ \
+    X(84, TRANSIENT_COLUMN, transient_column, uint, 0)     /* of the matrix that the code is multiplied by */ \
+    X(85, TRANSIENT_BIAS, transient_bias, uint, 0)         /* of the same layer's biases */ \
+    X(86, TRANSIENT_WIDTH4, transient_width4, uint, 1)     /* its units / 4 */
 
 VW_ENUM(VW_LEVELS_MAX, 16)
 // Per level: cells per axis, and the index of its first feature pair in the grid.
+#define VW_LEVEL(X, i) X(27 + i, RESOLUTION_##i, resolution[i], uint, 8) X(43 + i, FIRST_PAIR_##i, first_pair[i], uint, 0)
 #define VW_LEVEL_CONSTANTS(X) \
-    X(27, RESOLUTION_0, resolution[0], uint, 8) X(28, RESOLUTION_1, resolution[1], uint, 8) \
-    X(29, RESOLUTION_2, resolution[2], uint, 8) X(30, RESOLUTION_3, resolution[3], uint, 8) \
-    X(31, RESOLUTION_4, resolution[4], uint, 8) X(32, RESOLUTION_5, resolution[5], uint, 8) \
-    X(33, RESOLUTION_6, resolution[6], uint, 8) X(34, RESOLUTION_7, resolution[7], uint, 8) \
-    X(35, RESOLUTION_8, resolution[8], uint, 8) X(36, RESOLUTION_9, resolution[9], uint, 8) \
-    X(37, RESOLUTION_10, resolution[10], uint, 8) X(38, RESOLUTION_11, resolution[11], uint, 8) \
-    X(39, RESOLUTION_12, resolution[12], uint, 8) X(40, RESOLUTION_13, resolution[13], uint, 8) \
-    X(41, RESOLUTION_14, resolution[14], uint, 8) X(42, RESOLUTION_15, resolution[15], uint, 8) \
-    X(43, FIRST_PAIR_0, first_pair[0], uint, 0) X(44, FIRST_PAIR_1, first_pair[1], uint, 0) \
-    X(45, FIRST_PAIR_2, first_pair[2], uint, 0) X(46, FIRST_PAIR_3, first_pair[3], uint, 0) \
-    X(47, FIRST_PAIR_4, first_pair[4], uint, 0) X(48, FIRST_PAIR_5, first_pair[5], uint, 0) \
-    X(49, FIRST_PAIR_6, first_pair[6], uint, 0) X(50, FIRST_PAIR_7, first_pair[7], uint, 0) \
-    X(51, FIRST_PAIR_8, first_pair[8], uint, 0) X(52, FIRST_PAIR_9, first_pair[9], uint, 0) \
-    X(53, FIRST_PAIR_10, first_pair[10], uint, 0) X(54, FIRST_PAIR_11, first_pair[11], uint, 0) \
-    X(55, FIRST_PAIR_12, first_pair[12], uint, 0) X(56, FIRST_PAIR_13, first_pair[13], uint, 0) \
-    X(57, FIRST_PAIR_14, first_pair[14], uint, 0) X(58, FIRST_PAIR_15, first_pair[15], uint, 0)
+    VW_LEVEL(X, 0) VW_LEVEL(X, 1) VW_LEVEL(X, 2) VW_LEVEL(X, 3) VW_LEVEL(X, 4) VW_LEVEL(X, 5) VW_LEVEL(X, 6) VW_LEVEL(X, 7) \
+    VW_LEVEL(X, 8) VW_LEVEL(X, 9) VW_LEVEL(X, 10) VW_LEVEL(X, 11) VW_LEVEL(X, 12) VW_LEVEL(X, 13) VW_LEVEL(X, 14) VW_LEVEL(X, 15)
 
 #ifdef VULKAN
 #define VW_DECLARE_CONSTANT(id, upper, lower, type, value) layout(constant_id = id) const type upper = value;
@@ -119,7 +105,7 @@ struct vw_specialization {
     float background_red, background_green, background_blue, learning_rate, beta1, beta2, gradient_quantum, gradient_clamp, inverse_rays;
     uint resolution[VW_LEVELS_MAX];
     uint first_pair[VW_LEVELS_MAX];
-    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, fold_rows, stores_rows;
+    uint effect_sky, effect_unbounded, effect_appearance, slice_samples, skip_zeros, stores_rows;
     float huber_length;
     uint shift_column, shift_stride, field_columns, position_frequencies, layer_rows, d_layer_rows, tile_to4, tile_from4;
     uint effect_visibility, visibility_column;

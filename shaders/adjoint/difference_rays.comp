@@ -5,7 +5,7 @@
 // the ray's target. One ray per invocation. Variant VW_RAY_EFFECTS: sky, appearance and visibility, as in
 // backward_rays; how visible a ray is, is held fixed.
 #include "common.glsl"
-#include "rays/background.glsl"
+#include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
 #include "rays/ray_samples.glsl"
@@ -18,9 +18,6 @@ BUFFER(VW_SLOT_SWEEP_STATE) readonly buffer Sweep { vw_sweep_state sweep; };
 PUSH uniform Push { vw_push_difference push; };
 
 #ifdef VW_RAY_EFFECTS
-#include "effects/appearance.glsl"
-#include "effects/sky.glsl"
-BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_VISIBILITY) readonly buffer Visibility { vec2 visibility[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 #endif
@@ -30,15 +27,8 @@ vec3 seen_colour(vw_ray ray, uint index, uint ray_index) {
     ray_slots(index, first, count);
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < count; i++) march(forward, field[first + i], length_of(ray, first + i, i));
-    vec3 backdrop = background_colour(ray_index, push.key);
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
-#endif
-    vec3 seen = forward.colour + transmittance(forward.tau) * backdrop;
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], seen);
-#endif
-    return seen;
+    vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
+    return seen_by_photo(state.view, forward.colour + transmittance(forward.tau) * backdrop);
 }
 
 void main() {

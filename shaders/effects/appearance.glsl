@@ -13,19 +13,12 @@ vw_appearance appear_back(vw_appearance photo, vec3 rendered, vec3 d_seen, out v
     return vw_appearance(vec4(d_seen * rendered, 0.0), vec4(d_seen, 0.0));
 }
 
-// A photo is visited once an epoch, the field at every step: so its gain, bias and code move by a multiple of the
-// learning rate. The multiple falls as they settle, since the field has to bear it when they waver: on
-// scenes/exposure.json gains reached 23.0 dB (two seeds), with multiples that stay at 3, 10 and 30 only 22.5, 22.6
-// and 21.5.
-const float PHOTO_RATE = 20.0;
-float photo_rate(uint visits) { return PHOTO_RATE * inversesqrt(float(visits)); }
-
 // All gains could rise while the field's colours fall, and all codes drift where the code 0 of rendering is unknown: a
 // ridge holds them near 0. Gradient of the mean loss per unit. Gains spread by 0.18 with it, by 0.19 without, by 0.13
 // with ten times as much.
 const float PHOTO_RIDGE = 0.01;
-// Of fit_views, in squared errors: as if one ray were off by 0.3 for a gain or bias of 1. Ten times as much cost 0.15
-// dB, a tenth gave none.
+// The ridge of fit_views, in squared errors: as if one ray were off by 0.3 for a gain or bias of 1. Ten times as much
+// cost 0.15 dB, a tenth gave none.
 const float FIT_RIDGE = 0.1;
 
 #endif

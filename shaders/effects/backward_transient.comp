@@ -4,7 +4,8 @@
 // and goes back to the gradients of the samples' rgb and raw density, of what the transient head gave out, and of the
 // sky's logit. Sky and appearance are in the variant VW_RAY_EFFECTS, as there.
 #include "common.glsl"
-#include "rays/background.glsl"
+#define SEES_BACK
+#include "effects/seen.glsl"
 #include "rays/sample_places.glsl"
 #include "effects/transient.glsl"
 layout(local_size_x = 64) in;
@@ -17,14 +18,6 @@ BUFFER(VW_SLOT_D_LAYER_ROWS) writeonly buffer DLayerRows { vec4 d_layer_rows[]; 
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
-
-#ifdef VW_RAY_EFFECTS
-#include "effects/appearance.glsl"
-#include "effects/sky.glsl"
-BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
-BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
-BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
-#endif
 
 transient_sample transient_at(uint slot) {
     return activate_transient(layer_rows[VW_ROW_PLACE(LAYER_ROWS, TRANSIENT_ROW, slot)],
@@ -42,14 +35,8 @@ void main() {
         march_both(forward, field[first + i], transient_at(first + i), sample_length(ray, first + i, i));
     }
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray_index, push.key);
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
-#endif
-    vec3 rendered = forward.colour + left * backdrop, seen = rendered;
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], rendered);
-#endif
+    vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
+    vec3 rendered = forward.colour + left * backdrop, seen = seen_by_photo(state.view, rendered);
     transient_slopes slopes;
     float weight = ray.target_weight.w; // padding and excluded pixels weigh 0
     float loss = weight * transient_loss(seen - ray.target_weight.rgb, forward, slopes);
@@ -57,13 +44,7 @@ void main() {
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 
     slopes = transient_slopes(weight * slopes.colour, weight * slopes.uncertainty, weight * slopes.density);
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_APPEARANCE != 0u) {
-        vec3 d_seen = slopes.colour;
-        d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, slopes.colour);
-    }
-    if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, slopes.colour), 0.0);
-#endif
+    seen_back(ray_index, state.view, rendered, backdrop, left, slopes.colour);
     float behind = left * dot(slopes.colour, backdrop);
     for (uint i = SAMPLES; i-- > 0u;) {
         uint slot = first + i;

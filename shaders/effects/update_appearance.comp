@@ -1,18 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves gain and bias of the step's photo, those of the others stay: lazy Adam with the photo's own moments and step
-// count, whatever the optimiser of the field counts. One workgroup.
+// Moves gain and bias of the step's photo (photo_adam.glsl). One workgroup.
 #include "common.glsl"
-#include "effects/appearance.glsl"
-#include "networks/adam.glsl"
+#include "networks/photo_adam.glsl"
 #include "effects/photo_gradient.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_APPEARANCE) buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_APPEARANCE_MOMENTS) buffer Moments { vw_appearance_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
-PUSH uniform Push { vw_push_update push; };
 
 void main() {
     vw_appearance gradient = sum_photo_gradient(push.count);
@@ -24,18 +20,13 @@ void main() {
     }
     vw_appearance photo = appearance[state.view];
     vw_appearance_moments moment = moments[state.view];
-    moment.visits = min(moment.visits, 0x7FFFFFFEu) + 1u; // saturated, as the grid's
+    moment.visits = next_visit(moment.visits);
+    float rate = photo_rate(moment.visits);
     d_gain = d_gain * INVERSE_RAYS + PHOTO_RIDGE * photo.gain;
     d_bias = d_bias * INVERSE_RAYS + PHOTO_RIDGE * photo.bias;
-    photo.gain -=
-        (1.0 + push.extra) * photo_rate(moment.visits) * adam_step(d_gain, moment.visits, moment.gain1, moment.gain2);
-    photo.bias -=
-        (1.0 + push.extra) * photo_rate(moment.visits) * adam_step(d_bias, moment.visits, moment.bias1, moment.bias2);
-    if (!finite(photo.gain) ||
-        !finite(photo.bias)) { // params stay finite, whatever the learning rate, and the row says so (decision 8)
-        overflow = 1u;
-        return;
-    }
+    photo.gain -= photo_step(rate, d_gain, moment.visits, moment.gain1, moment.gain2);
+    photo.bias -= photo_step(rate, d_bias, moment.visits, moment.bias1, moment.bias2);
+    if (!stays_finite(finite(photo.gain) && finite(photo.bias))) return;
     appearance[state.view] = photo;
     moments[state.view] = moment;
 }

@@ -4,18 +4,17 @@
 // to, of which follow those by the code weights (vector x code) and by the photo's code (code weights transposed times
 // vector). The code weights move at every step, the code lazily, as the photo's gain and bias do. One workgroup.
 #include "common.glsl"
-#include "effects/appearance.glsl"
-#include "networks/adam.glsl"
+#define PHOTO_CODE4 CODE4
+#define PHOTO_CODES VW_SLOT_CODES
+#define PHOTO_CODE_MOMENTS VW_SLOT_CODE_MOMENTS
+#define PHOTO_MOMENTS_TYPE vw_code_moments
+#include "networks/photo_adam.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) buffer CodeWeights { vec4 code_weights[]; };
-BUFFER(VW_SLOT_CODES) buffer Codes { vec4 codes[]; };
 BUFFER(VW_SLOT_D_WEIGHTS) readonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_CODE_WEIGHT_MOMENTS) buffer WeightMoments { vec4 weight_moments[]; };
-BUFFER(VW_SLOT_CODE_MOMENTS) buffer Moments { vw_code_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
-PUSH uniform Push { vw_push_update push; };
 
 const uint UNITS = 4u * WIDTH4, COUNT = UNITS * CODE4;
 shared vec4 code[CODE4];
@@ -32,27 +31,10 @@ void move_weights(uint at) {
     vec4 gradient = d_shift[at / CODE4] * code[at % CODE4], moment1 = weight_moments[at],
          moment2 = weight_moments[COUNT + at];
     vec4 moved = code_weights[at] - (1.0 + push.extra) * adam_step(gradient, push.step_low, moment1, moment2);
-    if (!finite(moved)) { // as in update_weights
-        overflow = 1u;
-        return;
-    }
+    if (!stays_finite(finite(moved))) return;
     code_weights[at] = moved;
     weight_moments[at] = moment1;
     weight_moments[COUNT + at] = moment2;
-}
-
-void move_code(uint k, vec4 gradient) {
-    uint visits = min(moments[state.view].visits, 0x7FFFFFFEu) + 1u;
-    vec4 moment1 = moments[state.view].moment1[k], moment2 = moments[state.view].moment2[k];
-    vec4 moved = code[k] - (1.0 + push.extra) * photo_rate(visits) *
-                               adam_step(gradient + PHOTO_RIDGE * code[k], visits, moment1, moment2);
-    if (!finite(moved)) {
-        overflow = 1u;
-        return;
-    }
-    codes[CODE4 * state.view + k] = moved;
-    moments[state.view].moment1[k] = moment1;
-    moments[state.view].moment2[k] = moment2;
 }
 
 void main() {
@@ -66,8 +48,8 @@ void main() {
     memoryBarrierBuffer();
     barrier(); // all have read the code weights
     for (uint at = lane; at < COUNT; at += 64u) move_weights(at);
-    if (lane < CODE4) move_code(lane, d_code);
+    if (lane < CODE4) move_code(state.view, lane, next_visit(moments[state.view].visits), d_code);
     memoryBarrierBuffer();
     barrier(); // all have read the visits
-    if (lane == 0u) moments[state.view].visits = min(moments[state.view].visits, 0x7FFFFFFEu) + 1u;
+    if (lane == 0u) moments[state.view].visits = next_visit(moments[state.view].visits);
 }

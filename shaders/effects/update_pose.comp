@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the correction of the step's camera, those of the others stay: lazily, as update_appearance does. One
-// workgroup, which sums what the rays say in a fixed order: each invocation every 64th, then the first the 64 sums.
+// Moves the correction of the step's camera (photo_adam.glsl). One workgroup, which sums what the rays say in a fixed
+// order: each invocation every 64th, then the first the 64 sums.
 #include "common.glsl"
-#include "networks/adam.glsl"
+#include "networks/photo_adam.glsl"
 #include "effects/pose.glsl"
 layout(local_size_x = 64) in;
 
@@ -12,8 +12,6 @@ BUFFER(VW_SLOT_POSES) buffer Poses { vw_pose poses[]; };
 BUFFER(VW_SLOT_POSE_MOMENTS) buffer Moments { vw_pose_moments moments[]; };
 BUFFER(VW_SLOT_D_POSES) readonly buffer DPoses { vw_pose d_poses[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
-PUSH uniform Push { vw_push_update push; };
 
 shared vec4 forces[64], torques[64];
 
@@ -34,17 +32,14 @@ void main() {
     }
     vw_pose pose = poses[state.view];
     vw_pose_moments moment = moments[state.view];
-    moment.visits = min(moment.visits, 0x7FFFFFFEu) + 1u; // saturated, as the grid's
+    moment.visits = next_visit(moment.visits);
     vec4 d_shift = force * INVERSE_RAYS + POSE_RIDGE * pose.shift;
     vec4 d_turn =
         vec4(turn_gradient(cameras[state.view], pose, torque.xyz), 0.0) * INVERSE_RAYS + POSE_RIDGE * pose.turn;
-    float rate = (1.0 + push.extra) * pose_rate(moment.visits);
-    pose.shift -= rate * adam_step(d_shift, moment.visits, moment.shift1, moment.shift2);
-    pose.turn -= rate * adam_step(d_turn, moment.visits, moment.turn1, moment.turn2);
-    if (!finite(pose.shift) || !finite(pose.turn)) { // as in update_appearance
-        overflow = 1u;
-        return;
-    }
+    float rate = pose_rate(moment.visits);
+    pose.shift -= photo_step(rate, d_shift, moment.visits, moment.shift1, moment.shift2);
+    pose.turn -= photo_step(rate, d_turn, moment.visits, moment.turn1, moment.turn2);
+    if (!stays_finite(finite(pose.shift) && finite(pose.turn))) return;
     poses[state.view] = pose;
     moments[state.view] = moment;
 }

@@ -1,20 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the code by which the network of visibility knows the step's photo: lazily, as update_code does. The gradient
+// Moves the code by which the network of visibility knows the step's photo (photo_adam.glsl). The gradient
 // by the sums in the first layer is that by its biases, since their input is 1; from there it goes back through the
 // code's weights, which update_weights has not moved yet. One workgroup.
 #include "common.glsl"
-#include "effects/appearance.glsl"
-#include "networks/adam.glsl"
+#define PHOTO_CODE4 VISIBILITY_CODE4
+#define PHOTO_CODES VW_SLOT_VISIBILITY_CODES
+#define PHOTO_CODE_MOMENTS VW_SLOT_VISIBILITY_MOMENTS
+#define PHOTO_MOMENTS_TYPE vw_visibility_moments
+#include "networks/photo_adam.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_D_WEIGHTS) readonly buffer DWeights { vec4 d_weights[]; };
-BUFFER(VW_SLOT_VISIBILITY_CODES) buffer Codes { vec4 codes[]; };
-BUFFER(VW_SLOT_VISIBILITY_MOMENTS) buffer Moments { vw_visibility_moments moments[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };
-PUSH uniform Push { vw_push_update push; };
 
 const uint BIAS_INPUT = 2u; // which input is the constant
 
@@ -30,7 +29,7 @@ vec4 code_gradient(uint k) {
 void main() {
     uint k = gl_LocalInvocationID.x, view = state.view;
     if (state.nonfinite != 0u) return; // of all invocations alike: the step is skipped
-    uint visits = min(moments[view].visits, 0x7FFFFFFEu) + 1u;
+    uint visits = next_visit(moments[view].visits);
     memoryBarrierBuffer();
     barrier(); // all have read the visits
     if (k == 0u) moments[view].visits = visits;
@@ -38,11 +37,5 @@ void main() {
     vec4 moment1 = moments[view].moment1[k], moment2 = moments[view].moment2[k];
     vec4 by = photo_rate(visits) * adam_step(code_gradient(k), visits, moment1, moment2);
     vec4 moved = codes[VISIBILITY_CODE4 * view + k] - (1.0 + push.extra) * by;
-    if (!finite(moved)) { // as in update_weights
-        overflow = 1u;
-        return;
-    }
-    codes[VISIBILITY_CODE4 * view + k] = moved;
-    moments[view].moment1[k] = moment1;
-    moments[view].moment2[k] = moment2;
+    store_code(view, k, moved, moment1, moment2);
 }

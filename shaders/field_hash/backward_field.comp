@@ -20,7 +20,7 @@ BUFFER(VW_SLOT_D_LAYER_ROWS) readonly buffer DLayerRows { vec4 d_layer_rows[]; }
 #define WEIGHTS_SHARED
 #include "networks/mlp.glsl"
 
-void store(uint row, uint slot, vec4 value) { rows[row_place_to_store(row, slot)] = pack_bfloats(value); }
+void store(uint row, uint slot, vec4 value) { rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = pack_bfloats(value); }
 
 // The gradient passes where the hidden unit was above 0.
 vec4 gate(vec4 gradient, uvec2 bits, uint block) {
@@ -67,6 +67,6 @@ void main() {
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {
         vec4 sum = vec4(0.0);
         [[unroll]] for (uint j = 0u; j < WIDTH4; j++) sum += d_hidden[j] * weight_block(DENSITY1, j, ENC4, k);
-        grid_rows[grid_row_place_to_store(GRID_ROW_D_ENCODING + k, slot)] = sum;
+        grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_D_ENCODING + k, slot)] = sum;
     }
 }

@@ -26,7 +26,7 @@ PUSH uniform Push { vw_push_samples push; };
 #include "networks/mlp.glsl"
 
 void store_packed(uint row, uint slot, uvec2 value) {
-    if (STORES_ROWS != 0u) rows[row_place_to_store(row, slot)] = value;
+    if (STORES_ROWS != 0u) rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = value;
 }
 
 void store(uint row, uint slot, vec4 value) { store_packed(row, slot, pack_bfloats(value)); }
@@ -53,7 +53,7 @@ void main() {
     vw_ray ray = rays[ray_index];
     vec3 position = position_at(ray, sample_place(of_chunk, ray_index, sample_in_ray, push.key));
     if (STORES_ROWS != 0u)
-        grid_rows[grid_row_place_to_store(GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
+        grid_rows[VW_ROW_PLACE(GRID_ROW_COUNT, GRID_ROW_POSITION, slot)] = vec4(position, ray.target_weight.w);
 
     vec4 encoding[ENC4];
     [[unroll]] for (uint k = 0u; k < ENC4; k++) {

@@ -37,13 +37,6 @@ const uint GRID_ROW_POSITION = GRID_ROW_D_ENCODING + ENC4; // w: the weight of t
 const uint GRID_ROW_COUNT = VW_GRID_ROW_COUNT(ENC4);
 
 #ifdef WEIGHTS_SHARED // by the passes that evaluate the networks
-uint row_place_to_store(uint row, uint slot) {
-    return VW_ROW_PLACE(ROW_COUNT, row, FOLD_ROWS != 0u ? slot % 32u : slot);
-}
-uint grid_row_place_to_store(uint row, uint slot) {
-    return VW_ROW_PLACE(GRID_ROW_COUNT, row, FOLD_ROWS != 0u ? slot % 32u : slot);
-}
-
 shared vec4 weight[WEIGHT_COLUMNS];
 
 mat4 weight_block(uint first, uint row, uint columns, uint column) {

@@ -2,10 +2,10 @@
 #extension GL_GOOGLE_include_directive : require
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples'
 // rgb and raw density, and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their
-// number. Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone: with their buffers there would be
-// more than some devices bind.
+// number. Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone (seen.glsl).
 #include "common.glsl"
-#include "rays/background.glsl"
+#define SEES_BACK
+#include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
 #include "rays/ray_samples.glsl"
@@ -19,12 +19,7 @@ BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
 
 #ifdef VW_RAY_EFFECTS
-#include "effects/appearance.glsl"
-#include "effects/sky.glsl"
 #include "effects/visibility.glsl"
-BUFFER(VW_SLOT_D_SKY) writeonly buffer DSky { vec4 d_sky[]; };
-BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
-BUFFER(VW_SLOT_D_APPEARANCE) writeonly buffer DAppearance { vw_appearance d_appearance[]; };
 BUFFER(VW_SLOT_VISIBILITY) buffer Visibility { vec2 visibility[]; };
 #endif
 
@@ -42,15 +37,9 @@ void main() {
         march(forward, field[first + i], length_of(ray, first + i, i));
     }
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray_index, push.key);
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
-#endif
+    vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
     vec3 behind = left * backdrop;
-    vec3 rendered = forward.colour + behind, seen = rendered;
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_APPEARANCE != 0u) seen = appear(appearance[state.view], rendered);
-#endif
+    vec3 rendered = forward.colour + behind, seen = seen_by_photo(state.view, rendered);
     vec3 error = seen - ray.target_weight.rgb;
     vec3 value, slope;
     for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
@@ -70,13 +59,7 @@ void main() {
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // the step is not taken
 
     vec3 d_colour = share * slope;
-#ifdef VW_RAY_EFFECTS
-    if (EFFECT_APPEARANCE != 0u) {
-        vec3 d_seen = d_colour;
-        d_appearance[ray_index] = appear_back(appearance[state.view], rendered, d_seen, d_colour);
-    }
-    if (EFFECT_SKY != 0u) d_sky[ray_index] = vec4(sky_gradient(backdrop, left, d_colour), 0.0);
-#endif
+    seen_back(ray_index, state.view, rendered, backdrop, left, d_colour);
     for (uint i = count; i-- > 0u;)
         d_field[first + i] =
             march_back(behind, d_field[first + i].w, field[first + i], length_of(ray, first + i, i), d_colour);

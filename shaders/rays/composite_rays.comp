@@ -3,10 +3,10 @@
 // One validation or rendering ray per invocation: its colour before the backdrop (sky or background), and the
 // transmittance that remains.
 #include "common.glsl"
-#include "rays/background.glsl"
+#define SEES_SKY
+#include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/sample_places.glsl"
-#include "effects/sky.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
@@ -23,7 +23,6 @@ void main() {
     for (uint i = 0u; i < SAMPLES; i++)
         march(forward, field[index * SAMPLES + i], sample_length(ray, index * SAMPLES + i, i));
     float left = transmittance(forward.tau);
-    vec3 backdrop = background_colour(ray_index, push.key);
-    if (EFFECT_SKY != 0u) backdrop = sky_colour(ray.direction_stride.xyz);
+    vec3 backdrop = backdrop_colour(ray, ray_index, push.key);
     colours[ray_index] = vec4(forward.colour + left * backdrop, left);
 }

@@ -30,9 +30,7 @@ static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
     "       --describe] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
-    "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n"
-    "fold_rows=1: wrong results, all samples store their activations in the places of 32; with --profile it tells\n"
-    "       what stores take without their memory\n";
+    "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // of what is forced: by the kind of device
 
@@ -42,7 +40,7 @@ struct setup {
     uint32_t steps, rounds; // steps are spread over the rounds, each with trainers of its own
     uint32_t together;      // trainings that share their submissions; times are per step and training
     uint32_t batch;         // steps of one
-    uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter, fold_rows;
+    uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
     bool bits;      // only hashes the records
@@ -71,7 +69,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->together = 1;
     setup->batch = 8;
     setup->chunk_samples = setup->slice_samples = UNSET;
-    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = setup->fold_rows = UNSET;
+    setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
 }
 
 // What a run does unless told otherwise.
@@ -117,7 +115,6 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"grid_texel", &setup->grid_texel, 0, 1},
         {"rows_texel", &setup->rows_texel, 0, 1},
         {"skip_zeros", &setup->skip_zeros, 0, 1},
-        {"fold_rows", &setup->fold_rows, 0, 1},
         {"scatter", &setup->scatter, SCATTER_ATOMICS, SCATTER_WALK},
     };
     char *end;
@@ -156,7 +153,6 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
     if (setup->grid_texel != UNSET) choices.grid_texel = setup->grid_texel;
     if (setup->rows_texel != UNSET) choices.rows_texel = setup->rows_texel;
     if (setup->skip_zeros != UNSET) choices.skip_zeros = setup->skip_zeros;
-    if (setup->fold_rows != UNSET) choices.fold_rows = setup->fold_rows;
     if (setup->scatter != UNSET) choices.scatter = (enum vw_scatter_form)setup->scatter;
     return choices;
 }
