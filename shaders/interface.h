@@ -130,7 +130,7 @@ enum { VW_SPECIALIZATION_COUNT = sizeof(struct vw_specialization) / 4 };
 VW_ENUM(LOSS_L1, 0)
 VW_ENUM(LOSS_L2, 1)
 VW_ENUM(LOSS_HUBER, 2)
-VW_ENUM(LOSS_GIVEN, 3) // the slope by a ray's colour stands in its target: of what the sweep goes back from, no loss of a training
+VW_ENUM(LOSS_GIVEN, 3) // the slope by a ray's colour stands in its target: of what the backward pass goes back from, no loss of a training
 VW_ENUM(OPTIMIZER_LAZY_ADAM, 0)
 VW_ENUM(OPTIMIZER_DENSE_ADAM, 1)
 VW_ENUM(OPTIMIZER_SGD, 2)
@@ -157,8 +157,7 @@ VW_ENUM(VW_SLOT_PIXELS, 1)           // vw_pixel per ray, written by the host
 VW_ENUM(VW_SLOT_RAYS, 2)             // vw_ray per ray
 VW_ENUM(VW_SLOT_GRID, 3)             // vec2 per feature pair, or two halves in a uint: a range of the params
 VW_ENUM(VW_SLOT_GRID_TEXEL, 4)       // the same as RG32F or RG16F texels
-VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks, see mlp.glsl or src/train/fields/mlp.h, then the sky's: two ranges
-                                     // of the params
+VW_ENUM(VW_SLOT_WEIGHTS, 5)          // vec4 columns of 4x4 blocks (mlp.glsl, src/train/fields/mlp.h), then those of effects
 VW_ENUM(VW_SLOT_FIELD, 6)            // vec4 per sample: rgb and density (per box edge length)
 VW_ENUM(VW_SLOT_D_FIELD, 7)          // vec4 per sample: d_rgb and d_raw density; overwritten
 VW_ENUM(VW_SLOT_ROWS, 8)             // activation rows of one chunk, what the networks leave: four bfloats (bfloat.glsl) at VW_ROW_PLACE
@@ -175,8 +174,7 @@ VW_ENUM(VW_SLOT_GRID_VISITS, 18)     // uint per pair: its own step count
 VW_ENUM(VW_SLOT_WEIGHT_MOMENTS, 19)  // vec4 moment1 then vec4 moment2 per column of weights and sky
 VW_ENUM(VW_SLOT_STEP_STATE, 20)      // vw_step_state of the step under way
 VW_ENUM(VW_SLOT_VAL_VIEWS, 21)       // vw_ray_range per validation view
-VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in batch][1 + validation views]: what travels back to the host. Row 0: loss
-                                     // high and low, not finite (0 or 1), clamped count; the others: see reduce_views
+VW_ENUM(VW_SLOT_SCALARS, 22)         // vec4 [step in submission][1 + validation views], for the host: see reduce_loss, reduce_views
 VW_ENUM(VW_SLOT_RECIPE_SHAPES, 23)   // vw_recipe_shape: trace_recipe
 VW_ENUM(VW_SLOT_RECIPE_PIXELS, 24)   // vw_recipe_pixel per pixel: trace_recipe
 VW_ENUM(VW_SLOT_PEAK_FROM, 25)   // vec4: copy_memory
@@ -195,12 +193,10 @@ VW_ENUM(VW_SLOT_CODE_MOMENTS, 37)    // vw_code_moments per view
 VW_ENUM(VW_SLOT_OCCUPANCY, 38)      // float per cell: its density of late, see occupancy.glsl; this and the next four only with that effect
 VW_ENUM(VW_SLOT_KEPT_BITS, 39)      // uint [ray of the chunk][VW_KEPT_WORDS(SAMPLES)]: which of its samples are kept
 VW_ENUM(VW_SLOT_KEPT_BEGINS, 40)    // uint per ray of the chunk and one more: its first slot, after how many it keeps
-VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: which sample of the chunk it holds. With importance samples, which exclude
-                                    // occupancy, the bits of a float per sample of the chunk: its place (sampling.glsl)
+VW_ENUM(VW_SLOT_KEPT_SAMPLES, 41)   // uint per slot: its sample of the chunk. With importance samples: places as bits of floats
 VW_ENUM(VW_SLOT_KEPT, 42)           // vw_kept of the chunk
 VW_ENUM(VW_SLOT_GRID_ROWS_TEXEL, 43) // VW_SLOT_GRID_ROWS as RGBA32F texels
-VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint of a pass that moves params: not 0 where one would not be finite; to generate_rays and reduce_loss
-                                  // those of all such passes, VW_OVERFLOW_STRIDE apart, so that none waits for another
+VW_ENUM(VW_SLOT_OVERFLOW, 44)     // uint, not 0 where a param would not be finite; one per pass, VW_OVERFLOW_STRIDE apart
 // The rest only in the adjoint (src/train/adjoint/). A block has a float for every param, laid out as the params are.
 VW_ENUM(VW_SLOT_GATHERED, 45)        // a range of a block: what gather_* writes or adds to
 VW_ENUM(VW_SLOT_PARAMS, 46)          // the params as one block
@@ -211,8 +207,8 @@ VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment behind the step, onl
 VW_ENUM(VW_SLOT_ADJOINT, 51)         // block: lambda
 VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments, only with momentum
 VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
-VW_ENUM(VW_SLOT_SWEEP_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
-VW_ENUM(VW_SLOT_SWEEP_STATE, 55)     // vw_sweep_state
+VW_ENUM(VW_SLOT_ADJOINT_SUMS, 54)      // vec4 pairs: partial sums of direct_adjoint or multiply_blocks
+VW_ENUM(VW_SLOT_ADJOINT_STATE, 55)     // vw_adjoint_state
 VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along the direction, or of the picture of the consistency loss
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
 VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
@@ -362,7 +358,7 @@ struct vw_kept {
     vw_uint slots;                           // padded to whole workgroups of VW_FIELD_GROUP
 };
 
-struct vw_sweep_state {
+struct vw_adjoint_state {
     float epsilon;   // half the distance of the two states between which colours are differentiated, in directions
     float unscale;   // what gradients were divided by so that they fit the fixed-point range
 };
@@ -518,7 +514,7 @@ VW_ENUM(VW_OCCUPANCY_SIDE, 32)   // cells of the occupancy grid per axis of the 
 VW_ENUM(VW_OCCUPANCY_CELLS, 32768)
 VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
-VW_ENUM(VW_SWEEP_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
+VW_ENUM(VW_ADJOINT_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
 VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip

@@ -57,7 +57,7 @@ viewworth_add_shader(effects/update_visibility)
 viewworth_add_shader(field_hash/update_grid)
 viewworth_add_shader(field_hash/update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(networks/update_weights)
-viewworth_add_shader(adjoint/slope_views) # the rest of the backward sweep of lasting credit
+viewworth_add_shader(adjoint/slope_views) # the rest of the backward pass of lasting credit
 viewworth_add_shader(adjoint/direct_adjoint)
 viewworth_add_shader(adjoint/reduce_adjoint)
 viewworth_add_shader(adjoint/multiply_blocks)

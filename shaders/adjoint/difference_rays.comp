@@ -1,10 +1,7 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The curvature product at the colours of training rays: first the colours ahead along the direction, then those
 // behind; their difference times the loss's curvature is the slope from which the gradient is taken back, and replaces
 // the ray's target. One ray per invocation. Variant VW_RAY_EFFECTS: sky, appearance and visibility, as in
 // backward_rays; how visible a ray is, is held fixed.
-#include "common.glsl"
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"
 #include "rays/loss.glsl"
@@ -14,7 +11,7 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_RAYS) buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; };
 BUFFER(VW_SLOT_SEEN_AHEAD) buffer SeenAhead { vec4 seen_ahead[]; };
-BUFFER(VW_SLOT_SWEEP_STATE) readonly buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) readonly buffer AdjointState { vw_adjoint_state adjoint; };
 PUSH uniform Push { vw_push_difference push; };
 
 #ifdef VW_RAY_EFFECTS
@@ -42,7 +39,7 @@ void main() {
         return;
     }
     vec3 ahead = seen_ahead[ray_index].rgb, error = 0.5 * (ahead + seen) - ray.target_weight.rgb;
-    float inverse = sweep.epsilon > 0.0 && ray.target_weight.w != 0.0 ? 0.5 / sweep.epsilon : 0.0;
+    float inverse = adjoint.epsilon > 0.0 && ray.target_weight.w != 0.0 ? 0.5 / adjoint.epsilon : 0.0;
     vec3 curvature = vec3(loss_curvature(error.r), loss_curvature(error.g), loss_curvature(error.b));
 #ifdef VW_RAY_EFFECTS
     if (EFFECT_VISIBILITY != 0u) curvature *= visibility[ray_index].x;

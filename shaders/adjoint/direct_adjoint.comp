@@ -1,14 +1,11 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
-// The backward sweep at one step, before its curvature: what the step earns, and the direction along which colours are
+// The backward pass at one step, before its curvature: what the step earns, and the direction along which colours are
 // differentiated. With m the first moment (without momentum the gradient g itself), the step moved the params by -q m,
 // q the optimiser's rate, which is held fixed: q = (before - after) / m, whatever the optimiser. The adjoint of m is a
 // = mu - q lambda, and since m = beta1 m_before + (1 - beta1) g:
 //   direction = (1 - beta1) a,  the step's credit = g . direction,  mu <- beta1 a,
 // and, once colours are known, lambda <- lambda + H direction.
-// A param that the step left alone keeps its mu (lazy Adam). Each of VW_SWEEP_GROUPS workgroups sums its share in a
+// A param that the step left alone keeps its mu (lazy Adam). Each of VW_ADJOINT_GROUPS workgroups sums its share in a
 // fixed order.
-#include "common.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 64) in;
 
@@ -19,7 +16,7 @@ BUFFER(VW_SLOT_STEP_MOMENT) readonly buffer StepMoment { vec4 step_moment[]; };
 BUFFER(VW_SLOT_ADJOINT) readonly buffer Adjoint { vec4 adjoint[]; };
 BUFFER(VW_SLOT_ADJOINT_MOMENT) buffer AdjointMoment { vec4 adjoint_moment[]; };
 BUFFER(VW_SLOT_DIRECTION) writeonly buffer Direction { vec4 direction[]; };
-BUFFER(VW_SLOT_SWEEP_SUMS) writeonly buffer Sums { vec4 sums[]; };
+BUFFER(VW_SLOT_ADJOINT_SUMS) writeonly buffer Sums { vec4 sums[]; };
 PUSH uniform Push { vw_push_block push; };
 
 shared vec2 credits[64];
@@ -45,7 +42,7 @@ void main() {
     uint lane = gl_LocalInvocationID.x, group = workgroup_index();
     vec2 credit = vec2(0.0);
     vec3 square = vec3(0.0);
-    for (uint i = group * 64u + lane; i < push.count; i += VW_SWEEP_GROUPS * 64u) {
+    for (uint i = group * 64u + lane; i < push.count; i += VW_ADJOINT_GROUPS * 64u) {
         vec4 gradient = step_gradient[i], towards = direct(i, gradient);
         direction[i] = towards;
         credit = two_add(credit, vec2(dot(gradient, towards), 0.0));

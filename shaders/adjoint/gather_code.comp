@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The gradient by the code weights and by the code of the step's photo (the way back of mix_code, as in update_code):
-// of the mean loss, and 0 for the codes of other photos; or added to the adjoint by the backward sweep, there without
+// of the mean loss, and 0 for the codes of other photos; or added to the adjoint by the backward pass, there without
 // the ridge. One workgroup.
-#include "common.glsl"
 #include "effects/appearance.glsl"
 layout(local_size_x = 64) in;
 
@@ -13,7 +10,7 @@ BUFFER(VW_SLOT_D_WEIGHTS) readonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_GATHERED) buffer Gathered { vec4 gathered[]; };
 BUFFER(VW_SLOT_GATHERED_CODES) buffer GatheredCodes { vec4 gathered_codes[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SWEEP_STATE) readonly buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) readonly buffer AdjointState { vw_adjoint_state adjoint; };
 PUSH uniform Push { vw_push_gather push; };
 
 const uint UNITS = 4u * WIDTH4, COUNT = UNITS * CODE4;
@@ -25,7 +22,7 @@ void main() {
     bool adds = push.adds != 0u, skipped = !adds && state.nonfinite != 0u;
     for (uint at = lane; at < COUNT; at += 64u) {
         vec4 gradient = skipped ? vec4(0.0) : d_shift(at / CODE4) * codes[first + at % CODE4];
-        if (adds) gathered[at] += sweep.unscale * gradient;
+        if (adds) gathered[at] += adjoint.unscale * gradient;
         else gathered[at] = gradient;
     }
     if (!adds)
@@ -34,6 +31,6 @@ void main() {
     if (lane >= CODE4) return;
     vec4 sum = vec4(0.0);
     for (uint unit = 0u; unit < UNITS; unit++) sum += d_shift(unit) * code_weights[CODE4 * unit + lane];
-    if (adds) gathered_codes[first + lane] += sweep.unscale * sum;
+    if (adds) gathered_codes[first + lane] += adjoint.unscale * sum;
     else gathered_codes[first + lane] = skipped ? vec4(0.0) : sum + PHOTO_RIDGE * codes[first + lane];
 }

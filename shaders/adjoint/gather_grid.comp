@@ -1,15 +1,12 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The grid's gradient as floats: of the mean loss, as update_grid takes it, or added to the adjoint by the backward
-// sweep. One pair per invocation.
-#include "common.glsl"
+// pass. One pair per invocation.
 #include "fixed_point.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_D_GRID) buffer DGrid { uvec2 d_grid[]; };
 BUFFER(VW_SLOT_GATHERED) buffer Gathered { vec2 gathered[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SWEEP_STATE) readonly buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) readonly buffer AdjointState { vw_adjoint_state adjoint; };
 PUSH uniform Push { vw_push_gather push; };
 
 void main() {
@@ -26,5 +23,5 @@ void main() {
     if (word == uvec2(0u) && word_high == uvec2(0u)) return;
     d_grid[pair * WORDS_PER_PAIR] = uvec2(0u);
     if (WIDE_GRADIENT != 0u) d_grid[pair * WORDS_PER_PAIR + 1u] = uvec2(0u);
-    gathered[pair] += sweep.unscale * gradient;
+    gathered[pair] += adjoint.unscale * gradient;
 }

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The gradient by gain and bias of the step's photo: of the mean loss with its ridge, as update_appearance takes it,
-// and 0 for the other photos; or added to the adjoint by the backward sweep, without the ridge, whose curvature is
+// and 0 for the other photos; or added to the adjoint by the backward pass, without the ridge, whose curvature is
 // small beside the rays'. One workgroup.
-#include "common.glsl"
 #include "effects/appearance.glsl"
 #include "effects/photo_gradient.glsl"
 layout(local_size_x = 64) in;
@@ -11,7 +8,7 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 BUFFER(VW_SLOT_GATHERED) buffer Gathered { vw_appearance gathered[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SWEEP_STATE) readonly buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) readonly buffer AdjointState { vw_adjoint_state adjoint; };
 PUSH uniform Push { vw_push_gather push; };
 
 void main() {
@@ -23,7 +20,7 @@ void main() {
     if (lane != 0u) return;
     vec4 d_gain = gradient.gain * INVERSE_RAYS, d_bias = gradient.bias * INVERSE_RAYS;
     vw_appearance photo = appearance[state.view], sum = gathered[state.view];
-    if (push.adds != 0u) sum = vw_appearance(sum.gain + sweep.unscale * d_gain, sum.bias + sweep.unscale * d_bias);
+    if (push.adds != 0u) sum = vw_appearance(sum.gain + adjoint.unscale * d_gain, sum.bias + adjoint.unscale * d_bias);
     else if (state.nonfinite != 0u) sum = zero;
     else sum = vw_appearance(d_gain + PHOTO_RIDGE * photo.gain, d_bias + PHOTO_RIDGE * photo.bias);
     gathered[state.view] = sum;

@@ -1,13 +1,10 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Brings the largest slope of the rays to 1, for which the fixed-point range of gradients is made, and keeps by how
 // much. One workgroup.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SWEEP_STATE) buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) buffer AdjointState { vw_adjoint_state adjoint; };
 PUSH uniform Push { vw_push_slopes push; };
 
 shared float largest[64];
@@ -27,5 +24,5 @@ void main() {
     for (uint i = 0u; i < 64u; i++) most = max(most, largest[i]);
     float scale = most > 0.0 ? 1.0 / most : 0.0;
     for (uint i = lane; i < push.count; i += 64u) rays[i].target_weight.rgb *= scale;
-    if (lane == 0u) sweep.unscale = push.unscale * most;
+    if (lane == 0u) adjoint.unscale = push.unscale * most;
 }

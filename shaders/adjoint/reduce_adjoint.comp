@@ -1,14 +1,11 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Adds the partial sums of direct_adjoint or multiply_blocks in order: the step's credit and the size of its adjoint,
 // to the host, and how far ahead and behind along the direction colours are taken.
-#include "common.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 1) in;
 
-BUFFER(VW_SLOT_SWEEP_SUMS) readonly buffer Sums { vec4 sums[]; };
+BUFFER(VW_SLOT_ADJOINT_SUMS) readonly buffer Sums { vec4 sums[]; };
 BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
-BUFFER(VW_SLOT_SWEEP_STATE) buffer Sweep { vw_sweep_state sweep; };
+BUFFER(VW_SLOT_ADJOINT_STATE) buffer AdjointState { vw_adjoint_state adjoint; };
 BUFFER(VW_SLOT_SCALARS) writeonly buffer Scalars { vec4 scalars[]; };
 PUSH uniform Push { vw_push_reduce push; };
 
@@ -22,6 +19,6 @@ void main() {
         credit = two_add(credit, sums[2u * i].xy);
         square += sums[2u * i + 1u].xyz;
     }
-    sweep.epsilon = square.x > 0.0 ? STRIDE * sqrt(square.y / square.x) : 0.0;
+    adjoint.epsilon = square.x > 0.0 ? STRIDE * sqrt(square.y / square.x) : 0.0;
     scalars[push.scalar_row] = vec4(credit, sqrt(square.z), state.nonfinite == 0u ? 0.0 : 1.0);
 }

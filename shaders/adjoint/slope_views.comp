@@ -1,5 +1,3 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What validation's score gains by the colour of each of its rays: the mean over views of PSNR, or minus the mean
 // absolute error; of all views, or of one by itself. Behind reduce_views. Constant factors are left to whoever takes
 // the gradient. One workgroup per view, in an order that is fixed.
@@ -9,7 +7,6 @@
 //   M = (sum r r + FIT_RIDGE, sum r; sum r, n + FIT_RIDGE),  v = (sum r t + FIT_RIDGE, sum t)
 // so that with y = M^-1 (score's slope by a, by b) the slope by r of a ray with the error e = a r + b - t is -(y_a e +
 // a (y_a r + y_b)).
-#include "common.glsl"
 #include "effects/appearance.glsl"
 layout(local_size_x = 64) in;
 

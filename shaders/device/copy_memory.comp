@@ -1,7 +1,4 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // A peak: memory read and written in order, a vec4 per invocation.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_PEAK_FROM) readonly buffer From { vec4 from[]; };

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // A peak: multiply-adds with operands in registers alone, in eight independent chains of vec4, unrolled. What comes out
 // does not matter, but has to go somewhere, or the compiler would drop it all.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_PEAK_TO) writeonly buffer To { vec4 to[]; };

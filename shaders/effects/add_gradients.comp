@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Adds the gradients of the consistency loss to those of the step. Of the matrix from a code to what it adds to the
 // colour network they follow here, as in spread_photo, with the code that was given. One column per invocation.
 // Anything not finite marks the step.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_D_WEIGHTS) buffer DWeights { vec4 d_weights[]; };

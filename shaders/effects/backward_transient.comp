@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // backward_rays with the effect transient, one training ray per invocation: composites both densities, takes the loss,
 // and goes back to the gradients of the samples' rgb and raw density, of what the transient head gave out, and of the
 // sky's logit. Sky and appearance are in the variant VW_RAY_EFFECTS, as there.
-#include "common.glsl"
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/sample_places.glsl"

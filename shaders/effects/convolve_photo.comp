@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // A convolution of the encoder of photos (encoder.glsl): four channels of one pixel per invocation. In the variant
 // VW_BACK from the gradients by its sums to those by the sums of the convolution before it.
-#include "common.glsl"
 #include "effects/encoder.glsl"
 layout(local_size_x = 64) in;
 

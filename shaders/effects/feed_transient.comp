@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What the transient head takes in, one sample per invocation: the code of the step's photo, and, in the variant
 // VW_FEATURES of the field hash, the features that its density network gives. Those of the field mlp stand in the rows
 // already.
-#include "common.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_TRANSIENT_CODES) readonly buffer Codes { vec4 codes[]; };

@@ -1,5 +1,3 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The gain and bias per channel that bring what is rendered of a validation view nearest to its photo, by ridge
 // regression on rays of its left half: reduce_views then scores the right half (the protocol of NeRF-W, Martin-Brualla
 // et al., CVPR 2021, in closed form). One workgroup per view, in an order that is fixed.
@@ -11,7 +9,6 @@
 //   FIT_RIDGE / (n + FIT_RIDGE)
 // without a difference of large sums, and with a denominator above 0 whatever the rays show: a flat half leaves the
 // gain near 1, no ray at all leaves the view as it is rendered.
-#include "common.glsl"
 #include "effects/appearance.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Gradients by the weights of all convolutions of the encoder of photos (encoder.glsl), over pixels in their order,
 // where update_weights reads them: of the sum over rays. One column per invocation. Anything not finite marks the step.
-#include "common.glsl"
 #include "effects/encoder.glsl"
 layout(local_size_x = 64) in;
 

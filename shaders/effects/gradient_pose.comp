@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What one ray per invocation says of its photo's camera: the force on it, which is the sum of the gradients by its
 // samples' positions, and the torque about it. Samples move with the ray: where they lie on it is held fixed, as what
 // they stand for.
-#include "common.glsl"
 #include "networks/mlp.glsl"
 #define ROWS_OF_GRID
 #include "networks/rows.glsl"

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The gradient by the position of a sample, one per invocation, from those by its encoding: through the trilinear
 // weights of the cells that it lies in. What also depends on a position is left out: the view dependence of colours is
 // the direction's, not the position's.
-#include "common.glsl"
 #include "field_hash/grid_pair.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The sky's gradient, one workgroup per coefficient: d_sky_k = sum over rays of basis_k(direction) d_logit, in an order
 // that is fixed: each invocation sums every 64th ray, then the first adds the 64 sums. It lies behind the networks'
 // weights, with which update_weights moves it. Anything not finite marks the step.
-#include "common.glsl"
 #include "effects/sky.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The way back through the network of visibility: each invocation takes one ray from the gradient by how visible it is
 // to those by the sums in the layers, then some columns of weights, over all rays of the workgroup in their order.
 // reduce_visibility adds the groups.
-#include "common.glsl"
 #define VISIBILITY_NETWORK
 #include "effects/visibility.glsl"
 layout(local_size_x = VISIBILITY_GROUP) in;

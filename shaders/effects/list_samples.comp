@@ -1,7 +1,4 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The kept samples of a ray in its slots, in order; one ray per invocation.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_KEPT_BITS) readonly buffer KeptBits { uint kept_bits[]; };

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Which samples of a ray lie in occupied cells, as bits, and how many they are; one ray per invocation. That is decided
 // here alone: two passes that compute the same position need not round alike.
-#include "common.glsl"
 #include "rays/sampling.glsl"
 #include "effects/occupancy.glsl"
 layout(local_size_x = 64) in;

@@ -1,10 +1,7 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What the code of the step's photo adds to the colour network (NeRF-W, Martin-Brualla et al., CVPR 2021: "appearance
 // embedding"). All rays of a step belong to one photo, so that code weights times code is one vector for all of its
 // samples. The network's input 0 is constant, and forward_field adds the vector to the weights of that input.
 // Validation and rendering do without: they use the code 0. One hidden unit per invocation.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) readonly buffer CodeWeights { vec4 code_weights[]; };

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // From how many samples each ray keeps to where they begin: a prefix sum by one workgroup, each invocation over a run
 // of rays. Also how many workgroups the passes over the slots take, and the slots that pad the last one: they hold
 // sample 0 and no gradient.
-#include "common.glsl"
 #include "networks/mlp.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // From the last convolution of the encoder of photos (encoder.glsl) to the photo's code, and to what it adds to the
 // colour network, as mix_code. One workgroup.
-#include "common.glsl"
 #include "effects/encoder.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,7 +1,4 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // How visible each ray of the step is (visibility.glsl). One ray per invocation, padding as in generate_rays.
-#include "common.glsl"
 #define VISIBILITY_NETWORK
 #include "effects/visibility.glsl"
 layout(local_size_x = 64) in;

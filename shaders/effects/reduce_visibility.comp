@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Adds what groups of rays say of the network of visibility, group by group, where update_weights reads it. One column
 // per invocation. Anything not finite marks the step.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_VISIBILITY_PARTIALS) readonly buffer Partials { vec4 partials[]; };

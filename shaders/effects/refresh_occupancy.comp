@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The density at one random point of each occupancy cell, one cell per invocation: the larger of it and what remains of
 // the old one. This is forward_field's way from position to density.
-#include "common.glsl"
 #include "field_hash/grid_pair.glsl"
 #include "random.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;

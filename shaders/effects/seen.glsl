@@ -1,6 +1,5 @@
-// What is seen at a ray of what the field renders: over the backdrop, which is the background or a sky, and as the
-// step's photo shows it; forward and backward. Sky and appearance are in the variant VW_RAY_EFFECTS of a pass, since
-// with their buffers there would be more than some devices bind.
+// What is seen at a ray: over a background or sky, and as the step's photo shows it; forward and backward. Sky and
+// appearance are in variants VW_RAY_EFFECTS, since some devices bind fewer buffers than there would be with theirs.
 #ifndef SEEN_GLSL
 #define SEEN_GLSL
 #include "rays/background.glsl"

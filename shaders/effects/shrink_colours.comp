@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The thumbnail of the picture that a step has rendered, for the consistency loss beside the effect appearance_encoder:
 // area means of 2 rgb - 1, all of which count. One pixel per invocation.
-#include "common.glsl"
 #include "effects/picture.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // From the gradients by the sums of the encoder's first convolution to those by the colours of the rays whose picture
 // it has seen, through the thumbnail of it. They take the place of the rays' targets, for backward_rays with
 // LOSS_GIVEN. Padding lies below the picture, where no kernel reaches. One ray per invocation.
-#include "common.glsl"
 #include "effects/picture.glsl"
 layout(local_size_x = 64) in;
 

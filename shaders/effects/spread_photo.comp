@@ -1,11 +1,8 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The way back of pool_photo. The gradient by what was added to the colour network is that by the weights it was added
 // to, as in update_code: from there to both matrices and to the sums in the last convolution. Gradients are of the sum
 // over rays. Anything not finite marks the step. One workgroup. Variant VW_CODES, of the consistency loss: the gradient
 // is that of the mean L1 between the code of what was rendered and the one given, which is held fixed; the matrix
 // behind the code has no part in it.
-#include "common.glsl"
 #include "effects/encoder.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,7 +1,4 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves gain and bias of the step's photo (photo_adam.glsl). One workgroup.
-#include "common.glsl"
 #include "networks/photo_adam.glsl"
 #include "effects/photo_gradient.glsl"
 layout(local_size_x = 64) in;

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves the correction of the step's camera (photo_adam.glsl). One workgroup, which sums what the rays say in a fixed
 // order: each invocation every 64th, then the first the 64 sums.
-#include "common.glsl"
 #include "networks/photo_adam.glsl"
 #include "effects/pose.glsl"
 layout(local_size_x = 64) in;

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves the code of the step's photo that the transient head takes in (photo_adam.glsl). All samples of a step take in
 // the same code: so the gradient by it is that by the layer's biases times the matrix that the code is multiplied by,
 // which moves later. One workgroup.
-#include "common.glsl"
 #define PHOTO_CODE4 TRANSIENT_CODE4
 #define PHOTO_CODES VW_SLOT_TRANSIENT_CODES
 #define PHOTO_CODE_MOMENTS VW_SLOT_TRANSIENT_CODE_MOMENTS

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves the code by which the network of visibility knows the step's photo (photo_adam.glsl). The gradient
 // by the sums in the first layer is that by its biases, since their input is 1; from there it goes back through the
 // code's weights, which update_weights has not moved yet. One workgroup.
-#include "common.glsl"
 #define PHOTO_CODE4 VISIBILITY_CODE4
 #define PHOTO_CODES VW_SLOT_VISIBILITY_CODES
 #define PHOTO_CODE_MOMENTS VW_SLOT_VISIBILITY_MOMENTS

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The mirror of forward_field, one sample per invocation: from the gradients of rgb and raw density to those of every
 // layer's output, stored for gradient_weights, and of the encoding, stored for scatter_grid. In the variant
 // VW_TRANSIENT the features have a gradient already, from the transient head.
-#include "common.glsl"
 #include "bfloat.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

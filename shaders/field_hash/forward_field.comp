@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The field at one sample per invocation: hash grid, density MLP, spherical harmonics, colour MLP. It also stores what
 // the backward passes need, where STORES_ROWS asks for it. Chunks are padded to whole workgroups, since control flow
 // around the MLP costs more than the work it saves.
-#include "common.glsl"
 #include "bfloat.glsl"
 #include "field_hash/grid_pair.glsl"
 #include "rays/sample_places.glsl"

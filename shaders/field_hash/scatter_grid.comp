@@ -1,12 +1,9 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // The backward side of the hash grid: every sample of the chunk adds its encoding gradient to the eight corners of its
 // cell. Sums are of integers, so all three forms give the same bits:
 //   one sample and level per invocation, level by level so that one level's table stays in cache, with 64-bit atomics;
 //   the same with two 32-bit atomics each (VW_SPLIT_ATOMICS), where the device has no others;
 //   a whole level per invocation, without atomics (VW_WALK_LEVELS): on a CPU an atomic costs twice a plain addition,
 //   even unshared.
-#include "common.glsl"
 #ifndef VW_SPLIT_ATOMICS
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #endif

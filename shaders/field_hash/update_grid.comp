@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves the grid, one feature pair per invocation, and clears its gradient. Lazy Adam: a pair whose integer gradient is
 // 0 keeps its moments and its own step count, so that after a long silence its first step is as long as any other
 // (decision 4).
-#include "common.glsl"
 #include "fixed_point.glsl"
 #include "networks/adam.glsl"
 #include "field_hash/grid_pair.glsl"

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // From the last layers of the field mlp to rgb and density, one sample per invocation; in the variant VW_BACK from the
 // gradients of rgb and raw density to those of the layers.
-#include "common.glsl"
 #include "networks/activations.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What the field mlp takes in, one sample per invocation: positional encodings of the sample's position and of the
 // ray's direction.
-#include "common.glsl"
 #include "field_mlp/positional_encoding.glsl"
 #include "rays/sample_places.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;

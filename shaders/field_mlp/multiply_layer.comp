@@ -1,10 +1,7 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // A matrix of the field mlp times rows of activations, or, in the variant VW_BACK, gradients of its outputs times the
 // matrix: TILE_FROM4 rows of them in one dispatch, the others in dispatches that follow and add. A workgroup holds a
 // tile of the matrix in shared memory and is at 256 samples; an invocation is at one sample. No loop is live around the
 // products: see README.md, "Conventions".
-#include "common.glsl"
 #include "networks/activations.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Weight gradients: d_W = sum over samples of d_out x in. Each invocation holds one tile of 2x2 blocks (8x8 weights) in
 // registers and walks one slice of SLICE_SAMPLES samples; reduce_weights adds the slices in order. The variant VW_LAYER
 // is of one matrix of the field mlp and of its biases.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 struct matrix_tiles {

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Adds a chunk's slices to the weight gradients, in order over the whole step, so that the chunk size changes no bit.
 // One vec4 column of weights per invocation; in the variant VW_LAYER of one matrix of the field mlp and its biases.
 // Anything not finite marks the step.
-#include "common.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_WEIGHT_PARTIALS) readonly buffer Partials { vec4 partials[]; };

@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Moves the MLP weights and, behind them, the sky's coefficients, one vec4 column per invocation. They have a gradient
 // at every step, so that the step's number is their step count.
-#include "common.glsl"
 #include "networks/adam.glsl"
 layout(local_size_x = 64) in;
 

@@ -1,9 +1,6 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // One training ray per invocation: composite its samples, take the loss, and go back to the gradients of the samples'
 // rgb and raw density, and of the sky's logit. Gradients are of the sum over rays; the optimiser divides by their
 // number. Sky, appearance and visibility are in the variant VW_RAY_EFFECTS alone (seen.glsl).
-#include "common.glsl"
 #define SEES_BACK
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"

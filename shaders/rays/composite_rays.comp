@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // One validation or rendering ray per invocation: its colour before the backdrop (sky or background), and the
 // transmittance that remains.
-#include "common.glsl"
 #define SEES_SKY
 #include "effects/seen.glsl"
 #include "rays/composite.glsl"

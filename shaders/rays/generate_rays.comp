@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // One ray per pixel: the camera model and the box, and the target colour composited on the background. In training the
 // effect pose has its say about the camera.
-#include "common.glsl"
 #include "rays/background.glsl"
 #include "rays/camera.glsl"
 #include "effects/pose.glsl"

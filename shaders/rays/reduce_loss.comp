@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // What a step tells: its training loss, summed over rays by one workgroup in a fixed order, and the flags of all its
 // passes.
-#include "common.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 64) in;
 

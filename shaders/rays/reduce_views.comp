@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // Validation errors, one workgroup per view, in an order that is fixed: each invocation sums every 64th ray, then the
 // first adds the 64 sums.
-#include "common.glsl"
 #include "effects/appearance.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 64) in;

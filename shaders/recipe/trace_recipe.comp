@@ -1,8 +1,5 @@
-#version 460
-#extension GL_GOOGLE_include_directive : require
 // One pixel of a recipe's photo per invocation: nearest shape, its texture, sun with hard shadows, ambient light.
 // A ray takes at most (64 + 1 samples) * 2 * 256 shapes trips, below the 65,535 that some drivers allow an invocation.
-#include "common.glsl"
 #include "rays/camera.glsl"
 #include "random.glsl"
 #include "recipe/recipe_shapes.glsl"

@@ -64,14 +64,16 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
     struct vw_submission *batch = submissions->batches[index];
     bool recorded = false;
     enum vw_status status = vw_submissions_wait(submissions, index);
-    for (uint32_t i = 0; i < submissions->trainer_count && !status; i++)
-        if (vw_trainer_has_steps(submissions->trainers[i], index)) vw_trainer_decode_photos(submissions->trainers[i]);
-    for (uint32_t i = 0; i < submissions->trainer_count && !status; i++) {
-        struct vw_trainer *trainer = submissions->trainers[i];
-        if (!vw_trainer_has_steps(trainer, index)) continue;
+    for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
+        const struct vw_submissions_member *member = &submissions->members[i];
+        if (member->has_steps(member->trainer, index)) member->decode_photos(member->trainer);
+    }
+    for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
+        const struct vw_submissions_member *member = &submissions->members[i];
+        if (!member->has_steps(member->trainer, index)) continue;
         if (!recorded) vw_submission_begin(batch);
         recorded = true;
-        vw_trainer_record_steps(trainer, index, batch);
+        member->record_steps(member->trainer, index, batch);
     }
     if (!recorded) return status;
     submissions->submitted_s[index] = vw_now_s();
@@ -82,17 +84,17 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
 
 // ---- Trainers -------------------------------------------------------------------------------------------------------
 
-enum vw_status vw_submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer) {
-    if (submissions->trainer_count == VW_TRAINERS_TOGETHER_MAX)
+enum vw_status vw_submissions_join(struct vw_submissions *submissions, const struct vw_submissions_member *member) {
+    if (submissions->member_count == VW_TRAINERS_TOGETHER_MAX)
         return vw_fail(VW_ERROR_USAGE, "at most %d trainings can be taken together", VW_TRAINERS_TOGETHER_MAX);
-    submissions->trainers[submissions->trainer_count++] = trainer;
+    submissions->members[submissions->member_count++] = *member;
     return VW_OK;
 }
 
 void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer) {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < BATCHES_IN_FLIGHT; i++) (void)wait_for(submissions, i); // its buffers are in use
-    for (uint32_t i = 0; i < submissions->trainer_count; i++)
-        if (submissions->trainers[i] != trainer) submissions->trainers[kept++] = submissions->trainers[i];
-    submissions->trainer_count = kept;
+    for (uint32_t i = 0; i < submissions->member_count; i++)
+        if (submissions->members[i].trainer != trainer) submissions->members[kept++] = submissions->members[i];
+    submissions->member_count = kept;
 }

@@ -16,12 +16,23 @@ struct vw_trainer;
 enum { VW_TRAINERS_TOGETHER_MAX = 16 };
 enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
 
+// A trainer, and what it is asked.
+struct vw_submissions_member {
+    struct vw_trainer *trainer;
+    // Returns whether it can record steps into the batch `index` now: its steps of that batch are handed out, and one
+    // is left that needs no look at the state before.
+    bool (*has_steps)(const struct vw_trainer *trainer, uint32_t index);
+    // Decodes the photos that these steps draw from; a failure ends this trainer alone.
+    void (*decode_photos)(struct vw_trainer *trainer);
+    void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch);
+};
+
 struct vw_submissions {
     struct vw_submission *batches[BATCHES_IN_FLIGHT];
     bool in_flight[BATCHES_IN_FLIGHT]; // submitted, and not waited for
     double submitted_s[BATCHES_IN_FLIGHT], took_s[BATCHES_IN_FLIGHT];
-    struct vw_trainer *trainers[VW_TRAINERS_TOGETHER_MAX];
-    uint32_t trainer_count;
+    struct vw_submissions_member members[VW_TRAINERS_TOGETHER_MAX];
+    uint32_t member_count;
     enum vw_status failure; // of any batch: it ends all of them
     struct vw_saved_error why;
 };
@@ -36,7 +47,7 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
 
 // ---- For trainers ----
 
-enum vw_status vw_submissions_join(struct vw_submissions *submissions, struct vw_trainer *trainer);
+enum vw_status vw_submissions_join(struct vw_submissions *submissions, const struct vw_submissions_member *member);
 // Waits for what is in flight, which the trainer may be part of.
 void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer);
 // The failure that ended all submissions, with its message, or VW_OK.
@@ -44,12 +55,5 @@ enum vw_status vw_submissions_check(const struct vw_submissions *submissions);
 // Submits the batch `index` with the next steps of every trainer that has some and no steps in that batch already.
 enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_t index);
 enum vw_status vw_submissions_wait(struct vw_submissions *submissions, uint32_t index);
-
-// In trainer.c: whether a trainer can record steps into the batch `index` now, since its steps of that batch are handed
-// out, and one is left that needs no look at the state before; decoding the photos that they draw from, whose failure
-// ends this trainer alone; and recording them.
-bool vw_trainer_has_steps(const struct vw_trainer *trainer, uint32_t index);
-void vw_trainer_decode_photos(struct vw_trainer *trainer);
-void vw_trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch);
 
 #endif

@@ -1,4 +1,4 @@
-// The passes and buffers of a training step, and the part of it from rays to gradients, which the backward sweep
+// The passes and buffers of a training step, and the part of it from rays to gradients, which the backward pass
 // and the consistency loss take as well.
 #ifndef VIEWWORTH_TRAIN_STEP_PASSES_H
 #define VIEWWORTH_TRAIN_STEP_PASSES_H
@@ -13,7 +13,7 @@ struct vw_consistency_effect; // effects/consistency.h
 struct vw_photo_order;
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
-// of a step: those of the training itself, and those of the backward sweep (sweep_passes.h).
+// of a step: those of the training itself, and those of the backward pass (adjoint_passes.h).
 struct vw_gradient_passes {
     struct vw_specialization specialization;
     struct vw_pass *generate, *backward_rays;

@@ -10,7 +10,7 @@
 #include "train/pixels.h"
 #include "train/trainer_private.h"
 
-// ---- Creation -------------------------------------------------------------------------------------------------------
+// ---- Parts ----------------------------------------------------------------------------------------------------------
 
 static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
     return trainer->config.rays * vw_probes_draws_per_step(&trainer->config);
@@ -57,15 +57,6 @@ static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t step
     enum vw_status status = allocate_records(trainer);
     if (!status) status = vw_buffer_create(trainer->gpu, &pixels, &trainer->pixels);
     if (!status) status = vw_buffer_create(trainer->gpu, &scalars, &trainer->scalars);
-    return status;
-}
-
-// The last part: from then on a trainer that shares its submissions is recorded when others advance.
-static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
-    enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
-    struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
-    if (!status) status = vw_submissions_join(submissions, trainer);
-    if (!status) trainer->submissions = submissions;
     return status;
 }
 
@@ -121,6 +112,93 @@ static enum vw_status create_probes(struct vw_trainer *trainer) {
     return vw_probes_create(&context, &trainer->probes);
 }
 
+// ---- Submission -----------------------------------------------------------------------------------------------------
+
+static void record_training(struct vw_trainer *trainer, struct vw_submission *batch, uint64_t step,
+                            uint32_t first_pixel, uint32_t scalar_row) {
+    uint32_t rays = trainer->config.rays;
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
+    struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
+                                  .picture_side = trainer->model.picture_side};
+    uint32_t view = vw_photo_order_view_of_step(&trainer->schedule, step),
+             draws = vw_probes_draws_of_step(&trainer->probes, step);
+    for (; drawn.draw < draws; drawn.draw++)
+        vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
+    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays * draws);
+    vw_probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
+    vw_step_record_passes(&trainer->step, batch, step, first_pixel, scalar_row);
+    vw_validation_record(&trainer->validation, batch, scalar_row);
+}
+
+// Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
+static bool state_is_due(const struct vw_trainer *trainer) {
+    return trainer->next_step > 0 && vw_probes_state_due(&trainer->probes, trainer->next_step - 1);
+}
+
+static uint64_t last_step(const struct vw_trainer *trainer) {
+    uint64_t total = vw_photo_order_total_steps(&trainer->schedule);
+    return trainer->stop_step < total ? trainer->stop_step : total;
+}
+
+static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
+    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
+           !state_is_due(trainer);
+}
+
+// Those of the next batch and, because photos are decoded side by side, of some steps behind it.
+static enum vw_status decode_photos(struct vw_trainer *trainer) {
+    enum { STEPS_LEAST = 16 };
+    uint64_t first = trainer->next_step ? trainer->next_step : 1,
+             total = vw_photo_order_total_steps(&trainer->schedule);
+    uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
+    uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
+    if (!views) return VW_ERROR_MEMORY;
+    for (; count < steps && first + count <= total; count++)
+        views[count] = vw_photo_order_view_of_step(&trainer->schedule, first + count);
+    enum vw_status status = vw_scene_decode(trainer->scene, views, count);
+    free(views);
+    return status;
+}
+
+static void decode_or_fail(struct vw_trainer *trainer) {
+    trainer->failure = decode_photos(trainer);
+    if (trainer->failure) trainer->why = vw_error_save();
+}
+
+// Records the next steps, up to the last or to one behind which the state is probed.
+static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
+    uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
+    uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
+    struct vw_batch_slot *slot = &trainer->slots[index];
+    if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
+    *slot = (struct vw_batch_slot){.first_step = trainer->next_step, .in_flight = true};
+    if (trainer->next_step == 0) { // the untrained field
+        vw_validation_record(&trainer->validation, batch, row);
+        row += rows_per_step(trainer);
+        slot->row_count++;
+        trainer->next_step++;
+    }
+    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last && !state_is_due(trainer);
+         steps--) {
+        record_training(trainer, batch, trainer->next_step++, pixel, row);
+        pixel += pixels_per_step(trainer);
+        row += rows_per_step(trainer);
+        slot->row_count++;
+    }
+}
+
+// ---- Life -----------------------------------------------------------------------------------------------------------
+
+// The last part: from then on a trainer that shares its submissions is recorded when others advance.
+static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
+    enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
+    struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
+    const struct vw_submissions_member member = {trainer, has_steps, decode_or_fail, record_steps};
+    if (!status) status = vw_submissions_join(submissions, &member);
+    if (!status) trainer->submissions = submissions;
+    return status;
+}
+
 static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = vw_config_check(&trainer->config);
     if (!status) status = vw_probes_check(&trainer->config, trainer->validate);
@@ -167,81 +245,6 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     free(trainer->step_probes);
     free(trainer);
     *pointer = NULL;
-}
-
-// ---- Submission -----------------------------------------------------------------------------------------------------
-
-static void record_training(struct vw_trainer *trainer, struct vw_submission *batch, uint64_t step,
-                            uint32_t first_pixel, uint32_t scalar_row) {
-    uint32_t rays = trainer->config.rays;
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
-                                  .picture_side = trainer->model.picture_side};
-    uint32_t view = vw_photo_order_view_of_step(&trainer->schedule, step),
-             draws = vw_probes_draws_of_step(&trainer->probes, step);
-    for (; drawn.draw < draws; drawn.draw++)
-        vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
-    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays * draws);
-    vw_probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
-    vw_step_record_passes(&trainer->step, batch, step, first_pixel, scalar_row);
-    vw_validation_record(&trainer->validation, batch, scalar_row);
-}
-
-// Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
-static bool state_is_due(const struct vw_trainer *trainer) {
-    return trainer->next_step > 0 && vw_probes_state_due(&trainer->probes, trainer->next_step - 1);
-}
-
-static uint64_t last_step(const struct vw_trainer *trainer) {
-    uint64_t total = vw_photo_order_total_steps(&trainer->schedule);
-    return trainer->stop_step < total ? trainer->stop_step : total;
-}
-
-bool vw_trainer_has_steps(const struct vw_trainer *trainer, uint32_t index) {
-    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
-           !state_is_due(trainer);
-}
-
-// Those of the next batch and, because photos are decoded side by side, of some steps behind it.
-static enum vw_status decode_photos(struct vw_trainer *trainer) {
-    enum { STEPS_LEAST = 16 };
-    uint64_t first = trainer->next_step ? trainer->next_step : 1,
-             total = vw_photo_order_total_steps(&trainer->schedule);
-    uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
-    uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
-    if (!views) return VW_ERROR_MEMORY;
-    for (; count < steps && first + count <= total; count++)
-        views[count] = vw_photo_order_view_of_step(&trainer->schedule, first + count);
-    enum vw_status status = vw_scene_decode(trainer->scene, views, count);
-    free(views);
-    return status;
-}
-
-void vw_trainer_decode_photos(struct vw_trainer *trainer) {
-    trainer->failure = decode_photos(trainer);
-    if (trainer->failure) trainer->why = vw_error_save();
-}
-
-// Records the next steps, up to the last or to one behind which the state is probed.
-void vw_trainer_record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
-    uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
-    uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
-    struct vw_batch_slot *slot = &trainer->slots[index];
-    if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
-    *slot = (struct vw_batch_slot){.first_step = trainer->next_step, .in_flight = true};
-    if (trainer->next_step == 0) { // the untrained field
-        vw_validation_record(&trainer->validation, batch, row);
-        row += rows_per_step(trainer);
-        slot->row_count++;
-        trainer->next_step++;
-    }
-    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last && !state_is_due(trainer);
-         steps--) {
-        record_training(trainer, batch, trainer->next_step++, pixel, row);
-        pixel += pixels_per_step(trainer);
-        row += rows_per_step(trainer);
-        slot->row_count++;
-    }
 }
 
 // ---- Handing out ----------------------------------------------------------------------------------------------------
@@ -319,7 +322,7 @@ enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_st
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && !status; i++) {
         uint32_t index = (trainer->next_slot + i) % BATCHES_IN_FLIGHT;
-        if (vw_trainer_has_steps(trainer, index)) status = vw_submissions_submit(trainer->submissions, index);
+        if (has_steps(trainer, index)) status = vw_submissions_submit(trainer->submissions, index);
     }
     return !status ? hand_out(trainer, records, count) : status;
 }

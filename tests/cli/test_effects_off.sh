@@ -39,7 +39,9 @@ constant_of() {
 # compile SHADERS_FOLDER SHADER OUT [ARGUMENT]...
 compile() {
     local folder=$1 stem=${2% *} define=${2#* } out=$3
-    glslangValidator --quiet --target-env vulkan1.2 "-I$folder" ${define:+"-D$define"} "${@:4}" -o "$out" "$folder/$stem.comp"
+    printf '%s\n' '#version 460' '#extension GL_GOOGLE_include_directive : require' '#include "common.glsl"' \
+        "#include \"$stem.comp\"" >"$out.comp" # as CMakeLists.txt has it
+    glslangValidator --quiet --target-env vulkan1.2 "-I$folder" ${define:+"-D$define"} "${@:4}" -o "$out" "$out.comp"
 }
 
 # text IN OUT: the code of a module as text.

@@ -13,7 +13,11 @@ sed -i -E '/grid_pair\.glsl/d; s/GRID_PAIR/vec2/g; s/(LOAD|STORE)_PAIR\(moved\)/
     s/STORE_PAIR\((.*)\);/\1;/' "$plain"/*/*.comp "$plain"/*/*.glsl
 
 # compile FOLDER STEM OUT [ARGUMENT]...
-compile() { glslangValidator --quiet --target-env vulkan1.2 "-I$1" "${@:4}" -o "$3" "$1/$2.comp"; }
+compile() {
+    printf '%s\n' '#version 460' '#extension GL_GOOGLE_include_directive : require' '#include "common.glsl"' \
+        "#include \"$2.comp\"" >"$folder/pass.comp" # as CMakeLists.txt has it
+    glslangValidator --quiet --target-env vulkan1.2 "-I$1" "${@:4}" -o "$3" "$folder/pass.comp"
+}
 
 same_code() {
     compile "$root/shaders" "$1" "$folder/usual.spv" && compile "$plain" "$1" "$folder/plain.spv" && cmp "$folder"/{usual,plain}.spv

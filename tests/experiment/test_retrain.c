@@ -115,7 +115,7 @@ struct observer {
 
 static bool count_trainers(void *context) {
     struct observer *observer = context;
-    for (uint32_t d = 0; d < 2; d++) observer->trainers[d] = observer->session->devices[d].submissions->trainer_count;
+    for (uint32_t d = 0; d < 2; d++) observer->trainers[d] = observer->session->devices[d].submissions->member_count;
     observer->trainers[2]++;
     return false;
 }

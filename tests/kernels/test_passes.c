@@ -59,7 +59,7 @@ static const struct pass {
 
 // These work on a whole training: test_adjoint_product holds them against the reference,
 // test_gradient_methods the last.
-static const struct vw_shader *const of_the_sweep[] = {
+static const struct vw_shader *const of_the_adjoint[] = {
     &vw_shader_slope_views,      &vw_shader_direct_adjoint,  &vw_shader_reduce_adjoint,
     &vw_shader_perturb_params,   &vw_shader_difference_rays, &vw_shader_difference_rays_effects,
     &vw_shader_normalise_slopes, &vw_shader_gather_grid,     &vw_shader_gather_weights,
@@ -161,7 +161,7 @@ static void every_shader_is_listed(void **state) {
     for (uint32_t i = 0; i < vw_shader_count; i++) {
         bool listed = false;
         for (size_t k = 0; k < VW_ARRAY_COUNT(passes); k++) listed |= passes[k].shader == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_sweep); k++) listed |= of_the_sweep[k] == vw_shaders[i];
+        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_adjoint); k++) listed |= of_the_adjoint[k] == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_importance); k++) listed |= of_importance[k] == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_field_mlp); k++) listed |= of_the_field_mlp[k] == vw_shaders[i];
         for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_transient); k++)

@@ -127,7 +127,7 @@ static void take_all(struct fixture *f, const char *set) {
 TEST_WITHIN(each_leaves_what_it_leaves_alone, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "together", 1);
-    assert_int_equal(f->session.devices[0].submissions->trainer_count, RUNS);
+    assert_int_equal(f->session.devices[0].submissions->member_count, RUNS);
     take_all(f, "together");
 }
 
@@ -135,7 +135,7 @@ TEST_WITHIN(also_on_two_devices, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "spread", DEVICES);
     for (uint32_t d = 0; d < DEVICES; d++)
-        assert_int_equal(f->session.devices[d].submissions->trainer_count, 2 - d); // of three
+        assert_int_equal(f->session.devices[d].submissions->member_count, 2 - d); // of three
     take_all(f, "spread");
 }
 

@@ -1,4 +1,4 @@
-// The passes of the backward sweep against double precision, at a state of a real training: the Gauss-Newton product
+// The passes of the backward pass against double precision, at a state of a real training: the Gauss-Newton product
 // against J^T L'' J, with J direction by differences of the reference's colours and the reference's way back; the
 // direction and the credit of a step; and the gradient of U, validation's score, by differences of its rays' colours.
 #include "support/cmocka_test.h"
@@ -143,7 +143,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_model *model = lasting->replay.context->field->model;
     const struct vw_step_passes *step = lasting->replay.context->step;
     const struct vw_adjoint_blocks *adjoint =
-        &lasting->sweep.kept[lasting->sweep.measure_count - 1]; // whose direction is left
+        &lasting->backward.kept[lasting->backward.measure_count - 1]; // whose direction is left
     uint64_t count = model->param_bytes / 4;
     float *lambda = vw_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
@@ -152,13 +152,14 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     uint32_t pixel = vw_step_replay_draw(&lasting->replay, STEP, 0),
              view = vw_photo_order_view_of_step(lasting->replay.context->schedule, STEP);
     vw_submission_begin(lasting->replay.batch);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    vw_adjoint_record_step(&lasting->sweep, lasting->replay.batch, STEP, pixel, 0);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->backward.blocks);
+    vw_adjoint_record_step(&lasting->backward, lasting->replay.batch, STEP, pixel, 0);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    float *before = read_all(lasting->sweep.blocks.before), *after = read_all(lasting->sweep.blocks.after),
-          *gradient = read_all(lasting->sweep.blocks.gradient), *direction = read_all(lasting->sweep.direction),
+    float *before = read_all(lasting->backward.blocks.before), *after = read_all(lasting->backward.blocks.after),
+          *gradient = read_all(lasting->backward.blocks.gradient), *direction = read_all(lasting->backward.direction),
           *moved = read_all(adjoint->lambda);
-    const vw_float4 row = ((const vw_float4 *)vw_buffer_map(lasting->sweep.rows))[lasting->sweep.measure_count - 1];
+    const vw_float4 row =
+        ((const vw_float4 *)vw_buffer_map(lasting->backward.rows))[lasting->backward.measure_count - 1];
     double credit = 0, credit_size = 0;
     for (uint64_t i = 0; i < count; i++) {
         double rate = gradient[i] != 0.0f ? ((double)before[i] - after[i]) / gradient[i] : 0.0;
@@ -169,16 +170,16 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     }
     check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
     const struct vw_push_rays push = {
-        .first_pixel = pixel, .ray_count = lasting->sweep.rays, .key = vw_model_key_of_step(model, STEP)};
+        .first_pixel = pixel, .ray_count = lasting->backward.rays, .key = vw_model_key_of_step(model, STEP)};
     vw_submission_begin(lasting->replay.batch);
     vw_submission_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
-    double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->sweep.rays);
+    double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->backward.rays);
     struct reference_step *reference = reference_product(model, before, direction, rays, (const double(*)[2])places,
-                                                         samples_placed(step->places), lasting->sweep.rays, view);
+                                                         samples_placed(step->places), lasting->backward.rays, view);
     double *expected = as_block(model, reference), difference = 0, size = 0;
-    double factor = (double)step->rays / lasting->sweep.rays;
+    double factor = (double)step->rays / lasting->backward.rays;
     for (uint64_t i = 0; i < count; i++) {
         double added = (double)moved[i] - lambda[i], wanted = factor * expected[i];
         difference += (added - wanted) * (added - wanted);
@@ -255,17 +256,17 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
     uint64_t count = model->param_bytes / 4;
     float *zero = vw_allocate(count, sizeof *zero);
-    for (uint32_t i = 0; i < lasting->sweep.measure_count; i++)
-        ASSERT_OK(vw_buffer_write(lasting->sweep.kept[i].lambda, 0, zero, model->param_bytes));
+    for (uint32_t i = 0; i < lasting->backward.measure_count; i++)
+        ASSERT_OK(vw_buffer_write(lasting->backward.kept[i].lambda, 0, zero, model->param_bytes));
     vw_submission_begin(lasting->replay.batch);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->sweep.blocks);
-    vw_adjoint_record_state(&lasting->sweep, lasting->replay.batch, 0, states);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->backward.blocks);
+    vw_adjoint_record_state(&lasting->backward, lasting->replay.batch, 0, states);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
-    float *after = read_all(lasting->sweep.blocks.after), *lambda = read_all(lasting->sweep.kept[measure].lambda);
+    float *after = read_all(lasting->backward.blocks.after), *lambda = read_all(lasting->backward.kept[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);
     struct vw_ray_range *scored = read_all(validation->ranges),
                         *fitted = validation->view_fit.ranges ? read_all(validation->view_fit.ranges) : NULL;
-    const struct score_case score = {validation, rays, scored, fitted, measure == SWEEP_LOSS};
+    const struct score_case score = {validation, rays, scored, fitted, measure == ADJOINT_LOSS};
 
     struct vw_model plain = *model; // validation takes nobody's code, gain or bias, and skips nothing
     plain.specialization.loss = LOSS_L2;
@@ -282,7 +283,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     (*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
     memcpy(colours, step->colours, ray_count * sizeof *colours);
     for (uint32_t view = 0; view < validation->view_count; view++) {
-        if (measure >= SWEEP_OF_VIEWS && view != measure - SWEEP_OF_VIEWS) continue;
+        if (measure >= ADJOINT_OF_VIEWS && view != measure - ADJOINT_OF_VIEWS) continue;
         slope_range(&score, colours, view, &scored[view], slopes);
         if (fitted) slope_range(&score, colours, view, &fitted[view], slopes);
     }
@@ -293,7 +294,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     double *expected = as_block(model, step), difference = 0, size = 0;
     for (uint64_t i = 0; i < count; i++) {
         double wanted = expected[i] / model->specialization.inverse_rays / states;
-        if (measure >= SWEEP_OF_VIEWS) wanted *= validation->view_count; // not of a mean over views
+        if (measure >= ADJOINT_OF_VIEWS) wanted *= validation->view_count; // not of a mean over views
         if (i >= model->ranges[VW_SLOT_APPEARANCE].offset_bytes / 4 && model->ranges[VW_SLOT_APPEARANCE].size_bytes)
             wanted = 0;
         difference += (lambda[i] - wanted) * (lambda[i] - wanted);
@@ -345,7 +346,7 @@ TEST(meets_the_reference) {
         uint32_t count;
         for (bool done = false; !done;) ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
         check_step(lasting, cases[i].effects);
-        for (uint32_t measure = 0; measure < lasting->sweep.measure_count; measure++)
+        for (uint32_t measure = 0; measure < lasting->backward.measure_count; measure++)
             check_score_gradient(lasting, cases[i].effects, measure);
         vw_lasting_destroy(&lasting);
     }

@@ -1,4 +1,4 @@
-// The backward sweep of lasting credit: that it replays the run, that its bits do not depend on how it is cut or
+// The backward pass of lasting credit: that it replays the run, that its bits do not depend on how it is cut or
 // interrupted, and that it says what happens when steps are longer or shorter.
 #include "support/cmocka_test.h"
 
@@ -62,7 +62,7 @@ static struct vw_lasting *open_lasting(const struct vw_scene *scene, const struc
 }
 
 // All credits that are left, by step; returns how many there were.
-static uint32_t sweep(struct vw_lasting *lasting, struct vw_lasting_credit *by_step) {
+static uint32_t backward(struct vw_lasting *lasting, struct vw_lasting_credit *by_step) {
     const struct vw_lasting_credit *credits;
     uint32_t count, total = 0;
     for (bool done = false; !done;) {
@@ -81,7 +81,7 @@ static void assert_same_credits(const struct vw_lasting_credit *a, const struct 
     }
 }
 
-// Of what a sweep predicts and what retrainings measure.
+// Of what a backward pass predicts and what retrainings measure.
 static void assert_agree(const double *predicted, const double *measured, uint32_t count, double pearson) {
     double seen = vw_pearson(predicted, measured, count);
     if (!(seen >= pearson)) {
@@ -107,7 +107,7 @@ TEST(replays_the_run_and_passes_the_gate) {
     struct replay replay = {.run = run};
     struct vw_lasting_credit credits[STEPS + 1] = {0};
     struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, 0, &replay);
-    assert_int_equal(sweep(lasting, credits), STEPS);
+    assert_int_equal(backward(lasting, credits), STEPS);
     assert_int_equal(replay.told, STEPS);
     const uint64_t from = 5 * TRAINS;
     struct vw_lasting_check checks[TRAINS];
@@ -190,7 +190,7 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
                      row = vw_step_replay_row(&lasting->replay, place);
             nudged = momentum && step == scaled;
             if (nudged)
-                vw_adjoint_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, step, pixel, row,
+                vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.batch, step, pixel, row,
                                             0);
             else {
                 vw_step_record_gradients(context->step, lasting->replay.batch, step, pixel);
@@ -217,8 +217,9 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
     return psnr / vw_lasting_state_count(lasting);
 }
 
-// Steps by themselves, longer and shorter by a tenth, all else as it was. What the sweep leaves out of the derivative
-// is most far from the end: how a step changes the rates of later ones, kinks, curvature beyond Gauss-Newton's.
+// Steps by themselves, longer and shorter by a tenth, all else as it was. what the backward pass leaves out of the
+// derivative is most far from the end: how a step changes the rates of later ones, kinks, curvature beyond
+// Gauss-Newton's.
 TEST(a_step_says_what_it_leaves) {
     static const struct {
         const char *effects;
@@ -250,7 +251,7 @@ TEST(a_step_says_what_it_leaves) {
         if (config.importance_samples) config.samples = 8, config.learning_rate_decay = 0.3;
         strcpy(config.effects, cases[i].effects);
         struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, cases[i].memory_bytes, NULL);
-        sweep(lasting, credits);
+        backward(lasting, credits);
         for (uint32_t k = 0; k < CHECKED; k++) {
             uint64_t step = lasting->replay.total_steps - 2 * k;
             predicted[k] = credits[step].psnr;
@@ -264,18 +265,19 @@ TEST(a_step_says_what_it_leaves) {
     vw_scene_close(&scene);
 }
 
-// How the training is cut into segments, and where the sweep was stopped, changes no bit; how many rays it takes does.
+// How the training is cut into segments, and where the backward pass was stopped, changes no bit; how many rays it
+// takes does.
 TEST(bits_do_not_depend_on_the_way) {
     const struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
     struct vw_lasting_credit whole[STEPS + 1] = {0}, cut[STEPS + 1] = {0}, thin[STEPS + 1] = {0};
     struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, 0, NULL);
     assert_int_equal(lasting->segment_count, 1);
-    sweep(lasting, whole);
+    backward(lasting, whole);
     vw_lasting_destroy(&lasting);
 
     char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "sweep");
+    const char *path = temporary_path(folder, "backward");
     const struct vw_lasting_credit *credits;
     uint32_t count = 0;
     uint64_t next = 0;
@@ -294,13 +296,13 @@ TEST(bits_do_not_depend_on_the_way) {
     assert_int_equal(vw_lasting_load(lasting, path, stopped + 2, &next), VW_ERROR_INPUT); // a credit would be missing
     ASSERT_OK(vw_lasting_load(lasting, path, stopped + 1, &next));
     assert_int_equal(next, stopped);
-    assert_int_equal(sweep(lasting, cut), stopped);
+    assert_int_equal(backward(lasting, cut), stopped);
     vw_lasting_destroy(&lasting);
     assert_same_credits(whole, cut, STEPS);
 
     lasting = open_lasting(scene, &config, 60, false, 0, NULL);
     assert_int_equal(vw_lasting_load(lasting, path, 1, &next), VW_ERROR_INPUT); // of other settings
-    sweep(lasting, thin);
+    backward(lasting, thin);
     vw_lasting_destroy(&lasting);
     temporary_folder_remove(folder);
     double full[STEPS], half[STEPS];
@@ -310,10 +312,10 @@ TEST(bits_do_not_depend_on_the_way) {
     vw_scene_close(&scene);
 }
 
-// Sweeps with a credit for every validation view; theirs, by step and view. Whether the adjoints of the views were on
-// the device.
-static bool sweep_views(const struct vw_scene *scene, const struct vw_config *config, uint64_t memory_bytes,
-                        const char *path, struct vw_lasting_credit *by_step, double (*by_view)[VIEWS]) {
+// Goes back with a credit for every validation view; theirs, by step and view. Whether the adjoints of the views were
+// on the device.
+static bool go_back_with_views(const struct vw_scene *scene, const struct vw_config *config, uint64_t memory_bytes,
+                               const char *path, struct vw_lasting_credit *by_step, double (*by_view)[VIEWS]) {
     const struct vw_lasting_credit *credits;
     uint32_t count, batches = 0;
     struct vw_lasting *lasting = open_lasting(scene, config, 0, true, memory_bytes, NULL);
@@ -326,21 +328,21 @@ static bool sweep_views(const struct vw_scene *scene, const struct vw_config *co
         }
         batches += count > 0;
         if (!path || batches != 2) continue;
-        uint64_t next; // goes on in another sweep, once
+        uint64_t next; // goes on in another backward pass, once
         ASSERT_OK(vw_lasting_save(lasting, path));
         vw_lasting_destroy(&lasting);
         lasting = open_lasting(scene, config, 0, true, memory_bytes, NULL);
         ASSERT_OK(vw_lasting_load(lasting, path, 1, &next));
         path = NULL;
     }
-    bool on_device = vw_adjoint_views_bytes(&lasting->sweep) > 0;
+    bool on_device = vw_adjoint_views_bytes(&lasting->backward) > 0;
     vw_lasting_destroy(&lasting);
     return on_device;
 }
 
-// PSNR is the mean over views, and the sweep is linear in what it begins with. Beside rounding, a difference of colours
-// takes its step by the length of what is carried back, which is another for each view and crosses other kinks: 0.05 %
-// of a step's credits are seen and 0.5 % allowed for.
+// PSNR is the mean over views, and the backward pass is linear in what it begins with. Beside rounding, a difference of
+// colours takes its step by the length of what is carried back, which is another for each view and crosses other kinks:
+// 0.05 % of a step's credits are seen and 0.5 % allowed for.
 TEST(views_share_the_credit) {
     const struct vw_config config = lasting_config();
     struct vw_scene *scene = test_scene();
@@ -348,10 +350,10 @@ TEST(views_share_the_credit) {
     struct vw_lasting_credit plain[STEPS + 1] = {0}, credits[STEPS + 1] = {0}, cut[STEPS + 1] = {0};
     double views[STEPS + 1][VIEWS] = {0}, cut_views[STEPS + 1][VIEWS] = {0};
     struct vw_lasting *lasting = open_lasting(scene, &config, 0, false, 0, NULL);
-    sweep(lasting, plain);
+    backward(lasting, plain);
     assert_null(plain[STEPS].view_psnr);
     vw_lasting_destroy(&lasting);
-    assert_true(sweep_views(scene, &config, 0, NULL, credits, views));
+    assert_true(go_back_with_views(scene, &config, 0, NULL, credits, views));
     assert_same_credits(plain, credits, STEPS);
     double apart = 0, worst = 0, total[VIEWS] = {0};
     for (uint32_t step = 1; step <= STEPS; step++) {
@@ -371,7 +373,8 @@ TEST(views_share_the_credit) {
     lasting = open_lasting(scene, &config, 0, false, 2 << 20, NULL);
     vw_lasting_get_state(lasting, &least);
     vw_lasting_destroy(&lasting);
-    assert_false(sweep_views(scene, &config, least.memory_bytes, temporary_path(folder, "sweep"), cut, cut_views));
+    assert_false(
+        go_back_with_views(scene, &config, least.memory_bytes, temporary_path(folder, "backward"), cut, cut_views));
     assert_same_credits(plain, cut, STEPS);
     assert_memory_equal(views, cut_views, sizeof views);
     temporary_folder_remove(folder);

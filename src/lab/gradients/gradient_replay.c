@@ -50,7 +50,7 @@ enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *sweep, uint64
 void vw_gradient_replay_record_zero(const struct vw_gradient_replay *sweep) {
     uint64_t bytes = vw_buffer_size_bytes(sweep->zeros);
     vw_submission_copy(sweep->replay.batch, sweep->zeros, 0, sweep->passes.adjoint.blocks.lambda, 0, bytes);
-    vw_submission_copy(sweep->replay.batch, sweep->zeros, 0, sweep->passes.kept[SWEEP_PSNR].lambda, 0, bytes);
+    vw_submission_copy(sweep->replay.batch, sweep->zeros, 0, sweep->passes.kept[ADJOINT_PSNR].lambda, 0, bytes);
 }
 
 void vw_gradient_replay_record_validation(const struct vw_gradient_replay *sweep, uint32_t scalar_row) {

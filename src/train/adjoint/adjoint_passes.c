@@ -11,21 +11,23 @@
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
-static const char sweep_role[] = "sweep"; // of its passes, in the timers
+static const char adjoint_role[] = "adjoint"; // of its passes, in the timers
 
-static const struct vw_model *model_of(const struct vw_adjoint_passes *sweep) { return sweep->context->field->model; }
+static const struct vw_model *model_of(const struct vw_adjoint_passes *backward) {
+    return backward->context->field->model;
+}
 
 enum vw_status vw_adjoint_check(const struct vw_probe_context *context) {
     const struct vw_model *model = context->field->model;
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
-                       "the backward sweep needs params in 32 bits; value the scene with --table-precision float32");
+                       "the backward pass needs params in 32 bits; value the scene with --table-precision float32");
     enum vw_status status = vw_effects_check_adjoint(&model->specialization);
     if (status) return status;
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(
             VW_ERROR_USAGE,
-            "the backward sweep: the params of %llu bytes exceed this device's binding range; value the scene "
+            "the backward pass: the params of %llu bytes exceed this device's binding range; value the scene "
             "with a lower --log2-table",
             (unsigned long long)model->param_bytes);
     return VW_OK;
@@ -35,69 +37,71 @@ static uint64_t adjoint_bytes(const struct vw_model *model) {
     return model->param_bytes * (model->specialization.momentum ? 2 : 1);
 }
 
-static uint64_t places_bytes(const struct vw_adjoint_passes *sweep, uint32_t rays) {
-    const struct vw_specialization *s = &model_of(sweep)->specialization;
+static uint64_t places_bytes(const struct vw_adjoint_passes *backward, uint32_t rays) {
+    const struct vw_specialization *s = &model_of(backward)->specialization;
     return s->importance ? 4 * (uint64_t)rays * s->samples : 0;
 }
 
-static enum vw_status create_buffers(struct vw_adjoint_passes *sweep, uint32_t batch_steps) {
-    const struct vw_probe_context *context = sweep->context;
-    uint64_t block = model_of(sweep)->param_bytes, momentum = model_of(sweep)->specialization.momentum ? block : 0;
+static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_t batch_steps) {
+    const struct vw_probe_context *context = backward->context;
+    uint64_t block = model_of(backward)->param_bytes,
+             momentum = model_of(backward)->specialization.momentum ? block : 0;
     const struct vw_buffer_row buffers[] = {
-        {&sweep->blocks.before, {.name = "params_before", .size_bytes = block}},
-        {&sweep->blocks.after, {.name = "params_after", .size_bytes = block}},
-        {&sweep->blocks.gradient, {.name = "step_gradient", .size_bytes = block}},
-        {&sweep->blocks.moment, {.name = "step_moment", .size_bytes = momentum}},
-        {&sweep->direction, {.name = "direction", .size_bytes = block}},
-        {&sweep->sums, {.name = "sweep_sums", .size_bytes = 2 * 16 * VW_SWEEP_GROUPS}},
-        {&sweep->state, {.name = "sweep_state", .size_bytes = sizeof(struct vw_sweep_state)}},
-        {&sweep->seen_ahead, {.name = "seen_ahead", .size_bytes = 16 * (uint64_t)context->step->padded_rays}},
-        {&sweep->places, {.name = "step_places", .size_bytes = places_bytes(sweep, sweep->padded_rays)}},
-        {&sweep->val_rays,
+        {&backward->blocks.before, {.name = "params_before", .size_bytes = block}},
+        {&backward->blocks.after, {.name = "params_after", .size_bytes = block}},
+        {&backward->blocks.gradient, {.name = "step_gradient", .size_bytes = block}},
+        {&backward->blocks.moment, {.name = "step_moment", .size_bytes = momentum}},
+        {&backward->direction, {.name = "direction", .size_bytes = block}},
+        {&backward->sums, {.name = "adjoint_sums", .size_bytes = 2 * 16 * VW_ADJOINT_GROUPS}},
+        {&backward->state, {.name = "adjoint_state", .size_bytes = sizeof(struct vw_adjoint_state)}},
+        {&backward->seen_ahead, {.name = "seen_ahead", .size_bytes = 16 * (uint64_t)context->step->padded_rays}},
+        {&backward->places, {.name = "step_places", .size_bytes = places_bytes(backward, backward->padded_rays)}},
+        {&backward->val_rays,
          {.name = "slopes_of_views", .size_bytes = vw_buffer_size_bytes(context->validation->evaluator.rays)}},
-        {&sweep->rows,
-         {.name = "sweep_rows",
-          .size_bytes = 16ull * sweep->measure_count * batch_steps,
+        {&backward->rows,
+         {.name = "adjoint_rows",
+          .size_bytes = 16ull * backward->measure_count * batch_steps,
           .memory = VW_BUFFER_READBACK}},
-        {&sweep->adjoint.blocks.lambda, {.name = "adjoint", .size_bytes = block}},
-        {&sweep->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
+        {&backward->adjoint.blocks.lambda, {.name = "adjoint", .size_bytes = block}},
+        {&backward->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
     };
     return vw_buffers_create(context->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
 }
 
-static enum vw_status create_kept(struct vw_adjoint_passes *sweep) {
-    struct vw_gpu *gpu = sweep->context->field->gpu;
-    const struct vw_model *model = model_of(sweep);
+static enum vw_status create_kept(struct vw_adjoint_passes *backward) {
+    struct vw_gpu *gpu = backward->context->field->gpu;
+    const struct vw_model *model = model_of(backward);
     enum vw_status status = VW_OK;
-    sweep->kept = vw_allocate(sweep->measure_count, sizeof *sweep->kept);
-    if (!sweep->kept) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < sweep->measure_count && !status; i++) {
+    backward->kept = vw_allocate(backward->measure_count, sizeof *backward->kept);
+    if (!backward->kept) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < backward->measure_count && !status; i++) {
         struct vw_buffer_params params = {.name = "kept_adjoint", .size_bytes = model->param_bytes};
-        if (i >= SWEEP_OF_VIEWS && sweep->kept_by_host) params.memory = VW_BUFFER_READBACK;
-        status = vw_buffer_create(gpu, &params, &sweep->kept[i].lambda);
-        if (!status && sweep->adjoint.blocks.moment) status = vw_buffer_create(gpu, &params, &sweep->kept[i].moment);
+        if (i >= ADJOINT_OF_VIEWS && backward->kept_by_host) params.memory = VW_BUFFER_READBACK;
+        status = vw_buffer_create(gpu, &params, &backward->kept[i].lambda);
+        if (!status && backward->adjoint.blocks.moment)
+            status = vw_buffer_create(gpu, &params, &backward->kept[i].moment);
     }
     return status;
 }
 
 // Rays that are padding have no slope, and never get one.
-static enum vw_status create_val_rays(struct vw_adjoint_passes *sweep) {
-    uint64_t bytes = vw_buffer_size_bytes(sweep->val_rays);
+static enum vw_status create_val_rays(struct vw_adjoint_passes *backward) {
+    uint64_t bytes = vw_buffer_size_bytes(backward->val_rays);
     struct vw_ray *rays = vw_allocate(bytes, 1);
     if (!rays) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_buffer_read(sweep->context->validation->evaluator.rays, 0, rays, bytes);
+    enum vw_status status = vw_buffer_read(backward->context->validation->evaluator.rays, 0, rays, bytes);
     for (uint64_t i = 0; i < bytes / sizeof *rays; i++)
         rays[i].target_weight = (vw_float4){.w = rays[i].target_weight.w};
-    if (!status) status = vw_buffer_write(sweep->val_rays, 0, rays, bytes);
+    if (!status) status = vw_buffer_write(backward->val_rays, 0, rays, bytes);
     free(rays);
     return status;
 }
 
-static enum vw_status create_pass(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
+static enum vw_status create_pass(const struct vw_adjoint_passes *backward, const struct vw_shader *shader,
                                   const struct vw_specialization *specialization, const struct vw_binding *bindings,
                                   uint32_t count, struct vw_pass **pass) {
-    const struct vw_pass_params common = vw_pass_params_of(specialization, bindings, count, sweep_role);
-    return vw_pass_create_of(sweep->context->field->gpu, &common, shader, pass);
+    const struct vw_pass_params common = vw_pass_params_of(specialization, bindings, count, adjoint_role);
+    return vw_pass_create_of(backward->context->field->gpu, &common, shader, pass);
 }
 
 static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct vw_param_range *range) {
@@ -106,107 +110,107 @@ static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, c
 }
 
 // `second`: another range that the shader gathers, NULL without.
-static enum vw_status create_gather(const struct vw_adjoint_passes *sweep, const struct vw_shader *shader,
+static enum vw_status create_gather(const struct vw_adjoint_passes *backward, const struct vw_shader *shader,
                                     const struct vw_param_range *range, const struct vw_param_range *second,
                                     struct vw_buffer *block, struct vw_pass **pass) {
-    const struct vw_model *model = model_of(sweep);
+    const struct vw_model *model = model_of(backward);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         range_binding(VW_SLOT_GATHERED, block, range),
-        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+        {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
     };
     uint32_t count = 2;
     if (second) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, second);
-    vw_step_bind(sweep->context->step, bindings, &count);
-    return create_pass(sweep, shader, &model->specialization, bindings, count, pass);
+    vw_step_bind(backward->context->step, bindings, &count);
+    return create_pass(backward, shader, &model->specialization, bindings, count, pass);
 }
 
-static enum vw_status create_gather_grid(const struct vw_adjoint_passes *sweep, uint32_t index,
+static enum vw_status create_gather_grid(const struct vw_adjoint_passes *backward, uint32_t index,
                                          struct vw_gathered *gathered) {
-    const struct vw_grid_window *window = &model_of(sweep)->windows[index];
-    uint64_t word = model_of(sweep)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
+    const struct vw_grid_window *window = &model_of(backward)->windows[index];
+    uint64_t word = model_of(backward)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
              pairs = window->pair_count;
-    const struct vw_param_range range = {.offset_bytes = model_of(sweep)->grid.offset_bytes + 8 * first,
+    const struct vw_param_range range = {.offset_bytes = model_of(backward)->grid.offset_bytes + 8 * first,
                                          .size_bytes = 8 * pairs};
     const struct vw_binding bindings[] = {
         range_binding(VW_SLOT_GATHERED, gathered->block, &range),
-        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
-        {.slot = VW_SLOT_STEP_STATE, .buffer = sweep->context->field->step_state},
+        {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = backward->context->field->step_state},
         {.slot = VW_SLOT_D_GRID,
-         .buffer = sweep->context->step->d_grid,
+         .buffer = backward->context->step->d_grid,
          .offset_bytes = word * first,
          .size_bytes = word * pairs},
     };
-    return create_pass(sweep, &vw_shader_gather_grid, &model_of(sweep)->specialization, bindings,
+    return create_pass(backward, &vw_shader_gather_grid, &model_of(backward)->specialization, bindings,
                        VW_ARRAY_COUNT(bindings), &gathered->grid[index]);
 }
 
-static enum vw_status create_gathered(const struct vw_adjoint_passes *sweep, struct vw_buffer *block,
+static enum vw_status create_gathered(const struct vw_adjoint_passes *backward, struct vw_buffer *block,
                                       struct vw_gathered *gathered) {
-    const struct vw_model *model = model_of(sweep);
+    const struct vw_model *model = model_of(backward);
     const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
                                          .size_bytes = 16 * (uint64_t)model->moved_columns};
     enum vw_status status = VW_OK;
     gathered->block = block;
-    for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(sweep, i, gathered);
-    if (!status) status = create_gather(sweep, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
+    for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(backward, i, gathered);
+    if (!status) status = create_gather(backward, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
     for (uint32_t i = 0; i < vw_effect_kind_count && !status; i++) {
         const struct vw_effect_kind *kind = vw_effect_kinds[i];
         const struct vw_param_range *second = kind->gathered_second ? &model->ranges[kind->gathered_second] : NULL;
         if (kind->gather && vw_effect_kind_is_on(kind, &model->specialization))
-            status =
-                create_gather(sweep, kind->gather, &model->ranges[kind->gathered], second, block, &gathered->photos[i]);
+            status = create_gather(backward, kind->gather, &model->ranges[kind->gathered], second, block,
+                                   &gathered->photos[i]);
     }
     return status;
 }
 
-static enum vw_status create_adjoint(const struct vw_adjoint_passes *sweep, struct vw_adjoint *adjoint) {
+static enum vw_status create_adjoint(const struct vw_adjoint_passes *backward, struct vw_adjoint *adjoint) {
     bool momentum = adjoint->blocks.moment != NULL;
     const struct vw_binding bindings[] = {
-        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
-        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
-        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = sweep->blocks.gradient},
-        {.slot = VW_SLOT_STEP_MOMENT, .buffer = sweep->blocks.moment, .unused = !momentum},
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = backward->blocks.before},
+        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = backward->blocks.after},
+        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = backward->blocks.gradient},
+        {.slot = VW_SLOT_STEP_MOMENT, .buffer = backward->blocks.moment, .unused = !momentum},
         {.slot = VW_SLOT_ADJOINT, .buffer = adjoint->blocks.lambda},
         {.slot = VW_SLOT_ADJOINT_MOMENT, .buffer = adjoint->blocks.moment, .unused = !momentum},
-        {.slot = VW_SLOT_DIRECTION, .buffer = sweep->direction},
-        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
+        {.slot = VW_SLOT_DIRECTION, .buffer = backward->direction},
+        {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
     };
-    enum vw_status status = create_gathered(sweep, adjoint->blocks.lambda, &adjoint->sum);
-    return !status ? create_pass(sweep, &vw_shader_direct_adjoint, &model_of(sweep)->specialization, bindings,
+    enum vw_status status = create_gathered(backward, adjoint->blocks.lambda, &adjoint->sum);
+    return !status ? create_pass(backward, &vw_shader_direct_adjoint, &model_of(backward)->specialization, bindings,
                                  VW_ARRAY_COUNT(bindings), &adjoint->direct)
                    : status;
 }
 
-static enum vw_status create_multiply(struct vw_adjoint_passes *sweep) {
+static enum vw_status create_multiply(struct vw_adjoint_passes *backward) {
     const struct vw_binding bindings[] = {
-        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
-        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = sweep->blocks.after},
-        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = sweep->blocks.gradient},
-        {.slot = VW_SLOT_ADJOINT, .buffer = sweep->adjoint.blocks.lambda},
-        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = backward->blocks.before},
+        {.slot = VW_SLOT_PARAMS_AFTER, .buffer = backward->blocks.after},
+        {.slot = VW_SLOT_STEP_GRADIENT, .buffer = backward->blocks.gradient},
+        {.slot = VW_SLOT_ADJOINT, .buffer = backward->adjoint.blocks.lambda},
+        {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
     };
-    return create_pass(sweep, &vw_shader_multiply_blocks, &model_of(sweep)->specialization, bindings,
-                       VW_ARRAY_COUNT(bindings), &sweep->multiply);
+    return create_pass(backward, &vw_shader_multiply_blocks, &model_of(backward)->specialization, bindings,
+                       VW_ARRAY_COUNT(bindings), &backward->multiply);
 }
 
 // Passes over a step's rays and the block of all params.
-static enum vw_status create_step_passes(struct vw_adjoint_passes *sweep) {
-    const struct vw_model *model = model_of(sweep);
+static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
+    const struct vw_model *model = model_of(backward);
     const struct vw_specialization *s = &model->specialization;
     struct vw_specialization plain = *s, given = *s;
     plain.stores_rows = 0;
     given.loss = LOSS_GIVEN;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
-        {.slot = VW_SLOT_SCALARS, .buffer = sweep->rows}, // in place of the step's, which is bound last
-        {.slot = VW_SLOT_PARAMS, .buffer = sweep->context->field->params, .size_bytes = model->param_bytes},
-        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = sweep->blocks.before},
-        {.slot = VW_SLOT_DIRECTION, .buffer = sweep->direction},
-        {.slot = VW_SLOT_SWEEP_SUMS, .buffer = sweep->sums},
-        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
-        {.slot = VW_SLOT_SEEN_AHEAD, .buffer = sweep->seen_ahead},
+        {.slot = VW_SLOT_SCALARS, .buffer = backward->rows}, // in place of the step's, which is bound last
+        {.slot = VW_SLOT_PARAMS, .buffer = backward->context->field->params, .size_bytes = model->param_bytes},
+        {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = backward->blocks.before},
+        {.slot = VW_SLOT_DIRECTION, .buffer = backward->direction},
+        {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
+        {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
+        {.slot = VW_SLOT_SEEN_AHEAD, .buffer = backward->seen_ahead},
     };
     uint32_t own = 7, count = own;
-    vw_step_bind(sweep->context->step, bindings, &count);
+    vw_step_bind(backward->context->step, bindings, &count);
     for (uint32_t i = own; i < count; i++) // each slot once
         if (bindings[i].slot == VW_SLOT_SCALARS) bindings[i] = bindings[--count];
     const struct {
@@ -214,19 +218,19 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *sweep) {
         const struct vw_specialization *specialization;
         struct vw_pass **pass;
     } passes[] = {
-        {&vw_shader_perturb_params, s, &sweep->perturb},
+        {&vw_shader_perturb_params, s, &backward->perturb},
         {vw_effects_are_of_rays(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
-         &sweep->difference},
-        {&vw_shader_reduce_adjoint, s, &sweep->reduce},
-        {&vw_shader_normalise_slopes, s, &sweep->normalise_step},
+         &backward->difference},
+        {&vw_shader_reduce_adjoint, s, &backward->reduce},
+        {&vw_shader_normalise_slopes, s, &backward->normalise_step},
     };
     const struct vw_field_pass_params ahead = {
-        .specialization = &plain, .bindings = bindings, .binding_count = count, .role = sweep_role};
-    enum vw_status status = vw_gradient_create(sweep->context->step, &given, &sweep->product);
-    sweep->forward.specialization = plain;
-    if (!status) status = model->kind->create_passes(sweep->context->field, &ahead, &sweep->forward);
+        .specialization = &plain, .bindings = bindings, .binding_count = count, .role = adjoint_role};
+    enum vw_status status = vw_gradient_create(backward->context->step, &given, &backward->product);
+    backward->forward.specialization = plain;
+    if (!status) status = model->kind->create_passes(backward->context->field, &ahead, &backward->forward);
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++)
-        status = create_pass(sweep, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
+        status = create_pass(backward, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
     return status;
 }
 
@@ -240,50 +244,51 @@ static struct vw_specialization validation_specialization(const struct vw_model 
     return s;
 }
 
-static enum vw_status create_view_passes(struct vw_adjoint_passes *sweep) {
-    const struct vw_validation *validation = sweep->context->validation;
-    const struct vw_specialization *s = &model_of(sweep)->specialization,
-                                   of_views = validation_specialization(model_of(sweep));
+static enum vw_status create_view_passes(struct vw_adjoint_passes *backward) {
+    const struct vw_validation *validation = backward->context->validation;
+    const struct vw_specialization *s = &model_of(backward)->specialization,
+                                   of_views = validation_specialization(model_of(backward));
     const struct vw_binding slopes[] = {
         {.slot = VW_SLOT_RAYS, .buffer = validation->evaluator.rays},
         {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = validation->ranges},
         {.slot = VW_SLOT_FITS, .buffer = validation->view_fit.fits, .unused = !validation->view_fit.fits},
         {.slot = VW_SLOT_FIT_VIEWS, .buffer = validation->view_fit.ranges, .unused = !validation->view_fit.ranges},
-        {.slot = VW_SLOT_SCALARS, .buffer = sweep->context->scalars},
-        {.slot = VW_SLOT_GATHERED, .buffer = sweep->val_rays},
+        {.slot = VW_SLOT_SCALARS, .buffer = backward->context->scalars},
+        {.slot = VW_SLOT_GATHERED, .buffer = backward->val_rays},
     };
     const struct vw_binding normal[] = {
-        {.slot = VW_SLOT_RAYS, .buffer = sweep->val_rays},
-        {.slot = VW_SLOT_STEP_STATE, .buffer = sweep->context->field->step_state},
-        {.slot = VW_SLOT_SWEEP_STATE, .buffer = sweep->state},
+        {.slot = VW_SLOT_RAYS, .buffer = backward->val_rays},
+        {.slot = VW_SLOT_STEP_STATE, .buffer = backward->context->field->step_state},
+        {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
     };
-    enum vw_status status = vw_gradient_create(sweep->context->step, &of_views, &sweep->validation);
+    enum vw_status status = vw_gradient_create(backward->context->step, &of_views, &backward->validation);
     if (!status)
-        status = create_pass(sweep, &vw_shader_slope_views, s, slopes, VW_ARRAY_COUNT(slopes), &sweep->slope_views);
-    return !status ? create_pass(sweep, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
-                                 &sweep->normalise_views)
+        status =
+            create_pass(backward, &vw_shader_slope_views, s, slopes, VW_ARRAY_COUNT(slopes), &backward->slope_views);
+    return !status ? create_pass(backward, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
+                                 &backward->normalise_views)
                    : status;
 }
 
 enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
-                                 struct vw_adjoint_passes *sweep) {
+                                 struct vw_adjoint_passes *backward) {
     uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
-    *sweep = (struct vw_adjoint_passes){.context = context,
-                                        .rays = params->rays && params->rays < of_step ? params->rays : of_step,
-                                        .measure_count = params->psnr_alone ? 1 : SWEEP_OF_VIEWS + views};
-    sweep->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
-    sweep->padded_rays = vw_model_pad_rays(context->field->model, sweep->rays);
+    *backward = (struct vw_adjoint_passes){.context = context,
+                                           .rays = params->rays && params->rays < of_step ? params->rays : of_step,
+                                           .measure_count = params->psnr_alone ? 1 : ADJOINT_OF_VIEWS + views};
+    backward->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
+    backward->padded_rays = vw_model_pad_rays(context->field->model, backward->rays);
     enum vw_status status = vw_adjoint_check(context);
-    if (!status) status = create_buffers(sweep, params->batch_steps);
-    if (!status) status = create_kept(sweep);
-    if (!status) status = create_val_rays(sweep);
-    if (!status) status = create_step_passes(sweep);
-    if (!status) status = create_view_passes(sweep);
-    if (!status) status = create_gathered(sweep, sweep->blocks.gradient, &sweep->step_gradient);
-    if (!status) status = create_adjoint(sweep, &sweep->adjoint);
-    if (!status) status = create_multiply(sweep);
-    if (status) vw_adjoint_destroy(sweep);
+    if (!status) status = create_buffers(backward, params->batch_steps);
+    if (!status) status = create_kept(backward);
+    if (!status) status = create_val_rays(backward);
+    if (!status) status = create_step_passes(backward);
+    if (!status) status = create_view_passes(backward);
+    if (!status) status = create_gathered(backward, backward->blocks.gradient, &backward->step_gradient);
+    if (!status) status = create_adjoint(backward, &backward->adjoint);
+    if (!status) status = create_multiply(backward);
+    if (status) vw_adjoint_destroy(backward);
     return status;
 }
 
@@ -298,37 +303,39 @@ static void destroy_blocks(struct vw_adjoint_blocks *blocks) {
     vw_buffer_destroy(&blocks->moment);
 }
 
-void vw_adjoint_destroy(struct vw_adjoint_passes *sweep) {
-    destroy_gathered(&sweep->adjoint.sum);
-    vw_pass_destroy(&sweep->adjoint.direct);
-    destroy_blocks(&sweep->adjoint.blocks);
-    for (uint32_t i = 0; sweep->kept && i < sweep->measure_count; i++) destroy_blocks(&sweep->kept[i]);
-    free(sweep->kept);
-    sweep->kept = NULL;
-    destroy_gathered(&sweep->step_gradient);
-    vw_gradient_destroy(&sweep->product);
-    vw_gradient_destroy(&sweep->validation);
-    vw_field_passes_destroy(&sweep->forward);
-    struct vw_pass **passes[] = {&sweep->perturb,     &sweep->difference,      &sweep->reduce,  &sweep->normalise_step,
-                                 &sweep->slope_views, &sweep->normalise_views, &sweep->multiply};
+void vw_adjoint_destroy(struct vw_adjoint_passes *backward) {
+    destroy_gathered(&backward->adjoint.sum);
+    vw_pass_destroy(&backward->adjoint.direct);
+    destroy_blocks(&backward->adjoint.blocks);
+    for (uint32_t i = 0; backward->kept && i < backward->measure_count; i++) destroy_blocks(&backward->kept[i]);
+    free(backward->kept);
+    backward->kept = NULL;
+    destroy_gathered(&backward->step_gradient);
+    vw_gradient_destroy(&backward->product);
+    vw_gradient_destroy(&backward->validation);
+    vw_field_passes_destroy(&backward->forward);
+    struct vw_pass **passes[] = {&backward->perturb,        &backward->difference,  &backward->reduce,
+                                 &backward->normalise_step, &backward->slope_views, &backward->normalise_views,
+                                 &backward->multiply};
     vw_passes_destroy(passes, VW_ARRAY_COUNT(passes));
-    struct vw_buffer **buffers[] = {&sweep->blocks.before, &sweep->blocks.after, &sweep->blocks.gradient,
-                                    &sweep->blocks.moment, &sweep->direction,    &sweep->sums,
-                                    &sweep->state,         &sweep->seen_ahead,   &sweep->val_rays,
-                                    &sweep->rows,          &sweep->places};
+    struct vw_buffer **buffers[] = {&backward->blocks.before, &backward->blocks.after, &backward->blocks.gradient,
+                                    &backward->blocks.moment, &backward->direction,    &backward->sums,
+                                    &backward->state,         &backward->seen_ahead,   &backward->val_rays,
+                                    &backward->rows,          &backward->places};
     vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
 }
 
-uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep) {
-    return sweep->kept_by_host ? 0 : (sweep->measure_count - SWEEP_OF_VIEWS) * adjoint_bytes(model_of(sweep));
+uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward) {
+    return backward->kept_by_host ? 0
+                                  : (backward->measure_count - ADJOINT_OF_VIEWS) * adjoint_bytes(model_of(backward));
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 // `photos`: also what belongs to photos, of `rays` rays of one of them.
-static void record_gather(const struct vw_adjoint_passes *sweep, const struct vw_gathered *gathered,
+static void record_gather(const struct vw_adjoint_passes *backward, const struct vw_gathered *gathered,
                           struct vw_submission *batch, bool adds, bool photos, uint32_t rays) {
-    const struct vw_model *model = model_of(sweep);
+    const struct vw_model *model = model_of(backward);
     struct vw_push_gather push = {.adds = adds};
     for (uint32_t i = 0; i < model->window_count; i++) {
         push.count = model->windows[i].pair_count;
@@ -342,201 +349,203 @@ static void record_gather(const struct vw_adjoint_passes *sweep, const struct vw
 }
 
 // A step as vw_step_record_passes() takes it, with its gradient in a block.
-static void record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+static void record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                         uint32_t first_pixel, uint32_t scalar_row) {
-    const struct vw_step_passes *step = sweep->context->step;
+    const struct vw_step_passes *step = backward->context->step;
     vw_step_record_gradients(step, batch, number, first_pixel);
-    record_gather(sweep, &sweep->step_gradient, batch, false, true, step->padded_rays);
+    record_gather(backward, &backward->step_gradient, batch, false, true, step->padded_rays);
     vw_step_record_update(step, batch, number, 0);
     vw_step_record_loss(step, batch, scalar_row);
 }
 
-void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *sweep, const struct vw_kept_steps *kept,
+void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
                                  struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
                                  uint32_t scalar_row, uint32_t place) {
     vw_kept_steps_record_before(kept, batch, place);
-    record_step(sweep, batch, number, first_pixel, scalar_row);
-    vw_kept_steps_record_gradient(kept, batch, sweep->blocks.gradient, place);
+    record_step(backward, batch, number, first_pixel, scalar_row);
+    vw_kept_steps_record_gradient(kept, batch, backward->blocks.gradient, place);
     vw_kept_steps_record_after(kept, batch, place);
 }
 
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                                 uint32_t first_pixel, uint32_t scalar_row) {
-    uint64_t bytes = model_of(sweep)->param_bytes;
-    vw_submission_copy(batch, sweep->context->field->params, 0, sweep->blocks.before, 0, bytes);
-    record_step(sweep, batch, number, first_pixel, scalar_row);
-    vw_submission_copy(batch, sweep->context->field->params, 0, sweep->blocks.after, 0, bytes);
+    uint64_t bytes = model_of(backward)->param_bytes;
+    vw_submission_copy(batch, backward->context->field->params, 0, backward->blocks.before, 0, bytes);
+    record_step(backward, batch, number, first_pixel, scalar_row);
+    vw_submission_copy(batch, backward->context->field->params, 0, backward->blocks.after, 0, bytes);
 }
 
-static void record_copy(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+static void record_copy(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                         const struct vw_adjoint_blocks *from, const struct vw_adjoint_blocks *to) {
-    uint64_t bytes = model_of(sweep)->param_bytes;
+    uint64_t bytes = model_of(backward)->param_bytes;
     vw_submission_copy(batch, from->lambda, 0, to->lambda, 0, bytes);
     if (from->moment) vw_submission_copy(batch, from->moment, 0, to->moment, 0, bytes);
 }
 
-static void record_restore(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+static void record_restore(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                            struct vw_buffer *block) {
-    vw_submission_copy(batch, block, 0, sweep->context->field->params, 0, model_of(sweep)->param_bytes);
+    vw_submission_copy(batch, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
 }
 
 // Back from the slopes of validation's rays, as many at a time as a step has.
-static void record_views_back(const struct vw_adjoint_passes *sweep, struct vw_submission *batch) {
-    const struct vw_step_passes *step = sweep->context->step;
-    uint32_t rays = sweep->context->validation->evaluator.ray_count;
+static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *batch) {
+    const struct vw_step_passes *step = backward->context->step;
+    uint32_t rays = backward->context->validation->evaluator.ray_count;
     for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
         uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
-        vw_submission_copy(batch, sweep->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
+        vw_submission_copy(batch, backward->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
                            sizeof(struct vw_ray) * count);
         for (uint32_t first = 0; first < count; first += step->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
-            vw_gradient_record_chunk(step, &sweep->validation, batch, &chunk);
+            vw_gradient_record_chunk(step, &backward->validation, batch, &chunk);
         }
-        vw_gradient_record_end(&sweep->validation, batch, count);
-        record_gather(sweep, &sweep->adjoint.sum, batch, true, false, 0);
+        vw_gradient_record_end(&backward->validation, batch, count);
+        record_gather(backward, &backward->adjoint.sum, batch, true, false, 0);
     }
 }
 
-void vw_adjoint_record_state(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t scalar_row,
+void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t scalar_row,
                              uint32_t states) {
-    const struct vw_validation *validation = sweep->context->validation;
+    const struct vw_validation *validation = backward->context->validation;
     double values = 0.0;
     for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
     // The passes back take a third of a ray's slope and divide by the rays of a step.
-    double undo = 3.0 * sweep->context->step->rays / states,
-           factors[SWEEP_OF_VIEWS] = {undo / validation->view_count, undo / values};
-    record_restore(sweep, batch, sweep->blocks.after);
+    double undo = 3.0 * backward->context->step->rays / states,
+           factors[ADJOINT_OF_VIEWS] = {undo / validation->view_count, undo / values};
+    record_restore(backward, batch, backward->blocks.after);
     vw_validation_record(validation, batch, scalar_row);
-    for (uint32_t i = 0; i < sweep->measure_count; i++) {
-        bool of_view = i >= SWEEP_OF_VIEWS;
+    for (uint32_t i = 0; i < backward->measure_count; i++) {
+        bool of_view = i >= ADJOINT_OF_VIEWS;
         struct vw_push_slopes push = {.count = validation->view_count,
                                       .scalar_row = scalar_row,
-                                      .measure = of_view ? SWEEP_PSNR : i,
-                                      .only_view = of_view ? i - SWEEP_OF_VIEWS : VW_ALL_VIEWS,
+                                      .measure = of_view ? ADJOINT_PSNR : i,
+                                      .only_view = of_view ? i - ADJOINT_OF_VIEWS : VW_ALL_VIEWS,
                                       .unscale = (float)(of_view ? undo : factors[i])};
-        vw_submission_dispatch(batch, sweep->slope_views, &push, sizeof push, 64ull * push.count);
+        vw_submission_dispatch(batch, backward->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
-        vw_submission_dispatch(batch, sweep->normalise_views, &push, sizeof push, 1);
-        record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
-        record_views_back(sweep, batch);
-        record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
+        vw_submission_dispatch(batch, backward->normalise_views, &push, sizeof push, 1);
+        record_copy(backward, batch, &backward->kept[i], &backward->adjoint.blocks);
+        record_views_back(backward, batch);
+        record_copy(backward, batch, &backward->adjoint.blocks, &backward->kept[i]);
     }
 }
 
-static uint32_t block_vectors(const struct vw_adjoint_passes *sweep) {
-    return (uint32_t)(model_of(sweep)->param_bytes / sizeof(vw_float4));
+static uint32_t block_vectors(const struct vw_adjoint_passes *backward) {
+    return (uint32_t)(model_of(backward)->param_bytes / sizeof(vw_float4));
 }
 
 // Where the step had its samples: by the params before it.
-static void record_places(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, vw_uint4 key) {
-    const struct vw_step_passes *step = sweep->context->step;
-    if (!sweep->places) return;
-    record_restore(sweep, batch, sweep->blocks.before);
-    vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
-    for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, key);
-        vw_importance_record(model_of(sweep), &sweep->product.importance, batch, &chunk);
-        vw_submission_copy(batch, step->places, 0, sweep->places, places_bytes(sweep, first),
-                           places_bytes(sweep, chunk.ray_count));
+static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *batch, vw_uint4 key) {
+    const struct vw_step_passes *step = backward->context->step;
+    if (!backward->places) return;
+    record_restore(backward, batch, backward->blocks.before);
+    vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
+    for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, key);
+        vw_importance_record(model_of(backward), &backward->product.importance, batch, &chunk);
+        vw_submission_copy(batch, step->places, 0, backward->places, places_bytes(backward, first),
+                           places_bytes(backward, chunk.ray_count));
     }
 }
 
 // The slopes of a step's rays: J direction by differences, times the loss's curvature.
-static void record_slopes(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                           const struct vw_push_rays *rays) {
-    const struct vw_step_passes *step = sweep->context->step;
-    uint32_t block4 = block_vectors(sweep);
+    const struct vw_step_passes *step = backward->context->step;
+    uint32_t block4 = block_vectors(backward);
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
-        vw_submission_dispatch(batch, sweep->perturb, &push, sizeof push, block4);
-        vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
+        vw_submission_dispatch(batch, backward->perturb, &push, sizeof push, block4);
+        vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
         vw_effects_record_rays(step, batch, rays);
-        for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-            const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
+        for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
+            const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
-            if (sweep->places)
-                vw_submission_copy(batch, sweep->places, places_bytes(sweep, first), step->places, 0,
-                                   places_bytes(sweep, chunk.ray_count));
-            vw_gradient_record_forward(step, &sweep->forward, batch, &chunk);
-            vw_submission_dispatch(batch, sweep->difference, &difference, sizeof difference, chunk.ray_count);
+            if (backward->places)
+                vw_submission_copy(batch, backward->places, places_bytes(backward, first), step->places, 0,
+                                   places_bytes(backward, chunk.ray_count));
+            vw_gradient_record_forward(step, &backward->forward, batch, &chunk);
+            vw_submission_dispatch(batch, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }
-    struct vw_push_slopes push = {.count = sweep->padded_rays, .unscale = (float)step->rays / (float)sweep->rays};
-    vw_submission_dispatch(batch, sweep->normalise_step, &push, sizeof push, 1);
+    struct vw_push_slopes push = {.count = backward->padded_rays, .unscale = (float)step->rays / (float)backward->rays};
+    vw_submission_dispatch(batch, backward->normalise_step, &push, sizeof push, 1);
 }
 
 // Adds the curvature's product with the direction to the adjoint. The rays are made.
-static void record_product(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+static void record_product(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                            const struct vw_push_rays *rays) {
-    const struct vw_step_passes *step = sweep->context->step;
-    record_places(sweep, batch, rays->key);
-    record_slopes(sweep, batch, rays);
-    record_restore(sweep, batch, sweep->blocks.before);
-    vw_effects_record_photo(model_of(sweep), &step->effects, batch, 0);
-    for (uint32_t first = 0; first < sweep->padded_rays; first += step->chunk_rays) {
-        const struct vw_push_samples chunk = vw_gradient_chunk(step, sweep->padded_rays, first, rays->key);
-        vw_gradient_record_chunk(step, &sweep->product, batch, &chunk);
+    const struct vw_step_passes *step = backward->context->step;
+    record_places(backward, batch, rays->key);
+    record_slopes(backward, batch, rays);
+    record_restore(backward, batch, backward->blocks.before);
+    vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
+    for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
+        const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
+        vw_gradient_record_chunk(step, &backward->product, batch, &chunk);
     }
-    vw_gradient_record_end(&sweep->product, batch, sweep->padded_rays);
-    record_gather(sweep, &sweep->adjoint.sum, batch, true, true, sweep->padded_rays);
+    vw_gradient_record_end(&backward->product, batch, backward->padded_rays);
+    record_gather(backward, &backward->adjoint.sum, batch, true, true, backward->padded_rays);
 }
 
-static void record_reduce(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t row) {
-    const struct vw_push_reduce reduce = {.count = VW_SWEEP_GROUPS, .scalar_row = row};
-    vw_submission_dispatch(batch, sweep->reduce, &reduce, sizeof reduce, 1);
+static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t row) {
+    const struct vw_push_reduce reduce = {.count = VW_ADJOINT_GROUPS, .scalar_row = row};
+    vw_submission_dispatch(batch, backward->reduce, &reduce, sizeof reduce, 1);
 }
 
-static void record_adjoint(const struct vw_adjoint_passes *sweep, struct vw_submission *batch,
+static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                            const struct vw_push_rays *rays, uint32_t row) {
-    const struct vw_step_passes *step = sweep->context->step;
-    const struct vw_push_block block = {.count = block_vectors(sweep)};
+    const struct vw_step_passes *step = backward->context->step;
+    const struct vw_push_block block = {.count = block_vectors(backward)};
     vw_submission_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
-    vw_submission_dispatch(batch, sweep->adjoint.direct, &block, sizeof block, 64ull * VW_SWEEP_GROUPS);
-    record_reduce(sweep, batch, row);
-    record_product(sweep, batch, rays);
+    vw_submission_dispatch(batch, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
+    record_reduce(backward, batch, row);
+    record_product(backward, batch, rays);
 }
 
-void vw_adjoint_record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                             uint32_t first_pixel, uint32_t row) {
-    const struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = vw_model_key_of_step(model_of(sweep), number)};
-    for (uint32_t i = 0; i < sweep->measure_count; i++) {
-        record_copy(sweep, batch, &sweep->kept[i], &sweep->adjoint.blocks);
-        record_adjoint(sweep, batch, &rays, row + i);
-        record_copy(sweep, batch, &sweep->adjoint.blocks, &sweep->kept[i]);
+    const struct vw_push_rays rays = {.first_pixel = first_pixel,
+                                      .ray_count = backward->rays,
+                                      .key = vw_model_key_of_step(model_of(backward), number)};
+    for (uint32_t i = 0; i < backward->measure_count; i++) {
+        record_copy(backward, batch, &backward->kept[i], &backward->adjoint.blocks);
+        record_adjoint(backward, batch, &rays, row + i);
+        record_copy(backward, batch, &backward->adjoint.blocks, &backward->kept[i]);
     }
 }
 
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, bool by_gradient,
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *batch, bool by_gradient,
                                 uint32_t row) {
-    const struct vw_push_product push = {.count = block_vectors(sweep), .by_gradient = by_gradient};
-    vw_submission_dispatch(batch, sweep->multiply, &push, sizeof push, 64ull * VW_SWEEP_GROUPS);
-    record_reduce(sweep, batch, row);
+    const struct vw_push_product push = {.count = block_vectors(backward), .by_gradient = by_gradient};
+    vw_submission_dispatch(batch, backward->multiply, &push, sizeof push, 64ull * VW_ADJOINT_GROUPS);
+    record_reduce(backward, batch, row);
 }
 
 // Colours are taken as far ahead and behind as reduce_adjoint says for directions of its own.
-enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *sweep, const float *direction) {
-    uint64_t bytes = model_of(sweep)->param_bytes;
+enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction) {
+    uint64_t bytes = model_of(backward)->param_bytes;
     float *before = vw_allocate(bytes, 1);
     if (!before) return VW_ERROR_MEMORY;
     double size = 0.0, along = 0.0;
-    enum vw_status status = vw_buffer_read(sweep->blocks.before, 0, before, bytes);
+    enum vw_status status = vw_buffer_read(backward->blocks.before, 0, before, bytes);
     for (uint64_t i = 0; i < bytes / sizeof *before; i++) {
         size += (double)before[i] * before[i];
         along += (double)direction[i] * direction[i];
     }
     free(before);
-    const struct vw_sweep_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
-    if (!status) status = vw_buffer_write(sweep->state, 0, &state, sizeof state);
-    return !status ? vw_buffer_write(sweep->direction, 0, direction, bytes) : status;
+    const struct vw_adjoint_state state = {.epsilon = along > 0.0 ? (float)(1e-3 * sqrt(size / along)) : 0.0f};
+    if (!status) status = vw_buffer_write(backward->state, 0, &state, sizeof state);
+    return !status ? vw_buffer_write(backward->direction, 0, direction, bytes) : status;
 }
 
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                                  uint32_t first_pixel) {
-    const struct vw_step_passes *step = sweep->context->step;
-    const struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = sweep->rays, .key = vw_model_key_of_step(model_of(sweep), number)};
+    const struct vw_step_passes *step = backward->context->step;
+    const struct vw_push_rays rays = {.first_pixel = first_pixel,
+                                      .ray_count = backward->rays,
+                                      .key = vw_model_key_of_step(model_of(backward), number)};
     vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    record_product(sweep, batch, &rays);
+    record_product(backward, batch, &rays);
 }

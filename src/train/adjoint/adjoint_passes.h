@@ -1,4 +1,4 @@
-// The passes of the backward sweep (lasting.h) at one step of a finished training. They go forward and back through the
+// The passes of the backward pass (lasting.h) at one step of a finished training. They go forward and back through the
 // step's rays by the passes of the training itself; what is their own works on blocks: buffers with a float for every
 // param, laid out as the params are.
 //   direct_adjoint: the step's credit, and a direction
@@ -14,7 +14,7 @@
 
 // Measures of U, each with an adjoint of its own: of all validation views, and behind these, where asked for, the PSNR
 // of one view after another.
-enum vw_adjoint_measure { SWEEP_PSNR, SWEEP_LOSS, SWEEP_OF_VIEWS };
+enum vw_adjoint_measure { ADJOINT_PSNR, ADJOINT_LOSS, ADJOINT_OF_VIEWS };
 
 // The gradients that a step leaves in their several forms, brought into one block.
 struct vw_gathered {
@@ -61,43 +61,43 @@ struct vw_adjoint_params {
     // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
-// VW_ERROR_USAGE, naming what stands against it, for a training that cannot be swept: with half tables, with an effect
-// that the sweep does not go back through, or with params beyond one binding.
+// VW_ERROR_USAGE, naming what stands against it, for a training that cannot be gone back over: with half tables, with
+// an effect that the backward pass does not go back through, or with params beyond one binding.
 enum vw_status vw_adjoint_check(const struct vw_probe_context *context);
 // Checks that first.
 enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
-                                 struct vw_adjoint_passes *sweep);
+                                 struct vw_adjoint_passes *backward);
 // What the adjoints of single views take of the device.
-uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *sweep);
-void vw_adjoint_destroy(struct vw_adjoint_passes *sweep);
+uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward);
+void vw_adjoint_destroy(struct vw_adjoint_passes *backward);
 
 // Replays step `number`, with its pixels at `first_pixel`: as vw_step_record_passes() does, which gives the same bits,
-// and keeps at `place` what the sweep needs of it.
-void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *sweep, const struct vw_kept_steps *kept,
+// and keeps at `place` what the backward pass needs of it.
+void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
                                  struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
                                  uint32_t scalar_row, uint32_t place);
 
 // Takes step `number` and leaves in the blocks the params before and after it and its gradient.
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                                 uint32_t first_pixel, uint32_t scalar_row);
 
 // For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
-void vw_adjoint_record_state(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint32_t scalar_row,
+void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t scalar_row,
                              uint32_t states);
 
 // Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
-void vw_adjoint_record_step(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                             uint32_t first_pixel, uint32_t row);
 
 // The adjoint times what the step in the blocks moved, or times its gradient, to that row (x + y; w: not finite).
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, bool by_gradient,
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *batch, bool by_gradient,
                                 uint32_t row);
 
 // Gives a direction: a float for every param.
-enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *sweep, const float *direction);
+enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction);
 // Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
 // direction. The random numbers are those of step `number`.
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *sweep, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                                  uint32_t first_pixel);
 
 #endif

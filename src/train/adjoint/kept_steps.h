@@ -1,4 +1,4 @@
-// What the backward sweep needs of the steps of a stretch of training, kept while they are replayed: the params before
+// What the backward pass needs of the steps of a stretch of training, kept while they are replayed: the params before
 // each of them, the gradient that it took, and behind the last one the params that it left.
 #ifndef VIEWWORTH_TRAIN_ADJOINT_KEPT_STEPS_H
 #define VIEWWORTH_TRAIN_ADJOINT_KEPT_STEPS_H
@@ -8,7 +8,7 @@
 struct vw_kept_steps {
     const struct vw_step_passes *step; // borrowed
     uint32_t capacity;                 // steps
-    struct vw_buffer *params;          // capacity + 1 blocks, see sweep_passes.h
+    struct vw_buffer *params;          // capacity + 1 blocks, see adjoint_passes.h
     struct vw_buffer *gradients;       // capacity blocks
     struct vw_buffer *moments;         // likewise; NULL without momentum
     struct vw_buffer *occupancy;       // capacity times field->occupancy; NULL without it
@@ -25,8 +25,8 @@ void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_s
                                    struct vw_buffer *gradient, uint32_t place);
 void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place);
 
-// The blocks of a step, back to where the sweep's passes read them. Of moments: those of grid and weights; photos have
-// none here, and count as if they had no momentum.
+// The blocks of a step, back to where the backward pass's passes read them. Of moments: those of grid and weights;
+// photos have none here, and count as if they had no momentum.
 struct vw_step_blocks {
     struct vw_buffer *before, *after, *gradient, *moment; // moment: NULL without momentum
 };

@@ -100,7 +100,7 @@ static void begin(struct vw_lasting *lasting, uint64_t next_step) {
 }
 
 static uint32_t count_measures(const struct vw_lasting *lasting, bool by_view) {
-    return SWEEP_OF_VIEWS + (by_view ? lasting->replay.context->validation->view_count : 0);
+    return ADJOINT_OF_VIEWS + (by_view ? lasting->replay.context->validation->view_count : 0);
 }
 
 static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_lasting_params *params) {
@@ -110,19 +110,19 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
     uint32_t measures = count_measures(lasting, params->by_view);
     uint64_t memory_bytes =
         params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->replay.context->field->gpu);
-    lasting->sweep_steps = (lasting->replay.batch_steps * SWEEP_OF_VIEWS + measures - 1) / measures;
-    const struct vw_adjoint_params sweep = {.rays = params->rays,
-                                            .batch_steps = lasting->sweep_steps,
-                                            .by_view = params->by_view,
-                                            .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
-    status = vw_adjoint_create(lasting->replay.context, &sweep, &lasting->sweep);
-    if (!status) status = choose_segments(lasting, memory_bytes - vw_adjoint_views_bytes(&lasting->sweep));
+    lasting->backward_steps = (lasting->replay.batch_steps * ADJOINT_OF_VIEWS + measures - 1) / measures;
+    const struct vw_adjoint_params backward = {.rays = params->rays,
+                                               .batch_steps = lasting->backward_steps,
+                                               .by_view = params->by_view,
+                                               .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
+    status = vw_adjoint_create(lasting->replay.context, &backward, &lasting->backward);
+    if (!status) status = choose_segments(lasting, memory_bytes - vw_adjoint_views_bytes(&lasting->backward));
     if (!status)
         status = vw_kept_steps_create(lasting->replay.context->step, (uint32_t)lasting->segment_steps, &lasting->kept);
     if (status) return status;
     lasting->starts = vw_allocate(lasting->segment_count, sizeof *lasting->starts);
-    lasting->credits = vw_allocate(lasting->sweep_steps, sizeof *lasting->credits);
-    lasting->view_psnr = vw_allocate(lasting->sweep_steps, measures * sizeof *lasting->view_psnr);
+    lasting->credits = vw_allocate(lasting->backward_steps, sizeof *lasting->credits);
+    lasting->view_psnr = vw_allocate(lasting->backward_steps, measures * sizeof *lasting->view_psnr);
     return lasting->starts && lasting->credits && lasting->view_psnr ? VW_OK : VW_ERROR_MEMORY;
 }
 
@@ -145,7 +145,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
     if (!lasting) return;
     for (uint32_t i = 0; lasting->starts && i < lasting->segment_count; i++) vw_snapshot_destroy(&lasting->starts[i]);
     vw_kept_steps_destroy(&lasting->kept);
-    vw_adjoint_destroy(&lasting->sweep);
+    vw_adjoint_destroy(&lasting->backward);
     vw_step_replay_destroy(&lasting->replay);
     free(lasting->starts);
     free(lasting->credits);
@@ -184,7 +184,7 @@ static enum vw_status replay_batch(struct vw_lasting *lasting) {
             vw_step_record_passes(lasting->replay.context->step, lasting->replay.batch, first + i, pixel,
                                   vw_step_replay_row(&lasting->replay, i));
         else
-            vw_adjoint_record_kept_step(&lasting->sweep, &lasting->kept, lasting->replay.batch, first + i, pixel,
+            vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.batch, first + i, pixel,
                                         vw_step_replay_row(&lasting->replay, i), place);
     }
     enum vw_status ran = vw_step_replay_run(&lasting->replay);
@@ -206,21 +206,22 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
     return vw_step_replay_run(&lasting->replay);
 }
 
-// ---- Sweep ----------------------------------------------------------------------------------------------------------
+// ---- Backward pass
+// ----------------------------------------------------------------------------------------------------------
 
 static double read_views(const struct vw_lasting *lasting, const vw_float4 *rows, double *view_psnr) {
     double sum = 0.0;
-    for (uint32_t i = SWEEP_OF_VIEWS; i < lasting->sweep.measure_count; i++)
+    for (uint32_t i = ADJOINT_OF_VIEWS; i < lasting->backward.measure_count; i++)
         sum += *view_psnr++ = (double)rows[i].x + rows[i].y;
     return sum;
 }
 
 static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
-    uint32_t measures = lasting->sweep.measure_count, views = measures - SWEEP_OF_VIEWS;
-    const vw_float4 *rows = vw_buffer_map(lasting->sweep.rows);
+    uint32_t measures = lasting->backward.measure_count, views = measures - ADJOINT_OF_VIEWS;
+    const vw_float4 *rows = vw_buffer_map(lasting->backward.rows);
     for (uint32_t i = 0; i < count; i++, rows += measures) {
         double *view_psnr = &lasting->view_psnr[(size_t)i * views];
-        const vw_float4 *psnr = &rows[SWEEP_PSNR], *loss = &rows[SWEEP_LOSS];
+        const vw_float4 *psnr = &rows[ADJOINT_PSNR], *loss = &rows[ADJOINT_LOSS];
         struct vw_lasting_credit *credit = &lasting->credits[i];
         *credit = (struct vw_lasting_credit){.step = lasting->next_step - i,
                                              .psnr = (double)psnr->x + psnr->y,
@@ -232,7 +233,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
         double of_views = read_views(lasting, rows, view_psnr);
         if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
-                           "lasting credit: the backward sweep grew beyond all numbers at step %" PRIu64
+                           "lasting credit: the backward pass grew beyond all numbers at step %" PRIu64
                            "; value the scene with a lower --lr",
                            credit->step);
     }
@@ -240,31 +241,32 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
 }
 
 // Of a step, where replaying one is 1: the more is carried back, the longer it takes.
-static uint64_t work_of_sweep(const struct vw_lasting *lasting) {
-    return (lasting->sweep.measure_count + 1) / SWEEP_OF_VIEWS;
+static uint64_t backward_work(const struct vw_lasting *lasting) {
+    return (lasting->backward.measure_count + 1) / ADJOINT_OF_VIEWS;
 }
 
-static enum vw_status sweep_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
+static enum vw_status go_back_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
     uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
-    uint32_t count = left < lasting->sweep_steps ? (uint32_t)left : lasting->sweep_steps,
+    uint32_t count = left < lasting->backward_steps ? (uint32_t)left : lasting->backward_steps,
              states = vw_lasting_state_count(lasting);
-    const struct vw_step_blocks *blocks = &lasting->sweep.blocks;
+    const struct vw_step_blocks *blocks = &lasting->backward.blocks;
     vw_submission_begin(lasting->replay.batch);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t step = lasting->next_step - i;
         uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
         vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, place_of(lasting, step), blocks);
         if (vw_lasting_is_state(lasting, step))
-            vw_adjoint_record_state(&lasting->sweep, lasting->replay.batch, vw_step_replay_row(&lasting->replay, i),
+            vw_adjoint_record_state(&lasting->backward, lasting->replay.batch, vw_step_replay_row(&lasting->replay, i),
                                     states);
-        vw_adjoint_record_step(&lasting->sweep, lasting->replay.batch, step, pixel, i * lasting->sweep.measure_count);
+        vw_adjoint_record_step(&lasting->backward, lasting->replay.batch, step, pixel,
+                               i * lasting->backward.measure_count);
     }
     enum vw_status status = vw_step_replay_run(&lasting->replay);
     if (!status) status = read_credits(lasting, count);
     if (status) return status;
     *handed_out = count;
     lasting->next_step -= count;
-    lasting->work_done += count * work_of_sweep(lasting);
+    lasting->work_done += count * backward_work(lasting);
     return lasting->next_step == before && before > 0 ? begin_segment(lasting, lasting->segment - 1) : VW_OK;
 }
 
@@ -275,7 +277,7 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
     *credits = lasting->credits;
     *count = 0;
     while (!status && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS) status = replay_batch(lasting);
-    if (!status && !lasting->replaying && lasting->next_step > 0) status = sweep_batch(lasting, count);
+    if (!status && !lasting->replaying && lasting->next_step > 0) status = go_back_batch(lasting, count);
     *done = lasting->next_step == 0;
     return status;
 }
@@ -285,23 +287,23 @@ void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_st
     if (lasting->replaying) replay_left = lasting->until_step - lasting->state_step;
     *state = (struct vw_lasting_state){
         .work_done = lasting->work_done,
-        .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step * work_of_sweep(lasting),
+        .work_total = lasting->work_done + replay_left + first_kept + lasting->next_step * backward_work(lasting),
         .next_step = lasting->next_step,
-        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + vw_adjoint_views_bytes(&lasting->sweep)};
+        .memory_bytes = kept_bytes(lasting, lasting->segment_steps) + vw_adjoint_views_bytes(&lasting->backward)};
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------
 
-static const char magic[] = "viewworth sweep 1\n";
-static const char remedy[] = "remove the file: the sweep starts anew";
+static const char magic[] = "viewworth adjoint 1\n";
+static const char remedy[] = "remove the file: the backward pass starts again";
 
 static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct vw_buffer_list *list) {
-    uint32_t measures = lasting->sweep.measure_count;
+    uint32_t measures = lasting->backward.measure_count;
     struct vw_buffer **buffers = vw_allocate(measures, 2 * sizeof *buffers);
     if (!buffers) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < measures; i++) {
-        buffers[2 * i] = lasting->sweep.kept[i].lambda;
-        buffers[2 * i + 1] = lasting->sweep.kept[i].moment; // NULL entries are skipped
+        buffers[2 * i] = lasting->backward.kept[i].lambda;
+        buffers[2 * i + 1] = lasting->backward.kept[i].moment; // NULL entries are skipped
     }
     *list = (struct vw_buffer_list){buffers, 2 * measures};
     return VW_OK;
@@ -316,8 +318,8 @@ static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_s
     vw_hash_to_hex(run_id, hex);
     *text = vw_format_text("{\"run_id\":\"%s\",\"steps\":%" PRIu64
                            ",\"rays\":%u,\"states\":%u,\"views\":%u,\"next_step\":%" PRIu64 "}",
-                           hex, lasting->replay.total_steps, lasting->sweep.rays, vw_lasting_state_count(lasting),
-                           lasting->sweep.measure_count - SWEEP_OF_VIEWS, next_step);
+                           hex, lasting->replay.total_steps, lasting->backward.rays, vw_lasting_state_count(lasting),
+                           lasting->backward.measure_count - ADJOINT_OF_VIEWS, next_step);
     return *text ? VW_OK : VW_ERROR_MEMORY;
 }
 

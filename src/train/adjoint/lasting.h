@@ -1,4 +1,4 @@
-// Lasting credit: what each step of a finished training leaves behind at its end, by a backward sweep over its steps
+// Lasting credit: what each step of a finished training leaves behind at its end, by a backward pass over its steps
 // (MAGIC, arXiv 2504.16430; Hara et al. 2019; Gauss-Newton products: Martens 2010). The training is replayed bit for
 // bit. Then lambda, the gradient of U (validation PSNR, and minus validation L1, averaged over states of the last
 // epochs) by the params, is carried back from step to step; a step's credit is what U gains by the step, to first
@@ -13,7 +13,8 @@ enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many st
 struct vw_lasting_params {
     const struct vw_trainer_params *training; // of the run; `validate` set; borrowed until vw_lasting_create returns
     uint32_t rays;                            // of each step that the product takes; 0: all (--lasting-rays)
-    bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a sweep
+    bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a
+                  // backward pass
     uint64_t memory_bytes;      // for what is kept on the device; 0: chosen by it. Changes no bit
     vw_step_replayed *replayed; // NULL: not called
     void *context;
@@ -40,16 +41,16 @@ void vw_lasting_destroy(struct vw_lasting **lasting);
 enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_lasting_credit **credits, uint32_t *count,
                                   bool *done);
 struct vw_lasting_state {
-    uint64_t work_done, work_total; // in steps, replayed and swept (more for each, by_view): for progress
+    uint64_t work_done, work_total; // in steps, replayed and gone back over (more for each, by_view): for progress
     uint64_t next_step;             // the next credit handed out is of this step; 0: done
     uint64_t memory_bytes;          // of what is kept on the device
 };
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 
-// The sweep so far as a file (lambda and place; written as checkpoints are), after an advance; and back, before the
-// first advance: then credits begin with those of *next_step. The training is replayed again. The caller has the
+// The backward pass so far as a file (lambda and place; written as checkpoints are), after an advance; and back, before
+// the first advance: then credits begin with those of *next_step. The training is replayed again. The caller has the
 // credits of the steps from `known_from` on. VW_ERROR_INPUT: damaged, of another run or other settings, or a credit
-// between would be missing; the sweep is then untouched.
+// between would be missing; the backward pass is then untouched.
 enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path);
 enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step);
 

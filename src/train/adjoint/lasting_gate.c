@@ -90,7 +90,7 @@ enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step
                        "the gate scales steps, which with momentum belong to several photos; use --no-gate");
     if (lasting->next_step != 0 || from_step >= vw_lasting_first_state(lasting))
         return vw_fail(VW_ERROR_USAGE,
-                       "the gate follows the whole sweep, from a step before the states that it measures");
+                       "the gate follows the whole backward pass, from a step before the states that it measures");
     enum vw_status status = prepare(lasting, from_step, &state);
     for (uint32_t i = 0; i < count && !status; i++) status = measure(lasting, from_step, &state, &checks[i]);
     vw_snapshot_destroy(&state);

@@ -51,7 +51,7 @@ static uint32_t bind_own(const struct vw_step_passes *step, const struct vw_cons
         (struct vw_binding){.slot = VW_SLOT_GIVEN_ROWS, .buffer = step->field->effect_buffers[VW_SLOT_ENCODER_ROWS]};
     bindings[1] = (struct vw_binding){.slot = VW_SLOT_OWN_D_WEIGHTS, .buffer = it->d_weights};
     bindings[2] = (struct vw_binding){.slot = VW_SLOT_SEEN_AHEAD, .buffer = it->colours};
-    bindings[3] = (struct vw_binding){.slot = VW_SLOT_SWEEP_STATE, .unused = true};
+    bindings[3] = (struct vw_binding){.slot = VW_SLOT_ADJOINT_STATE, .unused = true};
     return 4;
 }
 

@@ -1,7 +1,7 @@
 // The registry of fields: what turns samples of rays into rgb and density, and takes the gradients by these back to
 // its params. A field is a row of the table in registry.c, chosen by --field (vw_config.field). Its file lays out its
-// params and records its passes. Rays, compositing, losses, effects, the optimiser of weights, validation, the backward
-// sweep and all files are the same for every field.
+// params and records its passes. Rays, compositing, losses, effects, the optimiser of weights, validation, the
+// adjoint and all files are the same for every field.
 #ifndef VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 #define VIEWWORTH_TRAIN_FIELDS_REGISTRY_H
 
