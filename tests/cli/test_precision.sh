@@ -48,8 +48,8 @@ check "says so" test "$(recorded halves)" = float16
 check "and keeps a smaller field" test "$(field_bytes halves)" -lt $((3 * $(field_bytes floats) / 4))
 check "which is rendered" run "$program" render "$folder/halves" --to "$folder/view.png" --quiet
 check "its first steps come again" run "$program" verify "$folder/halves" --replay 5
-check "it goes on with halves alone" fails 2 'table_precision = "float16", not nothing' value halves --resume
-check "and the other with floats" fails 2 'table_precision = nothing, not "float16"' value floats --resume --table-precision float16
+check "it goes on with halves alone" fails 2 'table_precision = "float16", not "float32"' value halves --resume
+check "and the other with floats" fails 2 'table_precision = "float32", not "float16"' value floats --resume --table-precision float16
 cp "$folder/floats/field.vwf" "$folder/halves/field.vwf"
 check "a field of the other precision is refused" fails 2 'field.vwf: trained with another configuration' \
     "$program" render "$folder/halves" --to "$folder/view.png" --quiet

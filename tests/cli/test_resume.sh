@@ -72,7 +72,7 @@ query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epoch
 check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
-check "the noise floor is measured" by=$lab run value noisy 10 --noise-floor --json
+check "the noise floor is measured" eval 'by=$lab run value noisy 10 --noise-floor --json'
 check "repeated and zero-learning-rate probes move nothing, resampled ones do" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
     SELECT j ->> 'repeated_db' = 0 AND j ->> 'zero_learning_rate_db' = 0 AND j ->> 'resampled_db' > 0 FROM answer")" = 1

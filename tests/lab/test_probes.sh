@@ -45,7 +45,7 @@ check "a probe given to another photo is found" fails 1 'step 36 or one of its v
 
 check "more epochs are another run: its states lie elsewhere" fails 2 'epochs = 10, not 12' value probed 12 "${probing[@]}" --resume
 check "and so are fewer states" fails 2 'same_state = 3, not 2' value probed 10 --same-state 2 --resume
-check "states cannot be added to a run" fails 2 'same_state = nothing, not 3' value plain 10 --same-state 3 --resume
+check "states cannot be added to a run" fails 2 'same_state = 0, not 3' value plain 10 --same-state 3 --resume
 check "there are no more states than epochs behind burn-in" fails 2 'same-state 4: at most one state .* which are 3' \
     value none 4 --same-state 4
 check "nor fewer than one" fails 2 '1 to 1000000' value none 4 --same-state 0

@@ -114,7 +114,7 @@ check "validation pixels are those of a replay" "$program" verify "$folder/fresh
 check "the base seed's run has the same steps, whatever varies" eval '[[ -n $(steps all/seed_0) &&
     $(steps order/seed_0) == "$(steps all/seed_0)" ]]'
 check "what varies is taken again by a replay" "$program" verify "$folder/order/seed_1" --replay 5 --device llvmpipe --quiet
-check "what varies is part of what a run is" refused order 'seed_0 has vary = "order", not nothing' --seeds 2 --vary all
+check "what varies is part of what a run is" refused order 'seed_0 has vary = "order", not "all"' --seeds 2 --vary all
 check "and named when it is another" refused order 'seed_0 has vary = "order", not "pixels"' --seeds 2 --vary pixels
 check "and the base seed, too" refused order 'seed_1 has base_seed = 0, not 1' --seeds 2 --seed 1 --vary order
 check "seeds are counted from --seed" eval 'reproduce far --seeds 2 --seed 9223372036854775806 &&
