@@ -85,8 +85,8 @@ enum vw_status vw_database_begin_reading(struct vw_database *database) {
 enum vw_status vw_database_end(struct vw_database *database, enum vw_status status) {
     if (!status && sqlite3_exec(database->handle, "COMMIT", NULL, NULL, NULL) != SQLITE_OK)
         status = vw_database_fail(database, "commit a transaction");
-    // SQLite has rolled back by itself after some failures (a full disk). If the rollback fails too, the journal
-    // remains and the next program that opens the file rolls back. The first failure is the one to report.
+    // SQLite rolls back on its own after some failures (a full disk). If the rollback fails too, the journal remains
+    // and the next program that opens the file rolls back. The first failure is the one to report.
     if (!sqlite3_get_autocommit(database->handle)) sqlite3_exec(database->handle, "ROLLBACK", NULL, NULL, NULL);
     return status;
 }
@@ -142,7 +142,8 @@ double vw_row_read_real(sqlite3_stmt *statement, int column) {
     return sqlite3_column_type(statement, column) == SQLITE_NULL ? NAN : sqlite3_column_double(statement, column);
 }
 
-// A text with a zero byte in it was not written by viewworth, and must not pass as the part before that byte.
+// Hashes all bytes of a text. viewworth never writes a text that contains a zero byte, and such a text must not have
+// the same hash as the part before that byte.
 static void hash_text(sqlite3_stmt *statement, int column, struct vw_hasher *hasher) {
     const char *text = (const char *)sqlite3_column_text(statement, column);
     size_t size_bytes = (size_t)sqlite3_column_bytes(statement, column);

@@ -15,7 +15,8 @@ struct vw_database {
     char *path; // owned, for messages
 };
 
-// What a file holds. user_version is a number in a series of its own, so that no kind of file passes as another.
+// The format of a file. Each kind of file numbers its user_version in a range of its own, so that none is mistaken for
+// another.
 enum { VW_DATABASE_VERSION_SERIES = 1000 };
 struct vw_database_format {
     const char *schema_sql; // makes the tables and sets user_version
@@ -28,7 +29,7 @@ enum vw_database_access {
     VW_DATABASE_APPEND // durable transactions; first finishes what a killed program has left half done
 };
 
-// Also after a failure to open.
+// Closes the database; call it also after a failure to open.
 void vw_database_close(struct vw_database *database);
 
 // Records a message for SQLite's last failure, with the remedy.
@@ -38,10 +39,10 @@ enum vw_status vw_database_fail(struct vw_database *database, const char *doing)
 enum vw_status vw_database_run(struct vw_database *database, const char *sql);
 // Prepares a statement; the caller ends it with sqlite3_finalize.
 enum vw_status vw_database_prepare(struct vw_database *database, const char *sql, sqlite3_stmt **statement);
-// Steps to the next row; `*found` is false after the last one.
+// Advances to the next row; `*found` is false after the last one.
 enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *statement, bool *found);
 
-// The integer in the first column of the first row of a query; 0 if it has no rows.
+// Reads the integer in the first column of a query's first row; 0 if the query returns no rows.
 enum vw_status vw_database_read_number(struct vw_database *database, const char *sql, int64_t *number);
 
 enum vw_status vw_database_begin(struct vw_database *database);
@@ -68,14 +69,14 @@ void vw_row_add_null(struct vw_row *row);
 // Runs the statement and resets it for the next row.
 enum vw_status vw_row_write(struct vw_row *row, struct vw_database *database, const char *doing);
 
-// The number in a column; NaN for NULL.
+// Returns the number in a column; NaN for NULL.
 double vw_row_read_real(sqlite3_stmt *statement, int column);
 // Adds the first `column_count` columns of the current row of a query, as the vw_row_add functions do.
 void vw_row_hash(sqlite3_stmt *statement, int column_count, struct vw_hasher *hasher);
 // Copies the hash in a column; "", which equals no hash, if the column has something else.
 void vw_row_copy_hash(sqlite3_stmt *statement, int column, char hash[VW_HASH_HEX_BYTES]);
-// The hash of a single row, for tables without a chain. It begins with the name and version of the table, so that a row
-// of another table has another hash, and continues with the columns. The hash column follows the hashed columns.
+// Begins the hash of a single row, for tables without a chain. The hash covers the name and version of the table, so
+// that a row of another table has another hash, and then the columns. The hash column follows the hashed columns.
 void vw_row_begin_hash(struct vw_hasher *hasher, const char *table);
 void vw_row_end_hash(struct vw_hasher *hasher, char hash[VW_HASH_HEX_BYTES]);
 bool vw_row_fits_hash(sqlite3_stmt *statement, int hash_column, const char *table);

@@ -131,7 +131,7 @@ static enum vw_status check_contents(struct vw_database *database, uint32_t page
     enum vw_status status = vw_database_prepare(database, "PRAGMA integrity_check(1)", &statement);
     if (!status) status = vw_database_next(database, statement, &found);
     const char *answer = !status && found ? (const char *)sqlite3_column_text(statement, 0) : NULL;
-    // What the check could not read for lack of memory, it lists as a fault of the file: "... error code=7".
+    // If memory is short, the check lists unread parts as a fault of the file: "... error code=7".
     if (answer && strstr(answer, out_of_memory))
         status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory to check the file; close other programs", database->path);
     if (!status && (!answer || strcmp(answer, "ok") != 0))

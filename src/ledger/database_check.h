@@ -1,4 +1,4 @@
-// Whether an open file is what viewworth writes, down to the last row of its schema and index.
+// Checks that an open file is exactly as viewworth writes it, down to the last row of its schema and index.
 #ifndef VIEWWORTH_LEDGER_DATABASE_CHECK_H
 #define VIEWWORTH_LEDGER_DATABASE_CHECK_H
 

@@ -35,15 +35,16 @@ static enum vw_status fail_journal(const char *path, const char *why) {
                    path, why);
 }
 
-// Where the transaction is one of several files', the end of a journal names a super-journal, which SQLite deletes.
+// Returns true if the end of a journal names a super-journal, which SQLite deletes. A transaction across several files
+// has one.
 static bool names_a_file(const uint8_t *end, int64_t size_bytes) {
     uint32_t name_bytes = read_u32(end);
     return memcmp(end + NAME_END_BYTES - MAGIC_BYTES, journal_magic, MAGIC_BYTES) == 0 && name_bytes > 0 &&
            name_bytes <= size_bytes - NAME_END_BYTES;
 }
 
-// A power cut can leave a journal that is empty, cut short, or whose magic is not yet there or only in part: SQLite
-// ignores it then.
+// Returns true for a journal that a power cut left empty, cut short, or with only a part of its magic. SQLite ignores
+// such a journal.
 static bool is_torn(const uint8_t *header, size_t size_bytes) {
     size_t same = 0;
     while (same < size_bytes && same < MAGIC_BYTES && header[same] == journal_magic[same]) same++;
@@ -88,7 +89,8 @@ static enum vw_status check_journal(const char *path, int64_t database_pages, en
     return status;
 }
 
-// SQLite reads pages from a write-ahead log that lies beside a file, whatever the file's header says.
+// Fails if a file exists here. SQLite reads pages from a write-ahead log next to a database, whatever the database's
+// header says.
 static enum vw_status check_absent(const char *path) {
     struct stat info;
     if (lstat(path, &info)) return VW_OK;
@@ -215,7 +217,8 @@ enum vw_status vw_database_trees_begin(struct vw_database *database, struct vw_d
 
 static enum vw_status visit(struct vw_database_trees *trees, uint32_t page, uint32_t depth);
 
-// `head` is where the page's own header begins: page 1 begins with that of the file.
+// Visits the children of an interior page. `head` is the offset of the page's own header: page 1 begins with the header
+// of the file.
 static enum vw_status visit_children(struct vw_database_trees *trees, uint32_t page, uint32_t head, uint32_t depth) {
     uint8_t bytes[VW_DATABASE_PAGE_BYTES] = {0};
     enum vw_status status =
@@ -245,6 +248,7 @@ static enum vw_status visit(struct vw_database_trees *trees, uint32_t page, uint
     return fail_damaged(trees->database, "a page of a tree is none");
 }
 
-// SQLite finds a page that is used twice only after it has read all that it leads to, again and again, and follows a
-// chain of pages until its stack is exhausted. So the shape is checked first, which takes each page once.
+// Checks the shape of a tree and visits each page once. This comes before SQLite's own check, which finds a page that
+// is used twice only after it has read everything below that page again and again, and which follows a chain of pages
+// until its stack is exhausted.
 enum vw_status vw_database_trees_check(struct vw_database_trees *trees, uint32_t root) { return visit(trees, root, 1); }

@@ -20,8 +20,8 @@ static enum vw_status open_handle(const char *path, const char *name, int flags,
     return vw_database_set_limits(database);
 }
 
-// EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it, a power cut could restore the
-// journal, which would undo a batch that was reported as recorded.
+// Makes commits survive a power cut. EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it,
+// a power cut could restore the journal, which would undo a batch that was reported as recorded.
 static enum vw_status make_durable(struct vw_database *database) {
     return vw_database_run(database,
                            "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");
@@ -35,7 +35,7 @@ enum vw_status vw_database_open_memory(const char *path, const struct vw_databas
     return status ? status : vw_database_run(database, format->schema_sql);
 }
 
-// There is one source of truth for the tables: what our own statements make.
+// Compares the tables with those that our own statements create, which are the only definition of the format.
 static enum vw_status check(struct vw_database *database, const struct vw_database_format *format) {
     struct vw_database expected;
     enum vw_status status = vw_database_open_memory(database->path, format, &expected);
@@ -46,7 +46,7 @@ static enum vw_status check(struct vw_database *database, const struct vw_databa
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// One state of a file, which a run that goes on may be writing: hence under SQLite's lock. `*bytes` is to be freed by
+// Copies one state of a file under SQLite's lock, because a continuing run may be writing the file. Free `*bytes` with
 // sqlite3_free(); it stays NULL if the file is too large to be copied.
 static enum vw_status read_locked(struct vw_database *file, const struct vw_database_format *format,
                                   unsigned char **bytes, sqlite3_int64 *size_bytes) {
@@ -97,8 +97,9 @@ static enum vw_status take_snapshot(struct vw_database *database, const struct v
 
 // ---- Opening -------------------------------------------------------------------------------------------------------
 
-// A reader is not SQLite's "immutable": it may read the ledger of a running valuation, whose pages change, and needs
-// locks to see one state. Without the right to write, SQLite never rolls back, deletes or makes a file.
+// Opens a file. Reading does not use SQLite's flag "immutable": the file may be the ledger of a running valuation,
+// whose pages change, and a reader needs locks to see one state. A reader cannot write, so SQLite never rolls back,
+// deletes or creates a file for it.
 enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
                                 enum vw_database_access access, struct vw_database *database) {
     *database = (struct vw_database){0};
@@ -125,7 +126,7 @@ enum vw_status vw_database_create_file(struct vw_database *database) {
     return status;
 }
 
-// VW_OK also if another process was faster.
+// Creates an empty file; also returns VW_OK if another process was faster.
 static enum vw_status create_empty(const char *path, const struct vw_database_format *format) {
     struct vw_database empty;
     enum vw_status status = vw_database_open_memory(path, format, &empty);

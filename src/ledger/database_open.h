@@ -9,7 +9,7 @@
 // Opens a file that exists and checks all of it. VW_ERROR_INPUT if it is not exactly of this format.
 enum vw_status vw_database_open(const char *path, const struct vw_database_format *format,
                                 enum vw_database_access access, struct vw_database *database);
-// A new database in memory with the tables of the format; `path` is for messages.
+// Creates a new database in memory with the tables of the format; messages name `path`.
 enum vw_status vw_database_open_memory(const char *path, const struct vw_database_format *format,
                                        struct vw_database *database);
 // Writes a database in memory as a new file of its path. VW_ERROR_USAGE if that exists.

@@ -4,7 +4,7 @@
 
 #include "viewworth/ledger.h"
 
-// NULL: not found.
+// Finds an image by its id; NULL if it does not exist.
 const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
                                                    uint32_t image_id);
 

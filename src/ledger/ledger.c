@@ -32,7 +32,7 @@ static enum vw_status insert_images(struct vw_database *database, const char *sc
     return status;
 }
 
-// The hashes cover this row, so they are computed after it is written.
+// Inserts the row of the run with empty hashes. The hashes cover this row, so they are computed after it is written.
 static enum vw_status insert_run(struct vw_database *database, const struct vw_ledger_run *run) {
     struct vw_row row = {0};
     enum vw_status status =
@@ -72,7 +72,8 @@ static enum vw_status write_first_rows(struct vw_database *database, const struc
     return status;
 }
 
-// Built in memory, so that every existing ledger has its run and image rows, and no temporary file is needed.
+// Builds the ledger in memory and then writes the file, so that every existing ledger has its run and image rows, and
+// no temporary file is needed.
 static enum vw_status build_file(const char *path, const struct vw_ledger_run *run,
                                  const struct vw_ledger_image *images, uint32_t image_count) {
     struct vw_database database;

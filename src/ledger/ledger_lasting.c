@@ -168,7 +168,7 @@ static enum vw_status write_pass(struct vw_ledger *ledger, const struct vw_lasti
     return status ? status : write_hash(ledger);
 }
 
-// Whether they are all validation photos, by image_id. The images are loaded.
+// Returns true if the views are all validation photos, sorted by image_id. Load the images first.
 static bool are_views(const struct vw_ledger *ledger, const uint32_t *views, uint32_t view_count) {
     uint32_t next = 0;
     for (uint32_t i = 0; i < ledger->image_count; i++) {
@@ -227,7 +227,7 @@ static void refuse(const struct vw_ledger *ledger, const char *what, enum vw_sta
                           ledger->database.path, what);
 }
 
-// A column that is never NULL in a valid ledger.
+// Reads a column that is never NULL in a valid ledger.
 static double read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     double value = vw_ledger_read_real(ledger, statement, column, status);
     if (isnan(value)) refuse(ledger, "lacks a value", status);
@@ -290,7 +290,7 @@ static enum vw_status read_view(struct vw_ledger *ledger, sqlite3_stmt *statemen
     return status;
 }
 
-// Every validation photo after every step, or none.
+// Reads the PSNR of every validation photo after every step; the ledger may also have none of these rows.
 static enum vw_status take_views(struct vw_ledger *ledger, const struct view_row *rows, uint64_t row_count,
                                  struct vw_lasting_pass *pass) {
     enum vw_status status = VW_OK;

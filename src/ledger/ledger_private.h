@@ -37,18 +37,18 @@ enum vw_status vw_ledger_load(struct vw_ledger *ledger);
 // Checks, in the caller's writing transaction, that the file is as this object last saw it. VW_ERROR_MISMATCH if
 // another process has written to it since.
 enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
-// A copy of a text that lives as long as the ledger; NULL with a recorded message if memory is short.
+// Copies a text; the copy lives as long as the ledger. Returns NULL with a recorded message if memory is short.
 const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
-// Columns of the current row of a query. They set `*status` (VW_ERROR_INPUT) when the value is none that viewworth
-// writes, and give any value after that: an integer of 0 to `most`; a finite number, or NaN for NULL; the id of one of
-// ledger->images, which must have been loaded.
+// Reads a column of the current row of a query, as do the next two: an integer of 0 to `most`; a finite number, or NaN
+// for NULL; the id of one of ledger->images, which must have been loaded. They set `*status` (VW_ERROR_INPUT) if
+// viewworth never writes such a value; the value that they then return has no meaning.
 uint64_t vw_ledger_read_count(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, uint64_t most,
                               enum vw_status *status);
 double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status);
 uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                  enum vw_status *status);
 
-// The images that rows of other tables may name.
+// Loads the images that rows of other tables may name.
 enum vw_status vw_ledger_load_images(struct vw_ledger *ledger);
 
 // Reads the current row of a query into an item of an array; `index` counts the rows.
@@ -65,9 +65,9 @@ enum vw_status vw_ledger_read_rows(struct vw_ledger *ledger, const struct vw_row
 
 // Adds all rows of a query.
 enum vw_status vw_ledger_hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher);
-// run.row_hash
+// Computes run.row_hash.
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
-// run.final_hash, given the row_hash of the run and the last one.
+// Computes run.final_hash from the row_hash of the run and that of the last step.
 enum vw_status vw_ledger_hash_final(struct vw_database *database, const char *run_hash, const char *head,
                                     char hash[VW_HASH_HEX_BYTES]);
 // Computes both, in the caller's transaction, and stores them in the run row.

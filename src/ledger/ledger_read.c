@@ -28,7 +28,7 @@ static void fail_damaged(const struct vw_ledger *ledger, sqlite3_stmt *statement
                       ledger->database.path, sqlite3_column_name(statement, column));
 }
 
-// A copy that lives as long as the ledger; NULL for NULL.
+// Copies a text; the copy lives as long as the ledger. Returns NULL for NULL.
 static const char *keep_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     int type = sqlite3_column_type(statement, column);
     if (*status || type == SQLITE_NULL) return NULL;
@@ -75,7 +75,7 @@ static uint32_t read_image_or_untrained(const struct vw_ledger *ledger, sqlite3_
     return untrained ? (uint32_t)VW_RECORD_UNTRAINED : vw_ledger_read_image_id(ledger, statement, column, status);
 }
 
-// The same for a column that is never NULL in a valid ledger.
+// Copies a text from a column that is never NULL in a valid ledger.
 static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
                                   enum vw_status *status) {
     const char *text = keep_text(ledger, statement, column, status);
@@ -85,7 +85,7 @@ static const char *keep_some_text(struct vw_ledger *ledger, sqlite3_stmt *statem
 
 // ---- The run and its state ----
 
-// Other words would be shown as if viewworth had said them.
+// Copies the status and refuses unknown words, which would be shown as if viewworth had written them.
 static const char *keep_status(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     static const char *const known[] = {VW_LEDGER_RUNNING, "finished", "interrupted", "failed"};
     const char *text = keep_some_text(ledger, statement, column, status);
@@ -95,7 +95,7 @@ static const char *keep_status(struct vw_ledger *ledger, sqlite3_stmt *statement
     return NULL;
 }
 
-// The name of a device or driver, which a page and tables show.
+// Copies the name of a device or driver, which a page and tables show.
 static const char *keep_name(struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     const char *text = keep_some_text(ledger, statement, column, status);
     if (text && (strlen(text) > NAME_BYTES_MOST || !vw_text_is_clean(text)))
@@ -103,7 +103,7 @@ static const char *keep_name(struct vw_ledger *ledger, sqlite3_stmt *statement, 
     return text;
 }
 
-// A ledger has exactly one run row.
+// Loads the run row; a ledger has exactly one.
 static enum vw_status load_run(struct vw_ledger *ledger) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
@@ -228,7 +228,7 @@ enum vw_status vw_ledger_read_rows(struct vw_ledger *ledger, const struct vw_row
     return VW_OK;
 }
 
-// Whoever looks for an image halves the array: the ids ascend.
+// Reads an image. The ids must ascend, because images are found by binary search.
 static enum vw_status read_image(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
     enum vw_status status = VW_OK;
     struct vw_ledger_image *image = item;
@@ -326,7 +326,7 @@ enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **
     return status ? status : vw_ledger_read_rows(ledger, &reader, (void **)probes, count);
 }
 
-// The best and the worst rank are NULL together where there is no interval: 0.
+// Reads the best or the worst rank. Both are NULL if there is no interval; the rank is then 0.
 static uint32_t read_rank(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
     if (sqlite3_column_type(statement, column) == SQLITE_NULL) return 0;
     return (uint32_t)vw_ledger_read_count(ledger, statement, column, UINT32_MAX, status);

@@ -49,7 +49,7 @@ static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledge
     return status;
 }
 
-// Retrainings are as long as the run: one that continues outgrows them.
+// Removes all retrainings when the run continues: they trained for as many steps as the run had until now.
 static enum vw_status remove_retrainings(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     bool continues = strcmp(state->status, VW_LEDGER_RUNNING) == 0;
     return continues ? vw_database_run(&ledger->database, "DELETE FROM retraining") : VW_OK;

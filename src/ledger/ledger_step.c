@@ -15,12 +15,12 @@ const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
 
 // ---- The rows of one step, and its hash ----
 
-// A step is flagged if the trainer flags it, or if a value that it reports is not finite.
+// Returns true if the trainer flagged the step or if a value that it reports is not finite.
 static bool is_nonfinite(const struct vw_step_record *record) {
     if (record->nonfinite || !record->validated) return record->nonfinite;
     bool has_no_pooled =
         record->view_count == 0 &&
-        isnan(record->val_psnr_pooled); // imported steps have no pooled PSNR: that is no reason to flag them
+        isnan(record->val_psnr_pooled); // imported steps lack a pooled PSNR and are not flagged for that
     bool finite =
         isfinite(record->val_psnr) && (has_no_pooled || isfinite(record->val_psnr_pooled)) && isfinite(record->val_l1);
     for (uint32_t i = 0; finite && i < record->view_count; i++)

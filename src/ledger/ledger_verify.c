@@ -115,7 +115,7 @@ static enum vw_status hash_companion(struct verification *verification, struct c
     return status;
 }
 
-// The current row of `steps` is that of `step`; its last column is row_hash.
+// Verifies the current row of `steps`, which must be that of `step`; its last column is row_hash.
 static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step,
                                   struct companion *views, struct companion *probes) {
     const char *path = verification->database->path;

@@ -81,7 +81,7 @@ static bool is_trained(const struct vw_ledger *ledger, uint64_t id) {
     return image && strcmp(image->split, "train") == 0;
 }
 
-// Ids of train photos, ascending, with single spaces between: nothing else.
+// Reads ids of train photos. They must ascend, with single spaces between them and nothing more.
 static enum vw_status read_ids(const struct vw_ledger *ledger, const char *text, struct reading *reading, bool *valid) {
     enum vw_status status = VW_OK;
     uint64_t last = 0;
@@ -129,7 +129,7 @@ static enum vw_status read_row(struct vw_ledger *ledger, sqlite3_stmt *statement
     return status;
 }
 
-// One block holds the rows and behind them their ids.
+// Joins everything in one block: the rows, followed by their ids.
 static enum vw_status join(const struct reading *reading, struct vw_ledger_retraining **retrainings) {
     size_t rows_bytes = reading->count * sizeof **retrainings;
     struct vw_ledger_retraining *rows = vw_allocate(rows_bytes + reading->id_count * sizeof *reading->ids, 1);

@@ -44,8 +44,8 @@ static enum vw_status query_text(struct vw_database *database, const char *sql, 
     return status;
 }
 
-// The columns without the ledger's own constraints, which its rows have met, and the key with the job before it. A
-// table with rowids keeps them, because those of scores record an order.
+// Prints the table with `job` as the first column and the first part of the key. It omits the ledger's own constraints,
+// which the rows have already met. A table with rowids keeps them, because the rowids of scores record an order.
 static enum vw_status print_table(struct vw_database *ledger, const char *table, void *context) {
     FILE *stream = context;
     sqlite3_stmt *columns = NULL, *keys = NULL, *kind = NULL;
@@ -69,7 +69,7 @@ static enum vw_status print_table(struct vw_database *ledger, const char *table,
     return status;
 }
 
-// Owned by the caller.
+// Writes the schema of a merged ledger; the caller owns it.
 static enum vw_status write_schema(const char *path, char **schema_sql) {
     struct vw_database ledger;
     struct vw_text_stream text;
@@ -111,7 +111,7 @@ enum vw_status vw_merged_create(const char *path, struct vw_merged_ledger **merg
     created->part_path = vw_format_text("%s.part", path);
     enum vw_status status = created->path && created->part_path ? VW_OK : VW_ERROR_MEMORY;
     if (!status) {
-        remove_part(created); // of a merge that was killed
+        remove_part(created); // left by a merge that was killed
         status = open_part(created);
     }
     if (status) vw_merged_close(&created);
@@ -150,7 +150,7 @@ struct copying {
     const char *job;
 };
 
-// "INSERT INTO TABLE VALUES (?, ...)" of a job and a ledger's columns.
+// Prepares "INSERT INTO TABLE VALUES (?, ...)" for a job and a ledger's columns.
 static enum vw_status prepare_insert(struct vw_database *to, const char *table, int column_count,
                                      sqlite3_stmt **insert) {
     char sql[512];
@@ -171,7 +171,7 @@ static enum vw_status copy_row(const struct copying *copying, sqlite3_stmt *row,
     return status;
 }
 
-// In the order that the table has: that of its key, or of its rowids.
+// Copies the rows in the order of the table: by its key, or by its rowids.
 static enum vw_status copy_table(struct vw_database *from, const char *table, void *context) {
     const struct copying *copying = context;
     sqlite3_stmt *rows = NULL, *insert = NULL;
@@ -187,7 +187,7 @@ static enum vw_status copy_table(struct vw_database *from, const char *table, vo
     return status;
 }
 
-// Verified rows are those that are copied: a ledger of up to a GiB is a copy in memory (database_open.c).
+// Verifies and copies the same rows: a ledger of up to a GiB is a copy in memory (database_open.c).
 enum vw_status vw_merged_add(struct vw_merged_ledger *merged, const char *job, struct vw_ledger *ledger) {
     struct copying copying = {&merged->database, job};
     enum vw_status status = vw_ledger_verify(ledger);

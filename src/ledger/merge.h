@@ -16,7 +16,7 @@ enum vw_status vw_merged_create(const char *path, struct vw_merged_ledger **merg
 enum vw_status vw_merged_add(struct vw_merged_ledger *merged, const char *job, struct vw_ledger *ledger);
 // Gives the file its name.
 enum vw_status vw_merged_finish(struct vw_merged_ledger *merged);
-// Without vw_merged_finish() nothing remains, and a file that was there stays.
+// Closes the merged ledger. Without vw_merged_finish() its rows are removed, and an existing file stays as it was.
 void vw_merged_close(struct vw_merged_ledger **merged);
 
 #endif

@@ -7,29 +7,29 @@
 
 #include "viewworth/status.h"
 
-// What trainings on lists of different lengths have in common.
+// The quantity that is equal in trainings on lists of different lengths.
 enum vw_equal {
     VW_EQUAL_STEPS,  // all take the steps of the whole list: those of a photo that is left out are taken on the others
     VW_EQUAL_EPOCHS, // each photo is trained on as often as in the whole list: the steps of others are skipped
 };
 const char *vw_equal_name(enum vw_equal equal); // "steps", "epochs"
 
-// What a retraining tells of a single photo.
+// The result of a retraining for a single photo.
 struct vw_retrain_view {
     uint32_t image_id;
-    double psnr_db; // of the trained field on it; or what its steps gain, see vw_retrain_photos
+    double psnr_db; // PSNR of the trained field on it; or the gain of its steps, see vw_retrain_photos
 };
 
-// What a retraining tells of single train photos beside its result.
+// The quantity that a retraining measures for single train photos, in addition to its result.
 enum vw_retrain_photos {
     VW_RETRAIN_PHOTOS_PSNR,  // PSNR of the trained field on photos that it may not have seen
-    VW_RETRAIN_PHOTOS_GAINS, // what the steps on a photo add to the validation PSNR, which is measured after every step
+    VW_RETRAIN_PHOTOS_GAINS, // gain in validation PSNR by the steps on a photo; PSNR is measured after every step
 };
 
 struct vw_retrain_params {
     const uint32_t *views; // borrowed; image_ids trained on, ascending; none: the untrained field
     uint32_t view_count;
-    uint64_t seed;   // of order, pixels, jitter and initialisation
+    uint64_t seed;   // seeds order, pixels, jitter and initialisation
     uint32_t epochs; // 0: the default of the function
     // Train photos whose psnr_db is filled in as `photos_of` says: any of them, ascending, or, of gains, those of
     // `views`. Borrowed; NULL: none. Asking for PSNR makes no other retraining of it.

@@ -37,14 +37,15 @@ struct vw_metric {
 enum vw_status vw_retraining_store_open(const char *path, struct vw_retraining_store **retrainings);
 void vw_retraining_store_close(struct vw_retraining_store **retrainings);
 
-// Whether a retraining of that id is recorded, and its result. VW_ERROR_MISMATCH when its row was edited.
+// Looks up a retraining: `*found` tells if its id is recorded, `*result` is its result. VW_ERROR_MISMATCH if its row
+// was edited.
 enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings, const char *retraining_id, bool *found,
                                         struct vw_retrain_result *result);
 // Reads what a recorded retraining reaches on single photos: fills psnr_db of views[0 ... view_count - 1].
 // VW_ERROR_MISMATCH when a row was edited, or when one is missing.
 enum vw_status vw_retraining_store_find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
                                               struct vw_retrain_view *views, uint32_t view_count);
-// The same, but that a missing row is no failure: `*found` tells whether all are there.
+// Reads the same, but does not fail if a row is missing: `*found` tells if all rows exist.
 enum vw_status vw_retraining_store_recall_views(struct vw_retraining_store *retrainings, const char *retraining_id,
                                                 struct vw_retrain_view *views, uint32_t view_count, bool *found);
 // Appends a finished one; its epochs must be set. An id that is recorded already keeps its first result, and gets rows

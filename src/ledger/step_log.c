@@ -12,9 +12,9 @@
 #include "base/memory.h"
 #include "base/text.h"
 
-static const double VALUE_MOST = 1e4;                   // of PSNR and error, so that their squares and sums stay finite
-static const uint64_t TABLE_MOST = 1u << 26;            // photos times epochs: scoring stores a number for each
-static const uint32_t EPOCHS_MOST = 1000000000;         // as for --epochs
+static const double VALUE_MOST = 1e4;           // limit of PSNR and error, so that their squares and sums stay finite
+static const uint64_t TABLE_MOST = 1u << 26;    // photos times epochs: scoring stores a number for each
+static const uint32_t EPOCHS_MOST = 1000000000; // as for --epochs
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
@@ -23,8 +23,8 @@ static const char *const column_names[COLUMN_COUNT] = {"step", "epoch", "photo",
 // A log while it is read.
 struct reading {
     struct vw_step_log *log;
-    uint32_t places[COLUMN_COUNT]; // of the columns in a row
-    uint32_t field_count;          // of the header
+    uint32_t places[COLUMN_COUNT]; // position of each column in a row
+    uint32_t field_count;          // fields of the header
     const char **photos;           // owned; of each record; NULL for none
     size_t photo_capacity, record_capacity;
     uint32_t first_epoch, epoch_count; // epochs that a photo is trained in
@@ -53,7 +53,7 @@ static enum vw_status read_whole(const struct reading *reading, enum column colu
     return VW_OK;
 }
 
-// An empty field is NaN.
+// Reads a number; an empty field is NaN.
 static enum vw_status read_real(const struct reading *reading, enum column column, double *number) {
     const char *text = field_of(reading, column);
     char *end = NULL;

@@ -28,7 +28,7 @@
 
 struct vw_step_log {
     struct vw_csv csv;             // the file; names point into it
-    uint8_t sha256[VW_HASH_BYTES]; // of the file
+    uint8_t sha256[VW_HASH_BYTES]; // SHA-256 of the file
     struct vw_step_record *
         records; // owned; from step 0 on (added, without values, where the log begins with 1); no pooled PSNR, no views
     uint32_t record_count;
@@ -37,7 +37,7 @@ struct vw_step_log {
     uint32_t epochs; // number of the last one, and one
 };
 
-// VW_ERROR_INPUT names file, line and field of what is wrong. Clear the log also after a failure.
+// Reads a step log. VW_ERROR_INPUT names the file, line and field that are wrong. Clear the log also after a failure.
 enum vw_status vw_step_log_read(const char *path, struct vw_step_log *log);
 void vw_step_log_clear(struct vw_step_log *log);
 

@@ -56,7 +56,7 @@ struct vw_sweeps {
 static const char *const types[] = {
     [VW_COLUMN_TEXT] = "TEXT NOT NULL", [VW_COLUMN_WHOLE] = "INTEGER NOT NULL", [VW_COLUMN_REAL] = "REAL"};
 
-// A statement with a part for every column: its definition, or a placeholder for its value. Owned by the caller.
+// Writes a statement with a part for every column: its definition, or a placeholder for its value. The caller owns it.
 static char *write_sql(const char *before, bool defines, const char *behind) {
     char *text = NULL;
     size_t size_bytes = 0;

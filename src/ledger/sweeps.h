@@ -20,7 +20,7 @@
 // are in [-1,1].
 struct vw_sweep_metrics {
     const char *configuration; // "base", "rays-125", "full_resolution", ...
-    const char *parameter;     // what it changes of the base configuration
+    const char *parameter;     // the parameter that it changes in the base configuration
     const char *value;         // to what; of the base: every parameter with its value
     uint32_t base;             // 1 for the base itself, else 0; likewise the Pareto fronts
     uint32_t epochs;
@@ -53,7 +53,7 @@ struct vw_sweep_column {
     enum vw_sweep_kind { VW_COLUMN_TEXT, VW_COLUMN_WHOLE, VW_COLUMN_REAL } kind; // const char *, uint32_t, double
     size_t offset;                                                               // in struct vw_sweep_metrics
 };
-// All of them, in the order above, named as the members are.
+// Returns all columns in the order above; their names are those of the members.
 const struct vw_sweep_column *vw_sweep_columns(uint32_t *count);
 
 struct vw_sweeps;
@@ -62,8 +62,8 @@ struct vw_sweeps;
 enum vw_status vw_sweeps_open(const char *path, struct vw_sweeps **sweeps);
 void vw_sweeps_close(struct vw_sweeps **sweeps);
 
-// Whether a quantity of a configuration is recorded, and its value (NaN for NULL). VW_ERROR_MISMATCH when its row was
-// edited.
+// Looks up a quantity of a configuration: `*found` tells if it is recorded, `*value` is its value (NaN for NULL).
+// VW_ERROR_MISMATCH if its row was edited.
 enum vw_status vw_sweeps_find(struct vw_sweeps *sweeps, const char *configuration_id, const char *quantity, bool *found,
                               double *value);
 struct vw_measurement {
