@@ -3,7 +3,7 @@
 #ifndef BFLOAT_GLSL
 #define BFLOAT_GLSL
 
-// To the nearest, halves away from 0; what is not finite stays so, since it is cut instead of rounded.
+// Rounds to the nearest, halves away from 0; cuts non-finite values, which so stay non-finite.
 uint bfloat_bits(float x) {
     uint bits = floatBitsToUint(x);
     return bits + ((bits & 0x7F800000u) == 0x7F800000u ? 0u : 0x8000u);

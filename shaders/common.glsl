@@ -1,4 +1,4 @@
-// What every training pass begins with: extensions and the shared interface.
+// The beginning of every training pass: extensions and the shared interface.
 #ifndef COMMON_GLSL
 #define COMMON_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -9,7 +9,7 @@
 #define BUFFER(slot) layout(set = 0, binding = slot, scalar)
 #define PUSH layout(push_constant, scalar)
 
-// By its bits: a driver may assume that floats are never NaN and fold isnan away.
+// Tests the bits: a driver may assume that floats are never NaN and fold isnan away.
 bool finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }
 bool finite(vec4 v) { return finite(v.x) && finite(v.y) && finite(v.z) && finite(v.w); }
 

@@ -9,7 +9,7 @@
 
 const uint WORDS_PER_PAIR = WIDE_GRADIENT != 0u ? 2u : 1u;
 
-// A signed integer below 2^62 in size as two words, low first.
+// Returns a signed integer below 2^62 in size as two words, low first.
 uvec2 to_fixed(float quanta) {
     float rounded = roundEven(quanta);
     if (WIDE_GRADIENT == 0u) { // fits 32 bits
@@ -29,7 +29,7 @@ float from_fixed(uvec2 word) {
     return negative ? -size : size;
 }
 
-// Narrow form: both features in one word, and back.
+// Packs both features in one word (the narrow form); unpack_pair is its inverse.
 uvec2 pack_pair(uvec2 first, uvec2 second) {
     // first + (second << 32): the sign extension of the first borrows from the second.
     return uvec2(first.x, first.y + second.x);

@@ -3,7 +3,7 @@
 #ifndef TWO_FLOAT_GLSL
 #define TWO_FLOAT_GLSL
 
-// Exact: a + b = x + y of the result.
+// Returns (x, y) such that a + b = x + y exactly.
 vec2 two_sum(float a, float b) {
     precise float sum = a + b;
     precise float b_part = sum - a;
@@ -12,7 +12,7 @@ vec2 two_sum(float a, float b) {
     return vec2(sum, error);
 }
 
-// Exact: a * a = x + y of the result, barring underflow.
+// Returns (x, y) such that a * a = x + y exactly, barring underflow.
 vec2 two_square(float a) {
     precise float product = a * a;
     precise float scaled = 4097.0 * a;
@@ -31,8 +31,8 @@ vec2 two_add(vec2 sum, vec2 value) {
     return vec2(high, rest);
 }
 
-// The same with a third float for what two cannot hold, so that the error stays near n * 2^-70: equal values round the
-// same way every time, and of millions the errors would add up.
+// Adds with a third float, so that the error stays near n * 2^-70: equal values round the same way every time, and over
+// millions of values the errors of two floats would add up.
 vec3 three_add(vec3 sum, vec3 value) {
     vec2 first = two_sum(sum.x, value.x);
     vec2 second = two_sum(sum.y, value.y);

@@ -27,7 +27,7 @@ vec4 quotient(vec4 a, vec4 b) {
     return mix(a / mix(b, vec4(1.0), none), vec4(0.0), none);
 }
 
-// The direction at one vec4 of the block.
+// Returns the direction at one vec4 of the block.
 vec4 direct(uint i, vec4 gradient) {
     vec4 moved = before[i] - after[i];
     if (MOMENTUM == 0u) return -quotient(moved, gradient) * adjoint[i];

@@ -1,5 +1,5 @@
 // Adds the partial sums of direct_adjoint or multiply_blocks in order: the step's credit and the size of its adjoint,
-// to the host, and how far ahead and behind along the direction colours are taken.
+// to the host, and half the distance of the two states between which colours are differentiated.
 #include "two_float.glsl"
 layout(local_size_x = 1) in;
 

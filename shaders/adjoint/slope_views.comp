@@ -1,9 +1,9 @@
-// What validation's score gains by the colour of each of its rays: the mean over views of PSNR, or minus the mean
-// absolute error; of all views, or of one by itself. Behind reduce_views. Constant factors are left to whoever takes
-// the gradient. One workgroup per view, in an order that is fixed.
+// The slope of validation's score by the colour of each of its rays: the mean over views of PSNR, or minus the mean
+// absolute error; of all views, or of a single one. Runs after reduce_views. The passes that use the gradient apply
+// constant factors. One workgroup per view, in a fixed order.
 //
-// Where gain and bias are fitted to a view (fit_views), its score also depends on the rays of its left half. With a = 1
-// + gain, b the bias, r what is rendered and t the photo, the fit solves M (a, b) = v with
+// If gain and bias are fitted to a view (fit_views), its score also depends on the rays of its left half. With a = 1
+// + gain, b the bias, r the rendered colour and t the photo's, the fit solves M (a, b) = v with
 //   M = (sum r r + FIT_RIDGE, sum r; sum r, n + FIT_RIDGE),  v = (sum r t + FIT_RIDGE, sum t)
 // so that with y = M^-1 (score's slope by a, by b) the slope by r of a ray with the error e = a r + b - t is -(y_a e +
 // a (y_a r + y_b)).
@@ -20,11 +20,11 @@ BUFFER(VW_SLOT_GATHERED) buffer Slopes { vw_ray slopes[]; };
 PUSH uniform Push { vw_push_slopes push; };
 
 const float DECIBEL = 8.6858896;   // 20 / ln 10: PSNR's slope by the root of the squared error
-const float SQUARED_FLOOR = 3e-10; // of a pixel, where PSNR is floored at 100 dB
+const float SQUARED_FLOOR = 3e-10; // a pixel's squared error at 100 dB, where PSNR is capped
 
 shared vec3 sums1[64], sums2[64];
 
-// The sums of all invocations, to all of them.
+// Adds up the values of all invocations and returns the sums to all.
 void add_up(inout vec3 sum1, inout vec3 sum2) {
     sums1[gl_LocalInvocationID.x] = sum1;
     sums2[gl_LocalInvocationID.x] = sum2;

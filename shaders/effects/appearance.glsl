@@ -1,13 +1,13 @@
-// What a photo's own exposure and white balance make of rendered colours: a gain and a bias per channel (as in Urban
+// A photo's own exposure and white balance, applied to rendered colours: a gain and a bias per channel (as in Urban
 // Radiance Fields, Rematas et al., CVPR 2022, of whose affine map this is the diagonal). Forward and backward.
 #ifndef APPEARANCE_GLSL
 #define APPEARANCE_GLSL
 
-// A gain is held as what it has beyond 1, so that params of 0 change nothing, not even the last bit, and a ridge pulls
+// Applies gain and bias. A gain is stored minus 1, so that params of 0 leave colours bit-identical, and a ridge pulls
 // to the identity.
 vec3 appear(vw_appearance photo, vec3 rendered) { return (1.0 + photo.gain.rgb) * rendered + photo.bias.rgb; }
 
-// From the gradient by what is seen to those by the photo's numbers and by what was rendered.
+// Converts the gradient by the seen colour to those by the photo's numbers and by the rendered colour.
 vw_appearance appear_back(vw_appearance photo, vec3 rendered, vec3 d_seen, out vec3 d_rendered) {
     d_rendered = (1.0 + photo.gain.rgb) * d_seen;
     return vw_appearance(vec4(d_seen * rendered, 0.0), vec4(d_seen, 0.0));

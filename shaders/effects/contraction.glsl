@@ -7,8 +7,8 @@
 #ifndef CONTRACTION_GLSL
 #define CONTRACTION_GLSL
 
-// From box coordinates, as far as floats reach, to the unit cube. Lengths are taken of q / size, since squares overflow
-// beyond 1e19.
+// Maps box coordinates, over the whole range of floats, to the unit cube. Lengths are those of q / size, since squares
+// overflow beyond 1e19.
 vec3 contract(vec3 box) {
     precise vec3 q = 2.0 * box - 1.0;
     float size = max(1.0, max(abs(q.x), max(abs(q.y), abs(q.z))));

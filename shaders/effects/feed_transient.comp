@@ -1,6 +1,5 @@
-// What the transient head takes in, one sample per invocation: the code of the step's photo, and, in the variant
-// VW_FEATURES of the field hash, the features that its density network gives. Those of the field mlp stand in the rows
-// already.
+// Writes the inputs of the transient head, one sample per invocation: the code of the step's photo and, in the variant
+// VW_FEATURES of the field hash, the features from its density network. The rows already hold those of the field mlp.
 layout(local_size_x = VW_FIELD_GROUP) in;
 
 BUFFER(VW_SLOT_TRANSIENT_CODES) readonly buffer Codes { vec4 codes[]; };

@@ -20,7 +20,7 @@ PUSH uniform Push { vw_push_reduce push; };
 
 shared vec4 sums1[64], sums2[64];
 
-// The sums of all invocations, to all of them.
+// Adds up the values of all invocations and returns the sums to all.
 void add_up(inout vec4 sum1, inout vec4 sum2) {
     sums1[gl_LocalInvocationID.x] = sum1;
     sums2[gl_LocalInvocationID.x] = sum2;
@@ -34,7 +34,7 @@ void add_up(inout vec4 sum1, inout vec4 sum2) {
     barrier();
 }
 
-// Rendered colour and what the photo shows beyond it; w: 1 when the ray counts.
+// Reads the rendered colour and the photo's difference from it; w is 1 if the ray counts.
 void look_at(uint ray, out vec4 rendered, out vec4 missing) {
     vec4 target_weight = rays[ray].target_weight;
     float counts = target_weight.w == 0.0 ? 0.0 : 1.0;

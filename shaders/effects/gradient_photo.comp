@@ -9,7 +9,7 @@ BUFFER(VW_SLOT_D_ENCODER_ROWS) readonly buffer DRows { vec4 d_rows[]; };
 BUFFER(VW_SLOT_D_WEIGHTS) writeonly buffer DWeights { vec4 d_weights[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 
-// Outside of training it is what the step has rendered.
+// Returns the first pixel of the photo, or outside training that of the rendered picture.
 uint first_pixel() { return TRAINING != 0u ? THUMBNAIL_PIXELS * state.view : 0u; }
 
 vec4 input_at(uint layer, uvec2 place, uint in4) {
@@ -17,7 +17,7 @@ vec4 input_at(uint layer, uvec2 place, uint in4) {
     return rows[row_of(layer - 1u, place, in4)];
 }
 
-// Of column `of_layer` of the convolution.
+// Returns the gradient by column `of_layer` of the convolution.
 vec4 column_gradient(uint layer, uint of_layer) {
     uint block = of_layer / 4u, in4 = block % inputs4_of(layer), side = side_of(layer);
     bool is_bias = of_layer >= bias_of(layer);

@@ -1,6 +1,6 @@
-// What one ray per invocation says of its photo's camera: the force on it, which is the sum of the gradients by its
-// samples' positions, and the torque about it. Samples move with the ray: where they lie on it is held fixed, as what
-// they stand for.
+// Computes the force on the photo's camera by one ray per invocation, the sum of the gradients by its samples'
+// positions, and the torque about it. Samples move with the ray: their places on it are fixed, and so are the lengths
+// that they represent.
 #include "networks/mlp.glsl"
 #define ROWS_OF_GRID
 #include "networks/rows.glsl"

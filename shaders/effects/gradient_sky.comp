@@ -1,6 +1,6 @@
-// The sky's gradient, one workgroup per coefficient: d_sky_k = sum over rays of basis_k(direction) d_logit, in an order
-// that is fixed: each invocation sums every 64th ray, then the first adds the 64 sums. It lies behind the networks'
-// weights, with which update_weights moves it. Anything not finite marks the step.
+// The sky's gradient, one workgroup per coefficient: d_sky_k = sum over rays of basis_k(direction) d_logit, in a fixed
+// order: each invocation sums every 64th ray, then the first adds the 64 sums. It follows the gradient of the networks'
+// weights, and update_weights moves both. A non-finite value marks the step.
 #include "effects/sky.glsl"
 layout(local_size_x = 64) in;
 

@@ -18,7 +18,7 @@ shared float d_logits[VISIBILITY_GROUP];
 
 vec4 row_of(uint row, uint ray) { return rows[row * VISIBILITY_GROUP + ray]; }
 
-// What a ray adds to a column of a matrix of which this is the first.
+// Returns a ray's contribution to a column of a matrix; `at` is relative to the matrix's first column.
 vec4 matrix_gradient(uint at, uint columns, uint from_row, uint to_row, uint ray) {
     uint from = at / 4u % columns, to = at / 4u / columns;
     bool of_code = columns == VISIBILITY_INPUT4 && from >= VISIBILITY_PLACE4;

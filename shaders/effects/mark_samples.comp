@@ -1,5 +1,5 @@
-// Which samples of a ray lie in occupied cells, as bits, and how many they are; one ray per invocation. That is decided
-// here alone: two passes that compute the same position need not round alike.
+// Marks a ray's samples in occupied cells as bits, and counts them; one ray per invocation. Only this pass decides: two
+// passes that compute the same position need not round alike.
 #include "rays/sampling.glsl"
 #include "effects/occupancy.glsl"
 layout(local_size_x = 64) in;

@@ -1,7 +1,7 @@
-// What the code of the step's photo adds to the colour network (NeRF-W, Martin-Brualla et al., CVPR 2021: "appearance
-// embedding"). All rays of a step belong to one photo, so that code weights times code is one vector for all of its
-// samples. The network's input 0 is constant, and forward_field adds the vector to the weights of that input.
-// Validation and rendering do without: they use the code 0. One hidden unit per invocation.
+// Computes the vector that the code of the step's photo adds to the colour network (NeRF-W, Martin-Brualla et al., CVPR
+// 2021: "appearance embedding"). All rays of a step belong to one photo, so all samples share the product of code
+// weights and code. The network's input 0 is constant, and forward_field adds the vector to the weights of that input.
+// Validation and rendering use the code 0 instead. One hidden unit per invocation.
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CODE_WEIGHTS) readonly buffer CodeWeights { vec4 code_weights[]; };

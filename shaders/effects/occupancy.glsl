@@ -1,4 +1,4 @@
-// Where training need not look: a grid of cells over the box, each with its density of late (Mueller et al., "Instant
+// The cells that training may skip: a grid over the box with each cell's recent density (Mueller et al., "Instant
 // neural graphics primitives", SIGGRAPH 2022, the appendix on occupancy grids). Samples in empty cells count as density
 // 0 and are not evaluated. Validation never skips.
 #ifndef OCCUPANCY_GLSL
@@ -10,7 +10,7 @@ uint occupancy_cell(vec3 position) {
     return cell.x + VW_OCCUPANCY_SIDE * (cell.y + VW_OCCUPANCY_SIDE * cell.z);
 }
 
-// A density that is not a number counts, so that it is met and noticed.
+// Returns true also for a non-finite density, so that the field is evaluated there and the fault noticed.
 bool occupied(float density) { return density > VW_EMPTY_DENSITY(float(SAMPLES)) || !finite(density); }
 
 #endif

@@ -7,7 +7,7 @@ BUFFER(VW_SLOT_WEIGHTS) readonly buffer Weights { vec4 weights[]; };
 BUFFER(VW_SLOT_ENCODER_ROWS) buffer Rows { vec4 rows[]; };
 BUFFER(VW_SLOT_CODE_SHIFT) writeonly buffer CodeShift { vec4 code_shift[]; };
 
-const uint PIXELS = 16u; // of the last convolution
+const uint PIXELS = 16u; // pixels of the last convolution
 shared vec4 mean[ENCODER4];
 shared vec4 code[CODE4];
 

@@ -7,7 +7,7 @@
 #ifndef POSE_GLSL
 #define POSE_GLSL
 
-// From a photo's turn, in radians, to 2 h. A camera far from the box sees it at a small angle: there turns are in box
+// Converts a photo's turn, in radians, to 2 h. A camera far from the box sees it at a small angle: its turns are in box
 // edges, too.
 float turn_unit(vw_gpu_camera camera) { return 1.0 / max(1.0, camera.reference.w); }
 
@@ -25,13 +25,13 @@ vw_gpu_camera corrected_camera(vw_gpu_camera camera, vw_pose pose) {
     return camera;
 }
 
-// Where the corrected camera itself is.
+// Returns the position of the corrected camera.
 vec3 camera_place(vw_gpu_camera camera, vw_pose pose) {
     return camera.reference.xyz + camera.reference.w * camera.back.xyz + pose.shift.xyz;
 }
 
-// From the torque about the corrected camera's place, the sum of (position - place) x (gradient by the position), to
-// the gradient by its turn.
+// Converts the torque about the corrected camera's place, the sum of (position - place) x (gradient by the position),
+// to the gradient by its turn.
 vec3 turn_gradient(vw_gpu_camera camera, vw_pose pose, vec3 torque) {
     float unit = turn_unit(camera);
     vec3 h = 0.5 * unit * pose.turn.xyz;

@@ -1,4 +1,5 @@
-// How visible each ray of the step is (visibility.glsl). One ray per invocation, padding as in generate_rays.
+// Computes the visibility of each ray of the step (visibility.glsl). One ray per invocation, padding as in
+// generate_rays.
 #define VISIBILITY_NETWORK
 #include "effects/visibility.glsl"
 layout(local_size_x = 64) in;

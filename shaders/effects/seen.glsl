@@ -1,5 +1,5 @@
-// What is seen at a ray: over a background or sky, and as the step's photo shows it; forward and backward. Sky and
-// appearance are in variants VW_RAY_EFFECTS, since some devices bind fewer buffers than there would be with theirs.
+// The colour seen at a ray: over a background or sky, and as the step's photo shows it; forward and backward. Sky and
+// appearance are in variants VW_RAY_EFFECTS, since some devices cannot bind their buffers in addition.
 #ifndef SEEN_GLSL
 #define SEEN_GLSL
 #include "rays/background.glsl"

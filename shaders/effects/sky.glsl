@@ -1,8 +1,8 @@
-// What is seen where nothing holds the light back: a learned colour by direction, forward and backward.
+// The sky, seen if the field does not absorb all light: a learned colour by direction, forward and backward.
 //   sky(direction) = sigmoid(sum over k of basis_k(direction) sky_k), with spherical harmonics of bands 0 to 2 and rgb
 //   coefficients.
-// So smooth a colour can be no object, and costs 27 numbers where a field would have to build a dome of density at its
-// box's walls.
+// Such a smooth colour cannot represent an object. It costs 27 numbers; without it the field would have to build a dome
+// of density at its box's walls.
 #ifndef SKY_GLSL
 #define SKY_GLSL
 #include "networks/activations.glsl"
@@ -24,7 +24,7 @@ vec3 sky_colour(vec3 direction) {
     return vec3(sigmoid(logit.x), sigmoid(logit.y), sigmoid(logit.z));
 }
 
-// The gradient by the logit, of a ray of which the share `left` reaches the sky of this colour.
+// Returns the gradient by the logit for a ray of which the share `left` reaches the sky of this colour.
 vec3 sky_gradient(vec3 colour, float left, vec3 d_colour) { return left * d_colour * colour * (1.0 - colour); }
 
 #endif

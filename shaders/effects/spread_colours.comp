@@ -20,5 +20,5 @@ void main() {
         for (uint x = first.x; x < end.x; x++)
             slope +=
                 share_of(x, at.x, push.side) * share_of(y, at.y, push.side) * input_gradient(0u, uvec2(x, y), 0u).rgb;
-    rays[index].target_weight = vec4(2.0 * slope, 3.0); // of which backward_rays takes a third per channel
+    rays[index].target_weight = vec4(2.0 * slope, 3.0); // backward_rays uses a third of the weight per channel
 }

@@ -1,8 +1,8 @@
-// The way back of pool_photo. The gradient by what was added to the colour network is that by the weights it was added
-// to, as in update_code: from there to both matrices and to the sums in the last convolution. Gradients are of the sum
-// over rays. Anything not finite marks the step. One workgroup. Variant VW_CODES, of the consistency loss: the gradient
-// is that of the mean L1 between the code of what was rendered and the one given, which is held fixed; the matrix
-// behind the code has no part in it.
+// The backward pass of pool_photo. The gradient by the vector added to the colour network equals that by the weights it
+// was added to, as in update_code; from there it goes to both matrices and to the sums in the last convolution.
+// Gradients are of the sum over rays. A non-finite value marks the step. One workgroup. Variant VW_CODES, for the
+// consistency loss: the gradient of the mean L1 between the code of the rendered picture and the given one, which is
+// held fixed; it does not involve the matrix after the code.
 #include "effects/encoder.glsl"
 layout(local_size_x = 64) in;
 
@@ -17,7 +17,7 @@ BUFFER(VW_SLOT_GIVEN_ROWS) readonly buffer GivenRows { vec4 given_rows[]; };
 PUSH uniform Push { vw_push_codes push; };
 #endif
 
-const uint PIXELS = 16u; // of the last convolution
+const uint PIXELS = 16u; // pixels of the last convolution
 shared vec4 d_code[CODE4];
 shared vec4 d_mean[ENCODER4];
 

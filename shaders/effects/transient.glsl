@@ -1,5 +1,5 @@
-// What a photo shows that the others do not: a second density, with colours of its own, composited together with the
-// field's, and how uncertain a ray's colour is because of it (NeRF-W, Martin-Brualla et al., CVPR 2021, equations 8 to
+// The part of a photo that the others do not show: a second density with its own colours, composited together with the
+// field's, and the uncertainty that it adds to a ray's colour (NeRF-W, Martin-Brualla et al., CVPR 2021, equations 8 to
 // 13), forward and backward.
 //   weight_i = T_i opacity(tau_i), transient_weight_i = T_i opacity(transient tau_i), T_i = exp(-sum of both tau before
 //   i) colour = sum (weight_i rgb_i + transient_weight_i transient_rgb_i) + T_end backdrop, beta = BETA_MIN + sum
@@ -14,7 +14,7 @@ struct transient_sample {
     float density, uncertainty; // both at least 0
 };
 
-// log(1 + exp(x)); its slope is opacity(softplus(x)). By the series where log would lose its digits.
+// Returns log(1 + exp(x)), by its series if log would lose digits; its slope is opacity(softplus(x)).
 float softplus(float x) {
     float y = exp(at_most(x, 20.0)), series = y * (1.0 - y * (0.5 - y * (1.0 / 3.0 - y * 0.25)));
     return x > 20.0 ? x : x < -4.0 ? series : log(1.0 + y);
@@ -52,8 +52,8 @@ struct transient_gradient {
     float uncertainty;
 };
 
-// From the last sample to the first. `behind`: what the samples behind and the backdrop add to the loss, to first
-// order.
+// Marches from the last sample to the first. `behind` is the first-order change of the loss by the samples after this
+// one and the backdrop.
 transient_gradient march_both_back(inout float behind, float tau_before, vec4 rgb_density, transient_sample passing,
                                    float stratum, transient_slopes slopes) {
     float tau = rgb_density.w * stratum, transient_tau = passing.density * stratum, reached = transmittance(tau_before);
@@ -73,8 +73,8 @@ transient_gradient march_both_back(inout float behind, float tau_before, vec4 rg
 
 const float TRANSIENT_PENALTY = 0.01; // NeRF-W's lambda_u
 
-// NeRF-W's loss times 2 BETA_MIN^2, plus a constant: with the least uncertainty it is the squared loss. Of one ray with
-// these errors.
+// Returns a ray's loss: NeRF-W's times 2 BETA_MIN^2, plus a constant. With the least uncertainty it is the squared
+// loss.
 //   (BETA_MIN / beta)^2 mean error^2 + 2 BETA_MIN^2 (log(beta / BETA_MIN) + TRANSIENT_PENALTY mean transient density)
 float transient_loss(vec3 error, transient_march ray, out transient_slopes slopes) {
     float beta = BETA_MIN + ray.uncertainty, trust = BETA_MIN / beta, square = dot(error, error) / 3.0;

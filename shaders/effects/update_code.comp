@@ -17,7 +17,7 @@ const uint UNITS = 4u * WIDTH4, COUNT = UNITS * CODE4;
 shared vec4 code[CODE4];
 shared float d_shift[UNITS];
 
-// By the code, from the code weights as they were when the step went forward.
+// Returns the gradient by the code, with the code weights of the forward pass.
 vec4 code_gradient(uint k) {
     vec4 sum = vec4(0.0);
     for (uint unit = 0u; unit < UNITS; unit++) sum += d_shift[unit] * code_weights[CODE4 * unit + k];
@@ -36,7 +36,7 @@ void move_weights(uint at) {
 
 void main() {
     uint lane = gl_LocalInvocationID.x;
-    if (state.nonfinite != 0u) return; // of all invocations alike: the step is skipped
+    if (state.nonfinite != 0u) return; // in all invocations alike: the step is skipped
     if (lane < CODE4) code[lane] = codes[CODE4 * state.view + lane];
     for (uint unit = lane; unit < UNITS; unit += 64u)
         d_shift[unit] = d_weights[SHIFT_COLUMN + SHIFT_STRIDE * (unit / 4u)][unit % 4u] * INVERSE_RAYS;

@@ -23,7 +23,7 @@ vec4 code_gradient(uint k) {
 
 void main() {
     uint k = gl_LocalInvocationID.x;
-    if (state.nonfinite != 0u) return; // of all invocations alike: the step is skipped
+    if (state.nonfinite != 0u) return; // in all invocations alike: the step is skipped
     uint visits = next_visit(moments[state.view].visits);
     barrier(); // all have read the visits
     if (k >= TRANSIENT_CODE4) return;

@@ -25,7 +25,7 @@ vec4 code_gradient(uint k) {
 
 void main() {
     uint k = gl_LocalInvocationID.x, view = state.view;
-    if (state.nonfinite != 0u) return; // of all invocations alike: the step is skipped
+    if (state.nonfinite != 0u) return; // in all invocations alike: the step is skipped
     uint visits = next_visit(moments[view].visits);
     memoryBarrierBuffer();
     barrier(); // all have read the visits

@@ -1,8 +1,8 @@
-// How visible what the field knows is at a pixel (Chen et al., "Hallucinated Neural Radiance Fields in the Wild", CVPR
-// 2022, equations 6 and 7): a small network M of the pixel's place in its photo and of a code of the photo, sigmoid at
+// Visibility of the field at a pixel (Chen et al., "Hallucinated Neural Radiance Fields in the Wild", CVPR 2022,
+// equations 6 and 7): a small network M of the pixel's place in its photo and of a code of the photo, with a sigmoid at
 // its end. A ray's loss is
 //   M * loss + size_weight * (1 - M)^2,
-// so that what stands before the scene in one photo alone is left out, but only where that saves more than it costs.
+// so that an object in front of the scene in a single photo is ignored, but only if that saves more than it costs.
 #ifndef VISIBILITY_GLSL
 #define VISIBILITY_GLSL
 #include "rays/loss.glsl"
@@ -10,8 +10,8 @@
 // As published: 0.05 at first, then falling by a factor of e per 1,000 steps, to 0.006 at least; of squared errors.
 const float SIZE_WEIGHT_MOST = 5e-2, SIZE_WEIGHT_LEAST = 6e-3, SIZE_WEIGHT_RATE = 1e-3;
 
-// Of the step that the key is of. A pixel is left out entirely where its loss reaches twice the weight. Under each loss
-// that happens at the same error.
+// Returns the weight at the step of the key. A pixel is ignored entirely if its loss reaches twice the weight, which
+// happens at the same error under each loss.
 float size_weight(uvec4 key) {
     float number = float(key.z) + 4294967296.0 * float(key.w);
     float of_squares = max(SIZE_WEIGHT_LEAST, SIZE_WEIGHT_MOST * exp(-SIZE_WEIGHT_RATE * number));
@@ -34,7 +34,7 @@ BUFFER(VW_SLOT_STEP_STATE) readonly buffer State { vw_step_state state; };
 shared vec4 weight[VISIBILITY_COLUMNS];
 shared vec4 code[VISIBILITY_CODE4];
 
-// Once per workgroup, by all of its invocations.
+// Loads the network once per workgroup; all of its invocations call this.
 void load_network(uint lane, uint lanes) {
     for (uint i = lane; i < VISIBILITY_COLUMNS; i += lanes) weight[i] = all_weights[VISIBILITY_COLUMN + i];
     if (lane < VISIBILITY_CODE4) code[lane] = codes[VISIBILITY_CODE4 * state.view + lane];
@@ -46,14 +46,14 @@ mat4 weight_block(uint first, uint row, uint columns, uint column) {
     return mat4(weight[at], weight[at + 1u], weight[at + 2u], weight[at + 3u]);
 }
 
-// What the network sees of a pixel, its photo's code aside: the place, -1 to 1 across the photo, and a constant for the
-// biases; then per frequency the sines and the cosines of both coordinates.
+// Encodes the network's inputs for a pixel, except its photo's code: the place, -1 to 1 across the photo, and a
+// constant for the biases; then per frequency the sines and the cosines of both coordinates.
 void encode_place(vw_pixel pixel, out vec4 inputs[VISIBILITY_PLACE4]) {
     vec2 place = vec2(pixel.x_px, pixel.y_px) * photo_scales[state.view] - 1.0;
     vec3 flat_place = vec3(place, 0.0);
     inputs[0] = vec4(place, 1.0, 0.0);
     [[unroll]] for (uint k = 0u; k < VISIBILITY_FREQUENCIES;
-                    k++) { // of its six numbers, but for those of a third coordinate
+                    k++) { // four of its six numbers: without the third coordinate
         inputs[1u + k].x = encoded(flat_place, 3u + 6u * k, VISIBILITY_FREQUENCIES);
         inputs[1u + k].y = encoded(flat_place, 4u + 6u * k, VISIBILITY_FREQUENCIES);
         inputs[1u + k].z = encoded(flat_place, 6u + 6u * k, VISIBILITY_FREQUENCIES);
@@ -81,7 +81,7 @@ float visibility_logit(vec4 inputs[VISIBILITY_PLACE4], out vec4 hidden1[VISIBILI
     return logit;
 }
 
-// From the gradient by the logit to those by the sums before each layer's ReLU.
+// Converts the gradient by the logit to the gradients by the sums before each layer's ReLU.
 void visibility_back(float d_logit, vec4 hidden1[VISIBILITY4], vec4 hidden2[VISIBILITY4], out vec4 d_sum1[VISIBILITY4],
                      out vec4 d_sum2[VISIBILITY4]) {
     [[unroll]] for (uint row = 0u; row < VISIBILITY4; row++) d_sum2[row] =

@@ -19,7 +19,7 @@ BUFFER(VW_SLOT_D_LAYER_ROWS) readonly buffer DLayerRows { vec4 d_layer_rows[]; }
 
 void store(uint row, uint slot, vec4 value) { rows[VW_ROW_PLACE(ROW_COUNT, row, slot)] = pack_bfloats(value); }
 
-// The gradient passes where the hidden unit was above 0.
+// Passes the gradient of hidden units that were above 0.
 vec4 gate(vec4 gradient, uvec2 bits, uint block) {
     uint four = bits[block / 8u] >> (block % 8u * 4u);
     return vec4((four & 1u) != 0u ? gradient.x : 0.0, (four & 2u) != 0u ? gradient.y : 0.0,

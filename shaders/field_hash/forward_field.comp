@@ -28,7 +28,7 @@ void store_packed(uint row, uint slot, uvec2 value) {
 
 void store(uint row, uint slot, vec4 value) { store_packed(row, slot, pack_bfloats(value)); }
 
-// Bit i of the result: hidden unit 4 * block + i is above 0.
+// Sets bit i of the result if hidden unit 4 * block + i is above 0.
 uint active_bits(vec4 value) {
     return uint(value.x > 0.0) | uint(value.y > 0.0) << 1 | uint(value.z > 0.0) << 2 | uint(value.w > 0.0) << 3;
 }

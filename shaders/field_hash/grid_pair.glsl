@@ -1,12 +1,11 @@
-// How a feature pair of the hash grid lies in memory: as two floats, or in the half form of the passes that touch the
-// grid (VW_HALF_GRID,
-// --table-precision float16) as two halves in 32 bits. Arithmetic is the same in both.
+// The layout of the hash grid's feature pairs in memory: two floats, or in the half form of the passes that touch the
+// grid (VW_HALF_GRID, --table-precision float16) two halves in 32 bits. Arithmetic is the same in both.
 #ifndef GRID_PAIR_GLSL
 #define GRID_PAIR_GLSL
 
 #ifdef VW_HALF_GRID
-// The half nearest to a float, of two the even one; infinity for what rounds beyond the largest, and for NaN. By its
-// bits, since packHalf2x16 rounds as the driver likes.
+// Returns the nearest half, the even one of two; infinity for NaN and for values that round beyond the largest half. It
+// works on bits, since packHalf2x16 rounds as the driver likes.
 uint half_bits(float value) {
     uint bits = floatBitsToUint(value), size = bits & 0x7FFFFFFFu;
     uint normal =

@@ -4,7 +4,7 @@
 #ifndef HASH_GRID_GLSL
 #define HASH_GRID_GLSL
 
-// The specialization constant of a level; folds where the level is known when compiling, a few selects where it is not.
+// Returns a level's specialization constant: folded if the compiler knows the level, otherwise a few selects.
 uint pick_level(uint level, uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
     return (level < 8u ? level < 4u ? a : b : level < 12u ? c : d)[level & 3u];
 }
@@ -28,7 +28,7 @@ struct grid_cell {
     vec3 fraction;             // position within the cell
 };
 
-// Precise, as grid_weight: two passes find the same cell and the same place in it, whatever a compiler fuses in either.
+// Locates a cell, precise as grid_weight: two passes find the same cell and place, whatever a compiler fuses in either.
 grid_cell grid_locate(vec3 position, uint resolution, bool dense) {
     precise vec3 scaled = position * float(resolution);
     uvec3 low = min(uvec3(scaled), uvec3(resolution - 1u)); // position 1.0 belongs to the last cell
@@ -44,7 +44,7 @@ grid_cell grid_locate(vec3 position, uint resolution, bool dense) {
 
 bvec3 upper_axes(uint corner) { return notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)); }
 
-// Index within the level of corner 0..7 (bit a set: upper corner on axis a).
+// Returns the index within the level of corner 0..7 (bit a set: upper corner on axis a).
 uint grid_corner(grid_cell cell, uint corner, bool dense) {
     uvec3 c = mix(cell.axis_low, cell.axis_high, upper_axes(corner));
     return mix((c.x ^ c.y ^ c.z) & TABLE_MASK, c.x + c.y + c.z, dense);
@@ -57,7 +57,7 @@ float grid_weight(grid_cell cell, uint corner) {
 }
 
 #ifdef GRID_READS // the including pass declares the bindings
-// What the corners of a cell hold. One branch for all, not one for each: see README.md, "Weak compilers".
+// Reads the values at a cell's corners, with one branch for all of them: see README.md, "Weak compilers".
 void grid_gather(grid_cell cell, uint first, bool dense, out vec2 values[8]) {
     if (GRID_TEXEL != 0u) {
         [[unroll]] for (uint corner = 0u; corner < 8u; corner++) values[corner] =
@@ -70,7 +70,7 @@ void grid_gather(grid_cell cell, uint first, bool dense, out vec2 values[8]) {
     }
 }
 
-// The encoding of one level, feature pair `pair`.
+// Encodes a position at one level, feature pair `pair`.
 vec2 grid_encode(vec3 position, uint level, uint pair) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(position, level_resolution(level), dense);
@@ -80,7 +80,7 @@ vec2 grid_encode(vec3 position, uint level, uint pair) {
     return sum;
 }
 
-// The gradient by the position where that by this encoding is `d_pair`. At the border of two cells it is that of the
+// Converts the gradient `d_pair` by this encoding to that by the position. At the border of two cells it is that of the
 // upper one.
 vec3 grid_encode_back(vec3 position, uint level, uint pair, vec2 d_pair) {
     bool dense = level < DENSE_LEVELS;

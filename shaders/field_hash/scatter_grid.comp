@@ -49,7 +49,7 @@ void add_word(uint word, uvec2 value) {
 }
 #endif
 
-// What an invocation met: whether a gradient was not finite, which marks the step, and how many left the clamp.
+// The findings of an invocation: if a gradient was not finite, which marks the step, and how many left the clamp.
 struct extremes {
     uint nonfinite, clamped;
 };
@@ -66,12 +66,12 @@ void report(extremes met) {
     atomicAdd(state.clamped, met.clamped);
 }
 
-// In units of the quantum, within the clamp; what is not finite adds nothing.
+// Converts to units of the quantum, within the clamp; a non-finite gradient adds nothing.
 float to_quanta(float gradient) {
     return finite(gradient) ? clamp(gradient, -GRADIENT_CLAMP, GRADIENT_CLAMP) / GRADIENT_QUANTUM : 0.0;
 }
 
-// On CPUs no branch around the additions: on lavapipe adding 0 costs half of asking (src/train/device_choices.c).
+// Adds without branches: on lavapipe adding 0 costs half as much as a test (src/train/device_choices.c).
 void scatter(uint slot, uint level, bool inside, inout extremes met) {
     bool dense = level < DENSE_LEVELS;
     grid_cell cell = grid_locate(grid_row(GRID_ROW_POSITION, slot).xyz, level_resolution(level), dense);
@@ -96,14 +96,14 @@ void scatter(uint slot, uint level, bool inside, inout extremes met) {
 }
 
 #ifdef VW_WALK_LEVELS
-// Neighbouring invocations, which a CPU runs as one vector, take levels that are far apart, so that each of the few
-// workgroups has cheap and dear ones. What one invocation adds to, no other touches. Rays that weigh 0, those of
+// Assigns levels that are far apart to neighbouring invocations, which a CPU runs as one vector, so that each of the
+// few workgroups has cheap and expensive ones. No two invocations add to the same words. Rays of weight 0, those of
 // excluded pixels, have no gradient.
 void main() {
     uint groups = (push.level_count + VW_WALK_GROUP - 1u) / VW_WALK_GROUP;
     uint level_in_window = gl_LocalInvocationID.x * groups + workgroup_index();
     uint samples = level_in_window < push.level_count ? chunk_samples() : 0u;
-    uint stride = EFFECT_OCCUPANCY != 0u ? 1u : SAMPLES; // of slots that certainly belong to one ray
+    uint stride = EFFECT_OCCUPANCY != 0u ? 1u : SAMPLES; // slots that certainly belong to one ray
     extremes met = extremes(0u, 0u);
     for (uint first = 0u; first < samples; first += stride) {
         bool counts = grid_row(GRID_ROW_POSITION, first).w != 0.0;
@@ -113,7 +113,7 @@ void main() {
     report(met);
 }
 #else
-// Invocations behind the last one add 0 to the last one's place.
+// Scatters one sample per invocation; surplus invocations add 0 at the place of the last sample.
 void main() {
     uint index = invocation_index();
     uint samples = chunk_samples();

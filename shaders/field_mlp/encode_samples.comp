@@ -1,5 +1,5 @@
-// What the field mlp takes in, one sample per invocation: positional encodings of the sample's position and of the
-// ray's direction.
+// Writes the inputs of the field mlp, one sample per invocation: positional encodings of the sample's position and of
+// the ray's direction.
 #include "field_mlp/positional_encoding.glsl"
 #include "rays/sample_places.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;

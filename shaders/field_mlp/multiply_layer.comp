@@ -37,7 +37,7 @@ void load_tile(uint first_to) {
 
 vec4 value_at(uint place) { return ROWS_TEXEL != 0u ? texelFetch(ROWS_AS_TEXELS, int(place)) : ROWS[place]; }
 
-// What a row begins with.
+// Returns the initial value of a row.
 vec4 begin(uint to, uint place) {
     vec4 bias = vec4(0.0);
 #ifndef VW_BACK

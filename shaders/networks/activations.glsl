@@ -1,5 +1,5 @@
-// What stands behind the layers of networks: ReLU, sigmoid, and the exponential that makes a density. max, min and
-// clamp may turn NaN into a number and so hide it; comparisons keep it (decision 8).
+// The activations of networks: ReLU, sigmoid, and the exponential that makes a density. max, min and clamp may turn NaN
+// into a number and so hide it; comparisons keep it (decision 8).
 #ifndef ACTIVATIONS_GLSL
 #define ACTIVATIONS_GLSL
 
@@ -12,8 +12,8 @@ vec4 rectify(vec4 v) { return vec4(rectify(v.x), rectify(v.y), rectify(v.z), rec
 float sigmoid(float x) { return 1.0 / (1.0 + exp(at_most(-x, 80.0))); }
 float density_of(float raw) { return at_most(exp(at_most(raw, 80.0)), DENSITY_MAX); }
 
-// From a sample's rgb and density, and the gradients by rgb and raw density (w), to those by the logits and by the raw
-// density, which is cut where the density was.
+// Converts a sample's gradients by rgb and raw density (w) to those by the logits; raw_gradient returns that by the raw
+// density, which is 0 if the density was limited.
 vec4 logit_gradient(vec4 rgb_density, vec4 gradient) {
     return vec4(gradient.rgb * rgb_density.rgb * (1.0 - rgb_density.rgb), 0.0);
 }

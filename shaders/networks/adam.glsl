@@ -3,17 +3,18 @@
 #ifndef ADAM_GLSL
 #define ADAM_GLSL
 
-// Never below one quantum of the mean gradient, so that a gradient of a few quanta cannot blow up (decision 4).
+// Returns Adam's epsilon: one quantum of the mean gradient, so that a gradient of a few quanta cannot blow up (decision
+// 4).
 float adam_epsilon() { return GRADIENT_QUANTUM * INVERSE_RAYS; }
 
-// 1 - beta^visits, without cancellation for the first visits.
+// Returns 1 - beta^visits, without cancellation for the first visits.
 float bias_correction(float beta, uint visits) {
     if (visits == 1u) return 1.0 - beta;
     return 1.0 - exp2(float(visits) * log2(beta));
 }
 
-// gradient: of the mean loss. Updates the moments and returns what to subtract from the parameters; not finite where
-// its square is not.
+// Updates the moments and returns the amount to subtract from the parameters. `gradient` is that of the mean loss. The
+// result is not finite if the gradient's square is not.
 vec4 adam_step(vec4 gradient, uint visits, inout vec4 moment1, inout vec4 moment2) {
     if (OPTIMIZER == OPTIMIZER_SGD) return LEARNING_RATE * gradient;
     moment2 = BETA2 * moment2 + (1.0 - BETA2) * gradient * gradient;

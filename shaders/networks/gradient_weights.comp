@@ -38,7 +38,7 @@ PUSH uniform Push { vw_push_samples push; };
 uint tile_count() { return VW_WEIGHT_TILES(ENC4, WIDTH4); }
 uint sample_count() { return EFFECT_OCCUPANCY != 0u ? kept.slots : push.ray_count * SAMPLES; }
 
-// The matrix that holds `tile`, which becomes the tile within it.
+// Finds the matrix that contains `tile`, and makes `tile` relative to it.
 matrix_tiles find_matrix(inout uint tile) {
     const uint count1 = VW_TILES(WIDTH4, ENC4), count2 = VW_TILES(GEO4, WIDTH4), count3 = VW_TILES(WIDTH4, COLOUR4);
     if (tile < count1) return matrix_tiles(DENSITY1, ROW_D_HIDDEN1, ROW_ENCODING, WIDTH4, ENC4);

@@ -10,7 +10,7 @@ mat4 kernel_block(uint layer, uint tap, uint out4, uint in4) {
 }
 
 #ifdef VW_BACK
-// By four of the inputs at a place: from the pixels whose kernels have it at one of theirs.
+// Returns the gradient by four inputs at a place: the sum over pixels whose kernels cover it.
 vec4 input_gradient(uint layer, uvec2 at, uint in4) {
     vec4 sum = vec4(0.0);
     for (uint tap = 0u; tap < ENCODER_TAPS; tap++) {

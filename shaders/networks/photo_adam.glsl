@@ -15,7 +15,7 @@ PUSH uniform Push { vw_push_update push; };
 const float PHOTO_RATE = 20.0;
 float photo_rate(uint visits) { return PHOTO_RATE * inversesqrt(float(visits)); }
 
-// The step count behind this step: saturated, as the grid's.
+// Returns the step count after this step; it saturates, as the grid's does.
 uint next_visit(uint visits) { return min(visits, 0x7FFFFFFEu) + 1u; }
 
 // Returns what to subtract from params that move at `rate` times the learning rate.
@@ -30,7 +30,7 @@ bool stays_finite(bool is_finite) {
     return is_finite;
 }
 
-#ifdef PHOTO_CODE4 // of passes that move a photo's code: its length / 4, its slot, and the slot and type of its moments
+#ifdef PHOTO_CODE4 // in passes that move a photo's code: its length / 4, its slot, and slot and type of its moments
 BUFFER(PHOTO_CODES) buffer Codes { vec4 codes[]; };
 BUFFER(PHOTO_CODE_MOMENTS) buffer Moments { PHOTO_MOMENTS_TYPE moments[]; };
 

@@ -1,4 +1,4 @@
-// Moves the MLP weights and, behind them, the sky's coefficients, one vec4 column per invocation. They have a gradient
+// Moves the MLP weights and, after them, the sky's coefficients, one vec4 column per invocation. They have a gradient
 // at every step, so that the step's number is their step count.
 #include "networks/adam.glsl"
 layout(local_size_x = 64) in;

@@ -1,6 +1,6 @@
-// The colour behind transparent pixels, and behind the field unless a sky stands there: the scene's own, or in training
-// one drawn for each ray and step. Against a colour that changes a field cannot hide what floats in empty space by
-// painting it in the background's colour.
+// The colour seen through transparent pixels, and through the field if the scene has no sky: the scene's own colour, or
+// in training one drawn for each ray and step. Because this colour changes, a field cannot hide floating matter in
+// empty space by painting it in the background's colour.
 #ifndef BACKGROUND_GLSL
 #define BACKGROUND_GLSL
 #include "random.glsl"

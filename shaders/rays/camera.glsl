@@ -3,8 +3,8 @@
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL
 
-// The radial factor of a polynomial lens (x) and its slope (y): d factor / d p = slope * p. distortion: k1, k2, p1, p2;
-// higher: k3 to k6.
+// Returns the radial factor of a polynomial lens (x) and its slope (y): d factor / d p = slope * p. distortion: k1, k2,
+// p1, p2; higher: k3 to k6.
 vec2 radial_factor(float r2, vec4 distortion, vec4 higher) {
     if (EFFECT_DISTORTION == DISTORTION_BASIC)
         return vec2(1.0 + r2 * (distortion.x + r2 * distortion.y), 2.0 * distortion.x + 4.0 * distortion.y * r2);
@@ -15,7 +15,7 @@ vec2 radial_factor(float r2, vec4 distortion, vec4 higher) {
     return vec2(above / below, (above_slope - above / below * below_slope) / below);
 }
 
-// The distorted position of an undistorted one (image plane at z = 1, y down) whose radial factor is known.
+// Distorts a position (image plane at z = 1, y down) whose radial factor is known.
 vec2 distort(vec2 p, float radial, vec4 distortion) {
     return p * radial + 2.0 * p.x * p.y * distortion.zw + distortion.wz * (dot(p, p) + 2.0 * p * p);
 }
@@ -28,7 +28,7 @@ const int UNDISTORT_ROUNDS = 32;
 vec2 undistort(vec2 target, vec4 distortion, vec4 higher) {
     vec2 p = target;
     vec2 miss = distort(p, radial_factor(dot(p, p), distortion, higher).x, distortion) - target;
-    float share = 1.0; // of Newton's step
+    float share = 1.0; // share of Newton's step
     for (int i = 0; i < UNDISTORT_ROUNDS; i++) {
         vec2 radial = radial_factor(dot(p, p), distortion, higher);
         float cross_term = radial.y * p.x * p.y + 2.0 * dot(distortion.zw, p);
@@ -64,7 +64,7 @@ vec2 undistort_fisheye(vec2 target, vec4 distortion, vec4 higher) {
     return distorted > 0.0 ? target * (tan(angle) / distorted) : target;
 }
 
-// The undistorted position (y down) that a camera sees at a position in units of its focal lengths.
+// Undistorts the position (y down) that a camera sees, in units of its focal lengths.
 vec2 undo_lens(vw_gpu_camera camera, vec2 target) {
     if (EFFECT_DISTORTION == DISTORTION_NONE) return target;
     bool fisheye = EFFECT_DISTORTION == DISTORTION_ANY_LENS && camera.more.w != 0.0;
@@ -72,8 +72,8 @@ vec2 undo_lens(vw_gpu_camera camera, vec2 target) {
     return undistort(target, camera.distortion, camera.higher);
 }
 
-// The strata of a ray in the unit cube: near edge (w of origin) and stride (w of direction). A ray that misses has
-// stride 0. Only what lies between the ray parameters of `limits` is seen.
+// Computes the strata of a ray in the unit cube: near edge (w of origin) and stride (w of direction). A ray that misses
+// has stride 0. The ray sees only what lies between the ray parameters of `limits`.
 vw_ray box_ray(vec3 origin, vec3 direction, vec2 limits) {
     // A zero component becomes tiny, so that parallel rays divide to huge finite values and never to 0/0.
     vec3 safe = mix(direction, vec3(1e-12), lessThan(abs(direction), vec3(1e-12)));
@@ -101,7 +101,7 @@ vec2 ray_limits(vw_gpu_camera camera, float segment) {
     return vec2(max(limits.x, camera.more.y * segment), camera.more.z * segment);
 }
 
-// Without a box that ends them, rays run from the near to the far depth of their camera: see vw_ray.
+// Makes a ray that no box ends: it runs from the near to the far depth of its camera, see vw_ray.
 vw_ray unbounded_ray(vw_gpu_camera camera, vec3 origin, vec3 direction, float segment) {
     vw_ray ray;
     float near = camera.more.y;

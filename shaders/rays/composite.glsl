@@ -6,11 +6,11 @@
 #ifndef COMPOSITE_GLSL
 #define COMPOSITE_GLSL
 
-// exp flushes to 0 below 1e-38; beyond tau = 87 nothing is left to see. A comparison, since min could turn NaN into 87
-// (decision 8).
+// Returns exp(-tau). exp flushes to 0 below 1e-38; beyond tau = 87 nothing is visible. A comparison limits tau, since
+// min could turn NaN into 87 (decision 8).
 float transmittance(float tau) { return exp(tau > 87.0 ? -87.0 : -tau); }
 
-// 1 - exp(-tau): by its series where the difference would lose its digits.
+// Returns 1 - exp(-tau), by its series if the difference would lose digits.
 float opacity(float tau) {
     float series = tau * (1.0 - tau * (0.5 - tau * (1.0 / 6.0 - tau * (1.0 / 24.0))));
     return tau < 0.03 ? series : 1.0 - transmittance(tau);
@@ -28,8 +28,8 @@ void march(inout ray_march ray, vec4 rgb_density, float stratum) {
     ray.tau += tau;
 }
 
-// Backward, from the last sample to the first. `behind` is the colour composited behind sample i, seen from the camera:
-// it starts as T_end * backdrop. Returns the gradients by rgb_i and by the raw density: d tau / d raw = tau.
+// Returns the gradients by rgb_i and by the raw density (d tau / d raw = tau), from the last sample to the first.
+// `behind` is the colour composited behind sample i, seen from the camera: it starts as T_end * backdrop.
 vec4 march_back(inout vec3 behind, float tau_before, vec4 rgb_density, float stratum, vec3 d_colour) {
     float tau = rgb_density.w * stratum;
     float weight = transmittance(tau_before) * opacity(tau);

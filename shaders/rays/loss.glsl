@@ -3,7 +3,7 @@
 #ifndef LOSS_GLSL
 #define LOSS_GLSL
 
-// Huber's loss is quadratic below HUBER_LENGTH and linear above, scaled so that the slope is 1 in the linear part.
+// Computes loss and slope. Huber's loss is quadratic below HUBER_LENGTH and linear above, where its slope is 1.
 void loss_channel(float error, out float value, out float slope) {
     float size = abs(error);
     float linear_slope = error > 0.0 ? 1.0 : error < 0.0 ? -1.0 : error; // keeps NaN
@@ -20,8 +20,8 @@ void loss_channel(float error, out float value, out float slope) {
     }
 }
 
-// Of the loss by an error, for Gauss-Newton products. Where the loss has none, that of the pseudo-Huber loss
-// sqrt(error^2 + edge^2).
+// The curvature of the loss by an error, for Gauss-Newton products. A loss without curvature uses that of the
+// pseudo-Huber loss sqrt(error^2 + edge^2).
 const float L1_EDGE = 0.05;
 
 float loss_curvature(float error) {

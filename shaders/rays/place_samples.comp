@@ -8,11 +8,11 @@
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
-BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; }; // of the even samples
+BUFFER(VW_SLOT_FIELD) readonly buffer Field { vec4 field[]; }; // at the even samples
 BUFFER(VW_SLOT_KEPT_SAMPLES) writeonly buffer Places { uint places[]; };
 PUSH uniform Push { vw_push_samples push; };
 
-const float LEAST_WEIGHT = 1e-5; // of a stratum, as NeRF's code adds: without any matter the places are even
+const float LEAST_WEIGHT = 1e-5; // added to each stratum's weight, as in NeRF's code: empty space gets even places
 
 // A stratum on the way along the ray.
 struct stratum {
@@ -33,7 +33,7 @@ void advance(vw_ray ray, uint first, inout stratum at) {
     look(ray, first, at);
 }
 
-// A field that is not finite shows where it is rendered; places are finite in any case.
+// Makes the places even, thus finite, if the field is not finite; rendering it shows the fault.
 void make_even(inout stratum at, bool known) {
     if (known) return;
     at.weight = 1.0;

@@ -5,7 +5,7 @@
 
 BUFFER(VW_SLOT_KEPT_BEGINS) readonly buffer KeptBegins { uint kept_begins[]; };
 
-// The slots of a chunk's ray. Samples that were skipped have no density: they change neither colour nor gradient.
+// Finds the slots of a chunk's ray. Skipped samples have no density: they change neither colour nor gradient.
 void ray_slots(uint index, out uint first, out uint count) {
     first = index * SAMPLES;
     count = SAMPLES;
@@ -15,7 +15,7 @@ void ray_slots(uint index, out uint first, out uint count) {
     }
 }
 
-// Of what a ray's i-th sample stands for, or its i-th kept one.
+// Returns the length that a ray's i-th sample, or its i-th kept one, represents.
 float length_of(vw_ray ray, uint slot, uint i) {
     if (EFFECT_OCCUPANCY != 0u && EFFECT_UNBOUNDED != 0u) i = kept_samples[slot] % SAMPLES;
     return sample_length(ray, slot, i);

@@ -1,5 +1,5 @@
-// What a step tells: its training loss, summed over rays by one workgroup in a fixed order, and the flags of all its
-// passes.
+// Computes the report of a step: its training loss, summed over rays by one workgroup in a fixed order, and the flags
+// of all its passes.
 #include "two_float.glsl"
 layout(local_size_x = 64) in;
 

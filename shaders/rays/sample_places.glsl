@@ -13,7 +13,7 @@ float sample_place(uint sample_of_chunk, uint ray, uint sample_in_ray, uvec4 key
     return even_place(ray, sample_in_ray, key);
 }
 
-// Of the part of the ray that a sample stands for, in box edges.
+// Returns the length of the ray that a sample represents, in box edges.
 float sample_length(vw_ray ray, uint sample_of_chunk, uint sample_in_ray) {
     if (IMPORTANCE == 0u) return stratum_length(ray, sample_in_ray);
     bool first = sample_in_ray == 0u, last = sample_in_ray + 1u == SAMPLES;

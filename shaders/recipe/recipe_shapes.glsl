@@ -1,4 +1,4 @@
-// Where a ray first meets a shape of a recipe. All lengths are box edges; the z axis points up.
+// The first intersection of a ray with a shape of a recipe. All lengths are box edges; the z axis points up.
 #ifndef RECIPE_SHAPES_GLSL
 #define RECIPE_SHAPES_GLSL
 
@@ -10,10 +10,10 @@ struct surface_hit {
     vec3 normal;         // unit vector facing the ray
 };
 
-// Turned about the z axis; turn = (cosine, sine).
+// Turns a vector about the z axis; turn = (cosine, sine).
 vec3 turn_about_z(vec3 v, vec2 turn) { return vec3(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y, v.z); }
 
-// The first of two crossings of a solid's surface that lies ahead: inside a solid that is the way out.
+// Returns the first crossing of a solid's surface that lies ahead: inside a solid that is the way out.
 float first_ahead(float entry, float leave) {
     if (entry > leave) return NO_HIT;
     if (entry > NEAREST) return entry;
@@ -46,7 +46,7 @@ surface_hit hit_box(vec3 half_extent, vec2 turn, vec3 origin, vec3 direction) {
     return surface_hit(t, turn_about_z(normalize(face * sign(d)), turn));
 }
 
-// A disc; an unlimited plane is a disc of huge radius.
+// Intersects a disc; an unlimited plane is a disc of huge radius.
 surface_hit hit_plane(vec3 normal, float radius, vec3 origin, vec3 direction) {
     float approach = dot(direction, normal);
     float t = -dot(origin, normal) / (abs(approach) < 1e-12 ? 1e-12 : approach);
@@ -54,7 +54,7 @@ surface_hit hit_plane(vec3 normal, float radius, vec3 origin, vec3 direction) {
     return surface_hit(hit ? t : NO_HIT, normal);
 }
 
-// An upright cylinder with both caps: the part of a tube between two levels.
+// Intersects an upright cylinder with both caps: the part of a tube between two levels.
 surface_hit hit_cylinder(float radius, float half_height, vec3 origin, vec3 direction) {
     float a = max(dot(direction.xy, direction.xy), 1e-12);
     float middle = -dot(origin.xy, direction.xy) / a;

@@ -14,7 +14,7 @@ float lattice_value(ivec3 corner, uint seed) {
     return random_unit(mix_bits(c.x + mix_bits(c.y + mix_bits(c.z + seed))));
 }
 
-// Random values at integer points, smoothly interpolated between them; in [0,1).
+// Interpolates smoothly between random values at integer points; in [0,1).
 float value_noise(vec3 p, uint seed) {
     ivec3 cell = ivec3(floor(p));
     vec3 w = smoothstep(0.0, 1.0, p - floor(p));
@@ -29,7 +29,7 @@ float value_noise(vec3 p, uint seed) {
 
 vec3 texture_colour(vw_recipe_shape shape, vec3 position, uint seed) {
     vec3 p = position / shape.colour_a.w;
-    float share = 0.0; // of the second colour
+    float share = 0.0; // share of the second colour
     if (shape.texture == TEXTURE_CHECKER) {
         ivec3 cell = ivec3(floor(p));
         share = float((cell.x ^ cell.y ^ cell.z) & 1);

@@ -31,7 +31,7 @@ vec3 sky_colour(vec3 direction) {
     return push.background_colour.rgb;
 }
 
-// Colour and coverage along one ray.
+// Returns the colour and coverage along one ray.
 vec4 trace(vw_ray ray) {
     vec3 origin = ray.origin_near.xyz;
     vec3 direction = ray.direction_stride.xyz;
