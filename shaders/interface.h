@@ -203,7 +203,7 @@ VW_ENUM(VW_SLOT_PARAMS, 46)          // the params as one block
 VW_ENUM(VW_SLOT_PARAMS_BEFORE, 47)   // block: the params before a step
 VW_ENUM(VW_SLOT_PARAMS_AFTER, 48)    // block: and after it
 VW_ENUM(VW_SLOT_STEP_GRADIENT, 49)   // block: gradient of the step's mean loss
-VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment behind the step, only with momentum
+VW_ENUM(VW_SLOT_STEP_MOMENT, 50)     // block: first moment after the step, only with momentum
 VW_ENUM(VW_SLOT_ADJOINT, 51)         // block: lambda
 VW_ENUM(VW_SLOT_ADJOINT_MOMENT, 52)  // block: the adjoint of the first moments, only with momentum
 VW_ENUM(VW_SLOT_DIRECTION, 53)       // block: along which colours are differentiated; overwritten
@@ -213,7 +213,7 @@ VW_ENUM(VW_SLOT_SEEN_AHEAD, 56)      // vec4 per ray: colours seen ahead along t
 VW_ENUM(VW_SLOT_GATHERED_CODES, 57)  // gather_code's second range, of the codes
 VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its rays that it is fitted on
 // The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
-VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // what layers take in and give out
+VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // inputs and outputs of layers
 VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
 VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the way back is at
 VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
@@ -278,12 +278,12 @@ struct vw_step_state {
     vw_uint view;        // the photo of the step, for the effects that have params of its own
 };
 
-// What a photo makes of the colours that are rendered for it: (1 + gain) * rendered + bias, per channel. All 0: nothing. w is unused.
+// A photo's gain and bias: it shows rendered colours as (1 + gain) * rendered + bias, per channel. All 0: no change. w is unused.
 struct vw_appearance {
     vw_float4 gain, bias;
 };
 
-struct vw_appearance_moments { // of Adam, for one photo
+struct vw_appearance_moments { // Adam's moments for one photo
     vw_float4 gain1, gain2, bias1, bias2; // first and second moments
     vw_uint visits;                       // its own step count
 };
@@ -295,16 +295,16 @@ struct vw_code_moments { // likewise
     vw_uint visits;
 };
 
-// The network of visibility, in vec4 columns behind all others that update_weights moves: 4x4 blocks of the first layer, as in mlp.glsl,
+// The network of visibility, in vec4 columns after all others that update_weights moves: 4x4 blocks of the first layer, as in mlp.glsl,
 // those of the second, its biases, the weights of the logit, and its bias.
 VW_ENUM(VISIBILITY4, 4)            // width of both hidden layers / 4
-VW_ENUM(VISIBILITY_FREQUENCIES, 5) // of the encoding of a pixel's place
+VW_ENUM(VISIBILITY_FREQUENCIES, 5) // frequencies of the encoding of a pixel's place
 VW_ENUM(VISIBILITY_PLACE4, 6)      // inputs / 4: the place and a constant 1, then the waves of each frequency,
 VW_ENUM(VISIBILITY_CODE4, 4)       // and the photo's code
 VW_ENUM(VISIBILITY_INPUT4, 10)     // inputs / 4 in all
-VW_ENUM(VISIBILITY_LAYER2, 160)    // first column of the second layer,
-VW_ENUM(VISIBILITY_BIAS2, 224)     // of its biases,
-VW_ENUM(VISIBILITY_LOGIT, 228)     // and of the logit
+VW_ENUM(VISIBILITY_LAYER2, 160)    // first column of the second layer
+VW_ENUM(VISIBILITY_BIAS2, 224)     // first column of the biases of the second layer
+VW_ENUM(VISIBILITY_LOGIT, 228)     // first column of the logit
 VW_ENUM(VISIBILITY_COLUMNS, 233)
 VW_ENUM(VISIBILITY_GROUP, 32)      // rays whose gradients one workgroup sums: as many as fit 16 KiB of shared memory
 
@@ -320,7 +320,7 @@ struct vw_transient_moments { // likewise
     vw_uint visits;
 };
 
-// What is wrong with a photo's camera: its shift in box edges, and its turn, see pose.glsl. All 0: nothing. w is unused.
+// The correction of a photo's camera: its shift in box edges, and its turn, see pose.glsl. All 0: no change. w is unused.
 struct vw_pose {
     vw_float4 shift, turn;
 };
@@ -330,9 +330,9 @@ struct vw_pose_moments { // likewise
     vw_uint visits;
 };
 
-// The network of appearance_encoder, in vec4 columns behind all others that update_weights moves: its convolutions, each as blocks of 4x4
+// The network of appearance_encoder, in vec4 columns after all others that update_weights moves: its convolutions, each as blocks of 4x4
 // weights [place in the kernel][out / 4][in / 4], as in mlp.glsl, then its biases; the matrix from the mean to the code and its biases; the
-// matrix from the code to the shift of the colour network, without. Rows: what each convolution gives [pixel][out / 4], the mean, the code.
+// matrix from the code to the shift of the colour network, without biases. Rows: outputs of each convolution [pixel][out / 4], mean, code.
 VW_ENUM(THUMBNAIL_SIDE, 32)      // pixels of a thumbnail per axis
 VW_ENUM(THUMBNAIL_PIXELS, 1024)
 VW_ENUM(ENCODER_LAYERS, 3)       // convolutions, each of which halves the side
@@ -360,7 +360,7 @@ struct vw_kept {
 
 struct vw_adjoint_state {
     float epsilon;   // half the distance of the two states between which colours are differentiated, in directions
-    float unscale;   // what gradients were divided by so that they fit the fixed-point range
+    float unscale;   // divisor of gradients, which makes them fit the fixed-point range
 };
 
 struct vw_ray_range {
@@ -399,10 +399,10 @@ struct vw_push_recipe {
     vw_uint view, first_pixel, pixel_count; // a range of one view's pixels; the output starts at 0
     vw_uint width_px, samples_side;         // samples_side^2 samples per pixel
     vw_uint shape_count, background;
-    vw_uint seed;                // of the noise texture
+    vw_uint seed;                // seed of the noise texture
     float ambient;
     vw_float4 sun;               // unit vector towards the sun; w: intensity
-    vw_float4 background_colour; // of BACKGROUND_COLOUR
+    vw_float4 background_colour; // rgb of BACKGROUND_COLOUR
 };
 
 // ---- Push constants --------------------------------------------------------------------------------------------------
@@ -415,16 +415,16 @@ struct vw_push_rays {        // generate_rays, predict_visibility, gradient_visi
 };
 struct vw_push_samples {     // place_samples, forward_field, composite_rays, backward_rays, backward_transient, gradient_weights,
                              // reduce_weights, gradient_pose, and those of occupancy.glsl
-    vw_uint first_ray;       // of the chunk
-    vw_uint ray_count;       // of the chunk, a whole number of workgroups of samples
+    vw_uint first_ray;       // the chunk's first ray
+    vw_uint ray_count;       // the chunk's rays, a whole number of workgroups of samples
     vw_uint4 key;            // in training
 };
-// Of one matrix of the field mlp (src/train/fields/mlp.h): rows of 4x4 blocks, then a vec4 of biases per row of blocks if it has any.
+// One matrix of the field mlp (src/train/fields/mlp.h): rows of 4x4 blocks, then a vec4 of biases per row of blocks if it has any.
 struct vw_push_multiply {    // multiply_layer: to += matrix * from
-    vw_uint first_weight;    // of the block that the first rows multiply
+    vw_uint first_weight;    // first weight of the block that the first rows multiply
     vw_uint to_stride, from_stride; // blocks from one that belongs to a row to that of the next row
     vw_uint from_row, to_row, to4; // first row read; first row written and how many there are
-    vw_uint first_bias;      // of the rows written
+    vw_uint first_bias;      // first bias of the rows written
     vw_uint gate_row;        // back: the activations that gate the rows written
     vw_uint form;            // VW_MULTIPLY_*
 };
@@ -432,15 +432,15 @@ struct vw_push_matrix {      // gradient_weights and reduce_weights in their lay
     vw_uint first_weight;
     vw_uint in_row, out_row, in4, out4; // out_row: of gradients
     vw_uint biases;          // 1: it has biases
-    vw_uint samples;         // of the chunk
-    vw_uint first_ray;       // of the chunk: 0 begins the step's sums
+    vw_uint samples;         // samples of the chunk
+    vw_uint first_ray;       // the chunk's first ray: 0 begins the step's sums
 };
 struct vw_push_heads {       // activate_samples: the rows of raw density and of the logits of rgb, back of their gradients
     vw_uint density_row, logit_row;
 };
 struct vw_push_scatter {     // scatter_grid
-    vw_uint sample_count;    // of the chunk
-    vw_uint first_level, level_count; // of the window of the grid's gradient that is bound
+    vw_uint sample_count;    // samples of the chunk
+    vw_uint first_level, level_count; // levels of the window of the grid's gradient that is bound
     vw_uint first_pair;      // where that window begins
 };
 struct vw_push_refresh {     // refresh_occupancy
@@ -489,10 +489,10 @@ struct vw_push_photo {       // convolve_photo
 };
 
 struct vw_push_picture {     // shrink_colours, spread_colours
-    vw_uint side;            // of the square picture that the first side^2 rays make, row by row from the top
+    vw_uint side;            // side of the square picture that the first side^2 rays make, row by row from the top
 };
 struct vw_push_codes {       // spread_photo in its codes form
-    float slope;             // of the sum over rays by one number of a code
+    float slope;             // slope of the sum over rays by one number of a code
 };
 
 struct vw_push_peak {     // multiply_registers
@@ -506,7 +506,7 @@ VW_ENUM(VW_MULTIPLY_SHIFTS, 4) // to the biases as the photo's code shifts them
 // ---- Sizes -----------------------------------------------------------------------------------------------------------
 VW_ENUM(VW_FIELD_GROUP, 256)     // workgroup of the passes that hold the weights in shared memory: pads samples
 VW_ENUM(VW_WALK_GROUP, 4)        // workgroup of the scatter_grid that walks levels: so few that two cores share the usual 8 levels
-VW_ENUM(VW_DIRECTION_FREQUENCIES, 4) // of the field mlp
+VW_ENUM(VW_DIRECTION_FREQUENCIES, 4) // frequencies of the encoding of a direction by the field mlp
 VW_ENUM(GEO4, 4)                 // density MLP outputs / 4: raw density and 15 features
 VW_ENUM(COLOUR4, 6)              // colour MLP inputs / 4: SH band 0, 15 features, SH bands 1 and 2
 VW_ENUM(VW_SKY_COLUMNS, 9)       // coefficients of spherical harmonics of bands 0 to 2
@@ -516,14 +516,14 @@ VW_ENUM(VW_OCCUPANCY_WARM_UP, 256) // steps up to this number skip nothing
 VW_ENUM(VW_ALL_VIEWS, 0x7fffffff) // in place of a view's index
 VW_ENUM(VW_ADJOINT_GROUPS, 128)    // workgroups of direct_adjoint and multiply_blocks, whose partial sums reduce_adjoint adds
 VW_ENUM(VW_OVERFLOW_STRIDE, 64)  // words, so that each has a binding of its own: 256 bytes fit every device's alignment
-VW_ENUM(VW_PEAK_TRIPS, 128)   // of the loop in multiply_registers
+VW_ENUM(VW_PEAK_TRIPS, 128)   // trips of the loop in multiply_registers
 VW_ENUM(VW_PEAK_REPEATS, 16)    // multiply-adds of a chain in a trip
 
-// Where a sample's part of a row lies among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that what a workgroup
-// writes is one piece of memory. Its rows lie a little more than a power of two apart, or a sample's values in all rows would compete for
-// the same few lines of a cache. VW_ROWS_SIZE is how many parts whole workgroups of samples have.
+// The place of a sample's part of a row among the activation rows: workgroup by workgroup of VW_FIELD_GROUP samples, so that a workgroup
+// writes one piece of memory. Its rows lie a little more than a power of two apart, since otherwise a sample's values in all rows would
+// compete for the same few lines of a cache. VW_ROWS_SIZE is the number of parts in whole workgroups of samples.
 VW_ENUM(VW_ROW_STRIDE, 260)
-VW_ENUM(VW_ROW_BYTES, 8)         // of a part: four bfloats
+VW_ENUM(VW_ROW_BYTES, 8)         // size of a part: four bfloats
 VW_ENUM(VW_GRID_ROW_BYTES, 16)   // four floats
 VW_ENUM(VW_LAYER_ROW_BYTES, 16)  // likewise
 #define VW_ROW_PLACE(row_count, row, slot) \
@@ -540,8 +540,8 @@ VW_ENUM(VW_LAYER_ROW_BYTES, 16)  // likewise
 // thickness of at most 0.01 (the least that instant-ngp asks of a step): 0.01 / (sqrt(3) / samples).
 #define VW_EMPTY_DENSITY(samples) (0.005773503f * (samples))
 
-// Of an encoding of 4 * encoding4 numbers and hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl), the
-// tiles of 2x2 blocks that gradient_weights walks, and the rows of a chunk (mlp.glsl).
+// Sizes of an encoding of 4 * encoding4 numbers with hidden layers of 4 * width4: the 4x4 blocks of the four weight matrices (mlp.glsl),
+// the tiles of 2x2 blocks that gradient_weights walks, and the rows of a chunk (mlp.glsl).
 #define VW_WEIGHT_BLOCKS(encoding4, width4) ((width4) * ((encoding4) + GEO4 + COLOUR4 + 1u))
 #define VW_TILES(out4, in4) (((out4) + 1u) / 2u * (((in4) + 1u) / 2u))
 #define VW_WEIGHT_TILES(encoding4, width4) \
