@@ -63,7 +63,7 @@ static enum vw_status check_journal_bytes(int descriptor, const char *path, int6
         return vw_fail(VW_ERROR_IO, "%s: cannot read: %s; check the disk", path, strerror(errno));
     if (names_a_file(end, size_bytes)) return fail_journal(path, "the journal names another file");
     if (is_torn(header, (size_t)got)) return VW_OK;
-    if (memcmp(header, journal_magic, MAGIC_BYTES) != 0) return fail_journal(path, "it is no journal of SQLite");
+    if (memcmp(header, journal_magic, MAGIC_BYTES) != 0) return fail_journal(path, "it is not an SQLite journal");
     uint32_t sector_bytes = read_u32(header + SECTOR_BYTES), pages = read_u32(header + INITIAL_PAGES);
     if (read_u32(header + PAGE_BYTES) != VW_DATABASE_PAGE_BYTES)
         return fail_journal(path, "the journal has pages of another size");
@@ -83,7 +83,7 @@ static enum vw_status check_journal(const char *path, int64_t database_pages, en
     if (descriptor < 0)
         return vw_fail(VW_ERROR_IO, "%s: cannot open: %s; check its permissions", path, strerror(errno));
     enum vw_status status = fstat(descriptor, &info) || !S_ISREG(info.st_mode)
-                                ? fail_journal(path, "it is no plain file")
+                                ? fail_journal(path, "it is not a plain file")
                                 : check_journal_bytes(descriptor, path, info.st_size, database_pages);
     close(descriptor);
     return status;
