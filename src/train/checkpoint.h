@@ -6,7 +6,7 @@
 #include "train/step.h"
 #include "viewworth/types.h"
 
-// Saves the state behind `step` of the run.
+// Saves the state after `step` of the run.
 enum vw_status vw_checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
                                   const struct vw_step_passes *passes);
 // Reads such a file of `state_bytes`, and the step's number, without a device. The same errors as below; close it.

@@ -10,7 +10,7 @@
 
 enum { NUMBERS = 4 * CODE4, STEPS = 4, TRIES = 3 };
 static const double RIDGE = 0.01;            // PHOTO_RIDGE of shaders/effects/appearance.glsl
-static const double DIFFERENCE = 1.0 / 64.0; // of a code's number; renders have 24 bits
+static const double DIFFERENCE = 1.0 / 64.0; // in a code's numbers; renders have 24 bits
 
 struct fitting {
     struct vw_radiance_field *field;
@@ -26,14 +26,14 @@ struct fitting {
 
 // ---- The constant input's weights -----------------------------------------------------------------------------------
 
-// From the first to the last column that a code shifts.
+// Returns the range from the first to the last column that a code shifts.
 static struct vw_param_range shifted_range(const struct vw_radiance_field *field) {
     const struct vw_specialization *s = &field->model->specialization;
     return (struct vw_param_range){.offset_bytes = field->model->weights.offset_bytes + 16 * (uint64_t)s->shift_column,
                                    .size_bytes = 16 * ((uint64_t)s->shift_stride * (s->width4 - 1) + 1)};
 }
 
-// What mix_code adds in training.
+// Computes what mix_code adds in training.
 static enum vw_status shift(struct fitting *fitting, const double *code) {
     const struct vw_param_range range = shifted_range(fitting->field);
     const struct vw_specialization *s = &fitting->field->model->specialization;
@@ -48,7 +48,7 @@ static enum vw_status shift(struct fitting *fitting, const double *code) {
 
 // ---- Objective ------------------------------------------------------------------------------------------------------
 
-// What is rendered with `code`, 0 at pixels that weigh nothing.
+// Renders with `code`, 0 at pixels that weigh nothing.
 static enum vw_status render(struct fitting *fitting, const double *code, double *rendered) {
     enum vw_status status = shift(fitting, code);
     if (!status) status = vw_evaluator_render(&fitting->evaluator, fitting->pixels, fitting->count, fitting->colours);
@@ -67,7 +67,7 @@ static double missing_at(const struct fitting *fitting, const double *rendered, 
     return target->w == 0.0f ? 0.0 : wanted - rendered[value];
 }
 
-// Half of the mean squared error and the ridge, whose gradients update_code adds.
+// Returns half of the mean squared error plus the ridge, whose gradients update_code adds.
 static double objective(const struct fitting *fitting, const double *rendered, const double *code) {
     double squares = 0, ridge = 0;
     for (uint32_t i = 0; i < 3 * fitting->count; i++) squares += pow(missing_at(fitting, rendered, i), 2);

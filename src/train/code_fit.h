@@ -9,7 +9,7 @@
 
 enum { CODE_FIT_RAYS_MAX = 256 };
 
-struct vw_code_fit { // of a field without codes: all zero
+struct vw_code_fit { // all zero for a field without codes
     float *weights;  // columns of the colour network as they were, from the first one that a code shifts; owned
 };
 

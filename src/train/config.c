@@ -1,4 +1,4 @@
-// What a user may set about a training, its ranges, and its canonical JSON.
+// The settings of a training, their ranges, and their canonical JSON.
 #include "viewworth/train.h"
 
 #include <inttypes.h>
@@ -168,7 +168,7 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
     return false;
 }
 
-// What a table of ranges cannot say: the numbers together.
+// Checks what a table of ranges cannot say: numbers that depend on each other.
 static enum vw_status check_together(const struct vw_config *config) {
     uint32_t samples = config->samples > config->importance_samples ? config->samples : config->importance_samples;
     if ((uint64_t)config->rays * samples > 1u << 24)
@@ -243,7 +243,8 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
-// From how many epochs there are follows which of them end in a state that is probed, and how the learning rate decays.
+// Returns whether a number is part of the run's identity. The number of epochs is, where it decides which of them end
+// in a state that is probed, or how the learning rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
     bool epochs_decide = config->same_state || config->learning_rate_decay < 1.0;
     return number->identity || (epochs_decide && number->offset == offsetof(struct vw_config, epochs));

@@ -1,4 +1,5 @@
-// What a run does differently by the kind of device. It changes times and, where said, bits; results are equally good.
+// The choices of a run that depend on the kind of device. They change times and, where said, bits; results are equally
+// good.
 #ifndef VIEWWORTH_TRAIN_DEVICE_CHOICES_H
 #define VIEWWORTH_TRAIN_DEVICE_CHOICES_H
 
@@ -6,7 +7,7 @@
 
 #include "viewworth/gpu.h"
 
-// How scatter_grid adds up the grid's gradient; all give the same bits.
+// The way in which scatter_grid adds up the grid's gradient; all ways give the same bits.
 enum vw_scatter_form {
     SCATTER_ATOMICS,       // 64-bit
     SCATTER_SPLIT_ATOMICS, // two of 32 bits each
@@ -15,14 +16,14 @@ enum vw_scatter_form {
 
 // A choice that the device's limits do not allow falls back to one that they do.
 struct vw_device_choices {
-    uint32_t chunk_samples;       // whose activations are held at a time, at most
+    uint32_t chunk_samples;       // samples whose activations are held at a time, at most
     enum vw_scatter_form scatter; // the walk: of chunks that a loop can walk; 64-bit atomics: where there are some
     bool skip_zeros;              // scatter_grid asks before it adds, and leaves 0 out; not in the walk
     bool grid_texel, rows_texel;  // gathered through texel buffers rather than storage buffers
     uint32_t slice_samples; // per partial sum of the weights' gradient: VW_FIELD_GROUP or a part; changes the last bits
 };
 
-// For the kind of device.
+// Chooses for the kind of device.
 void vw_device_choose(const struct vw_gpu_info *info, struct vw_device_choices *choices);
 
 #endif

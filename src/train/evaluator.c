@@ -63,7 +63,7 @@ static bool sees_photos(const struct vw_evaluator *evaluator) {
     return vw_effects_see_photos(&evaluator->field->model->specialization);
 }
 
-// The last view's rays may begin within a group: behind them is room for another one.
+// Makes room for one more group: the last view's rays may begin within a group.
 static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *evaluator) {
     if (!sees_photos(evaluator)) return VW_OK;
     evaluator->views = vw_allocate(rays, sizeof *evaluator->views);
@@ -122,8 +122,8 @@ enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const str
     return !status ? vw_submission_wait(evaluator->batch) : status;
 }
 
-// The field renders whole groups, of which the last may reach into the next view's rays: only those of this view are
-// kept.
+// Records the rays of one view. The field renders whole groups, of which the last may reach into the next view's rays:
+// only those of this view are kept.
 static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *batch, uint32_t first,
                         uint32_t count) {
     const struct vw_model *model = evaluator->field->model;

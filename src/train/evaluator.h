@@ -8,7 +8,7 @@
 #include "train/fields/registry.h"
 #include "train/importance.h"
 
-extern const char evaluator_role[]; // of its passes, in the timers
+extern const char evaluator_role[]; // role of its passes, in the timers
 
 // Rays of one view that follow one another.
 struct vw_view_rays {
@@ -20,9 +20,9 @@ struct vw_evaluator {
     uint32_t ray_count;              // with padding
     uint32_t chunk_rays;             // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;
-    struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
+    struct vw_buffer *places; // places of a chunk's samples; NULL without importance samples
     struct vw_pass *generate, *composite;
-    struct vw_field_passes passes; // of the field
+    struct vw_field_passes passes; // the field's
     struct vw_importance importance;
     struct vw_effect_sets effects;
     struct vw_submission *batch; // for evaluator_set_pixels
@@ -31,7 +31,7 @@ struct vw_evaluator {
     uint32_t view_count;
 };
 
-// An evaluator for up to `rays` rays.
+// Creates an evaluator for up to `rays` rays.
 enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator);
 void vw_evaluator_destroy(struct vw_evaluator *evaluator);
 // Makes the rays of `count` <= `rays` pixels and waits for them. The rest is padding.
@@ -43,7 +43,7 @@ enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct 
                                    vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
 void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch);
-// In how many chunks.
+// Returns the number of chunks.
 uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator);
 
 #endif

@@ -47,7 +47,7 @@ enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model,
     *field = (struct vw_radiance_field){.gpu = gpu, .model = model};
     uint64_t chunk = model->specialization.chunk_samples;
     const struct vw_buffer_row scratch[] = {
-        // those of another field are not there
+        // buffers of another kind of field are not created
         {&field->rows,
          {.name = "rows", .size_bytes = model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)}},
         {&field->grid_rows,
@@ -77,11 +77,11 @@ void vw_field_bind(const struct vw_radiance_field *field, bool training, struct 
     const struct vw_model *model = field->model;
     uint64_t binding_bytes = vw_gpu_get_limits(field->gpu)->storage_binding_bytes;
     uint64_t grid_bytes = model->grid.size_bytes;
-    bool grid = grid_bytes > 0, of_grid = grid && training; // whose rows are not read to render
+    bool grid = grid_bytes > 0, of_grid = grid && training; // rendering does not read its rows
     struct vw_buffer *layers = grid ? field->head_rows : field->rows;
     const struct vw_binding shared[] = {
-        // Where the texel view gathers a grid larger than one storage binding, the storage view is declared but not
-        // read.
+        // The storage view is declared but not read where the texel view gathers a grid larger than one storage
+        // binding.
         {.slot = VW_SLOT_GRID,
          .buffer = field->params,
          .size_bytes = grid_bytes < binding_bytes ? grid_bytes : binding_bytes,

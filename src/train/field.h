@@ -11,22 +11,22 @@ struct vw_radiance_field {
     struct vw_buffer *params;                        // model->param_bytes
     struct vw_buffer *cameras;                       // vw_gpu_camera per view
     struct vw_buffer *rows, *grid_rows;              // activations of one training chunk; grid_rows: of the field hash
-    struct vw_buffer *head_rows;                     // of the field hash with the effect transient: those of its head
+    struct vw_buffer *head_rows;                     // rows of the effect transient's head, with the field hash
     struct vw_buffer *d_rows;                        // gradients by these, or by the rows of the field mlp
     struct vw_buffer *step_state;                    // one vw_step_state
-    struct vw_buffer *effect_buffers[VW_SLOT_COUNT]; // of effects that rendering needs as well, by slot
+    struct vw_buffer *effect_buffers[VW_SLOT_COUNT]; // the effects' that rendering needs as well, by slot
 };
 
 enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
                                uint64_t seed, struct vw_radiance_field *field);
 void vw_field_destroy(struct vw_radiance_field *field);
 
-// The camera of a view, in coordinates of `box`, as the effects that are on see it.
+// Returns the camera of a view, in coordinates of `box`, as the effects that are on see it.
 struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct vw_view *view,
                                      const struct vw_box *box);
 
-// Bindings of the field that several passes share: grid (as both views), all weights, rows, and, for passes of the
-// training, the state of the step. Writes them behind `*count` and advances it.
+// Binds the buffers of the field that several passes share: grid (as both views), all weights, rows, and, for passes of
+// the training, the state of the step. Writes the bindings after the first `*count` and advances it.
 void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count);
 
 #endif

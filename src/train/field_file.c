@@ -9,7 +9,7 @@
 
 static const char magic[] = "viewworth field 1\n", remedy[] = "train again with viewworth train";
 
-// The config's identity, the box, and the effects that are on; owned by the caller.
+// Describes a field by the config's identity, the box and the effects that are on; the caller owns the text.
 static char *describe(const struct vw_trained_field *trained) {
     const struct vw_model *model = trained->field->model;
     const struct vw_box *box = &model->box;

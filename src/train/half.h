@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-// The bits of the half nearest to `value`, of two the even one; infinity for what rounds beyond the largest (65504),
-// and for NaN.
+// Returns the bits of the half nearest to `value`, of two the even one; infinity for values that round beyond the
+// largest (65504), and for NaN.
 uint16_t vw_half_nearest(float value);
 
 #endif

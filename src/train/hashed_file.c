@@ -47,7 +47,7 @@ enum vw_status vw_hashed_file_save(const char *path, const char *magic, const ch
     return status;
 }
 
-// The hash vouches for the rest, so that what it covers needs no further suspicion.
+// Splits a file into its parts. The hash vouches for the rest, so that what it covers needs no further check.
 static enum vw_status take_apart(const char *path, const char *magic, const char *remedy, size_t size_bytes,
                                  struct vw_hashed_file *file) {
     const size_t start = strlen(magic) + LENGTH_BYTES;

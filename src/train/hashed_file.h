@@ -26,7 +26,7 @@ enum vw_status vw_hashed_file_save(const char *path, const char *magic, const ch
 struct vw_hashed_file {
     void *bytes; // owned
     char *description;
-    const uint8_t *payload; // what follows the description; in `bytes`
+    const uint8_t *payload; // the bytes after the description; in `bytes`
     uint64_t payload_bytes;
 };
 

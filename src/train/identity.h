@@ -1,4 +1,4 @@
-// What a run is: the hashes that name it (decision 11).
+// The identity of a run: the hashes that name it (decision 11).
 #ifndef VIEWWORTH_TRAIN_IDENTITY_H
 #define VIEWWORTH_TRAIN_IDENTITY_H
 
@@ -8,7 +8,7 @@
 #include "viewworth/train.h"
 #include "viewworth/types.h"
 
-struct vw_run_identity { // what it points to is borrowed
+struct vw_run_identity { // its pointers are borrowed
     uint8_t scene_hash[VW_HASH_BYTES], subset_hash[VW_HASH_BYTES], shader_hash[VW_HASH_BYTES];
     const char *version, *device, *driver;
     const struct vw_config *config;
@@ -19,7 +19,7 @@ struct vw_run_identity { // what it points to is borrowed
 };
 
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);
-// Of the names of the train views, in their order, and of those that are not left out where some are.
+// Hashes the names of the train views in their order, without those that are left out.
 void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *schedule,
                              uint8_t hash[VW_HASH_BYTES]);
 

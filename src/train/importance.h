@@ -1,8 +1,8 @@
 // Samples placed where the field has matter (--importance-samples). Before a chunk of rays goes forward, its even
-// samples are rendered, and place_samples lists all places of the chunk, which the passes behind it read. The field
-// itself renders them, without a way back; or, as in NeRF (Mildenhall et al., ECCV 2020, section 5.2), a coarse network
-// of the same shape (--coarse-network own), which a step trains by the loss of its own colours against the same pixels,
-// NeRF's equation 6. No gradient goes through the places.
+// samples are rendered, and place_samples lists all places of the chunk, which the passes after it read. The field
+// itself renders the even samples, without a way back; or, as in NeRF (Mildenhall et al., ECCV 2020, section 5.2), a
+// coarse network of the same shape (--coarse-network own), which a step trains by the loss of its own colours against
+// the same pixels, NeRF's equation 6. No gradient goes through the places.
 #ifndef VIEWWORTH_TRAIN_IMPORTANCE_H
 #define VIEWWORTH_TRAIN_IMPORTANCE_H
 
@@ -10,19 +10,19 @@
 #include "train/field.h"
 #include "train/fields/registry.h"
 
-extern const char even_role[], even_validation_role[]; // of the field's passes over even samples, in the timers
+extern const char even_role[], even_validation_role[]; // roles in the timers of the field's passes over even samples
 
 struct vw_importance {
     struct vw_field_passes even;
     struct vw_pass *place;         // NULL without importance samples
-    struct vw_pass *backward_rays; // of the even samples; NULL where no coarse network is trained
+    struct vw_pass *backward_rays; // over the even samples; NULL where no coarse network is trained
 };
 
-// The listed places of a chunk; NULL without importance samples. To be bound at VW_SLOT_KEPT_SAMPLES.
+// Creates the listed places of a chunk; NULL without importance samples. To be bound at VW_SLOT_KEPT_SAMPLES.
 enum vw_status vw_importance_create_places(const struct vw_radiance_field *field, uint32_t rays,
                                            struct vw_buffer **places);
-// For passes of this specialization over these bindings, with `role` as theirs. `backward_rays`: what trains a coarse
-// network, if there is one; NULL where nothing is trained.
+// Creates the placing for passes of this specialization over these bindings, with `role` as theirs. `backward_rays`:
+// the shader that trains a coarse network, if there is one; NULL where nothing is trained.
 enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     const struct vw_shader *backward_rays, struct vw_importance *importance);
 void vw_importance_destroy(struct vw_importance *importance);

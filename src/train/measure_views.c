@@ -18,7 +18,7 @@ static const double FIT_RIDGE = 0.1; // as in shaders/effects/appearance.glsl
 struct seen_view {
     struct vw_pixel *pixels;   // first those to fit the view's exposure on, if any
     vw_float4 *rendered;       // rgb, transmittance
-    vw_float4 *targets;        // what the photo shows there, on the backdrop, and the pixel's weight
+    vw_float4 *targets;        // the photo's colour there, on the backdrop, and the pixel's weight
     struct vw_ray *tile;       // scratch
     uint32_t fit_count, count; // pixels to fit on; all
     double gain[3],
@@ -55,8 +55,8 @@ static enum vw_status render(struct vw_evaluator *evaluator, struct seen_view *s
     return status;
 }
 
-// What shaders/effects/fit_views.comp does for one channel, by the normal equations of its ridge regression: seen = (1
-// + gain) rendered + bias. Nothing to fit on gives 0 and 0.
+// Fits one channel as shaders/effects/fit_views.comp does, with the normal equations of its ridge regression: seen = (1
+// + gain) rendered + bias. Without pixels to fit on, both are 0.
 static void fit_channel(struct seen_view *seen, int channel) {
     double rr = FIT_RIDGE, r = 0, n = FIT_RIDGE, rm = 0, m = 0;
     for (uint32_t i = 0; i < seen->fit_count; i++) {
@@ -77,7 +77,7 @@ static double seen_channel(const struct seen_view *seen, uint32_t pixel, int cha
     return (1 + seen->gain[channel]) * channel_of(seen->rendered[pixel], channel) + seen->bias[channel];
 }
 
-// False when no pixel counts.
+// Returns false when no pixel counts.
 static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
     double squared = 0, absolute = 0, values = 0;
     for (int channel = 0; channel < 3; channel++) {
@@ -138,12 +138,13 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
 
 // ---- A whole view ---------------------------------------------------------------------------------------------------
 
-// Whether the photo's left half tells how its right half looks, which alone is scored.
+// Returns whether the photo's left half tells how its right half looks, which alone is scored.
 static bool halves(const struct vw_measured_field *measured) {
     return measured->fits || vw_effects_see_photos(&measured->field->model->specialization);
 }
 
-// All pixels of the view behind those to fit on. Where the left half is not scored, only the right one weighs anything.
+// Chooses all pixels of the view, after those to fit on. Where the left half is not scored, only the right one has
+// weight.
 static void choose_all(const struct vw_measured_field *measured, uint32_t view, struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
     bool fits = measured->fits;
@@ -171,7 +172,7 @@ static enum vw_status fit_code(const struct vw_measured_field *measured, uint32_
     return vw_code_fit_apply(measured->field, seen->pixels, count, code);
 }
 
-// What the effect appearance_encoder sees of a view.
+// Shows a part of a view to the effect appearance_encoder.
 static enum vw_status show_encoder(const struct vw_measured_field *measured, uint32_t view,
                                    struct vw_pixel_columns columns) {
     const struct vw_thumbnail_choice choice = {columns, measured->masks};

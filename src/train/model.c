@@ -25,7 +25,7 @@ _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
 };
-static const uint64_t ROWS_BYTES_MAX = 1 << 28; // of a chunk: enough samples to fill a large device
+static const uint64_t ROWS_BYTES_MAX = 1 << 28; // the rows of a chunk: enough samples to fill a large device
 
 static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
 
@@ -63,7 +63,7 @@ static void specialise(const struct vw_config *config, struct vw_model *model) {
     s->inverse_rays = (float)(1.0 / config->rays);
 }
 
-// A learned sky stands behind the field in the background's place, before which no other colour may be the target's.
+// Chooses the background. A learned sky replaces it; no other colour may then be the target's.
 static void choose_background(const struct vw_config *config, struct vw_specialization *s) {
     bool random = config->background == VW_BACKGROUND_RANDOM && !s->effect_sky;
     if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
@@ -105,7 +105,7 @@ static void lay_out(const struct vw_config *config, uint64_t trained_views, stru
     vw_effects_lay_out_ranges(trained_views, &model->specialization, model);
 }
 
-// Whole groups of rays whose rows one binding holds, and no more than a step has.
+// Chooses whole groups of rays whose rows fit into one binding, and no more than a step has.
 static enum vw_status choose_chunk(const struct vw_config *config, const struct vw_device_choices *choices,
                                    const struct vw_gpu_limits *limits, struct vw_model *model) {
     uint32_t samples = model->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
@@ -136,7 +136,7 @@ static void specialise_for_device(const struct vw_device_choices *choices, const
     s->rows_texel = choices->rows_texel && VW_ROWS_SIZE(rows, s->chunk_samples) <= limits->texel_elements;
 }
 
-// Unbounded space has its own box, also where both effects are asked for.
+// Chooses the box. Unbounded space has its own box, also where both effects are asked for.
 static enum vw_status choose_box(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                                  const uint32_t *train_views, uint32_t train_count, struct vw_model *model) {
     uint32_t count;

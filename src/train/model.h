@@ -25,73 +25,74 @@ struct vw_field_kind;
 struct vw_model {
     const struct vw_field_kind *kind;        // fields/registry.h
     struct vw_specialization specialization; // with training = 1
-    uint64_t seed;                           // of what passes draw, which is neither order nor initialisation
+    uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
-    uint64_t planned_steps;                  // of all epochs
+    uint64_t planned_steps;                  // steps of all epochs
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns
-    // Of a network of their own for the even samples (--coarse-network own), empty without it: vec4 columns as the
+    // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
     // field lays them out, moved as weights are.
     struct vw_param_range coarse;
     uint32_t coarse_columns, coarse_column;      // how many, which the field says; which is its first
-    struct vw_param_range ranges[VW_SLOT_COUNT]; // of effects, by the slot that they are bound at; empty without it
-    // Of the consistency loss (effects/consistency.h), else 0: weight, and the side of the picture that the first rays
-    // of a step make.
+    struct vw_param_range ranges[VW_SLOT_COUNT]; // the effects', by the slot that they are bound at; empty without it
+    // With the consistency loss (effects/consistency.h), else 0: its weight, and the side of the picture that the first
+    // rays of a step make.
     double consistency_weight;
     uint32_t picture_side;
     bool obeys_masks;    // thumbnails leave out what mask files hide
-    uint32_t view_count; // of the scene
+    uint32_t view_count; // views of the scene
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
-    uint32_t pair_count;  // of all levels, with padding
-    // Where the levels begin, and the last one ends, in the draws of the initial values, in feature pairs: as levels of
-    // floats are laid out, so that both precisions begin with the same numbers.
+    uint32_t pair_count;  // pairs of all levels, with padding
+    // The beginning of each level, and the end of the last one, in the draws of the initial values, in feature pairs:
+    // as levels of floats are laid out, so that both precisions begin with the same numbers.
     uint32_t drawn_pair[VW_LEVELS_MAX + 1];
-    uint32_t pair_bytes;           // of the grid: 8, two floats, or 4, two halves
+    uint32_t pair_bytes;           // bytes of the grid's pair: 8, two floats, or 4, two halves
     bool half_grid;                // the latter: passes that touch the grid take their half form
     uint64_t drawn_before_weights; // numbers, in the draws of the initial values
-    uint32_t weight_columns;       // of the networks, the head of the effect transient among them
+    uint32_t weight_columns;       // columns of the networks, including the head of the effect transient
     uint32_t moved_columns;        // by update_weights: theirs, those of effects, and coarse ones
     uint32_t followed_columns;     // the first of these, which lasting credit goes back to
-    uint32_t partial_columns;      // whose partial sums are held at a time
+    uint32_t partial_columns;      // columns whose partial sums are stored at a time
     uint32_t weight_tiles;         // tiles of 2x2 blocks over the four matrices, see gradient_weights.comp
     uint32_t row_count, row_bytes; // activation rows of a sample, and the bytes of one
-    uint32_t grid_row_count;       // of the field hash
-    uint32_t head_row_count;       // of the field hash: rows of the effect transient's head, as those of the field mlp
-    uint32_t d_row_count;          // of layers, of the field mlp or that head
-    uint32_t depth, trunk4;        // of the field mlp: layers of the trunk, their width / 4
+    uint32_t grid_row_count;       // rows of the field hash
+    uint32_t head_row_count;       // field hash: rows of the effect transient's head, as those of the field mlp
+    uint32_t d_row_count;          // rows of layers, of the field mlp or that head
+    uint32_t depth, trunk4;        // field mlp: layers of the trunk, their width / 4
     enum vw_scatter_form scatter;
     uint32_t ray_group;   // rays come in multiples of this, so that their samples, of both kinds, fill whole workgroups
-    uint32_t ray_samples; // of the kind of which a ray has more: what a chunk has room for
+    uint32_t ray_samples; // samples of the kind of which a ray has more: the room of a chunk
     struct vw_grid_window windows[VW_LEVELS_MAX];
     uint32_t window_count;
 };
 
-// `train_views`: those that are trained on (scene indices; NULL: the scene's split train).
+// Creates the model. `train_views`: the views that are trained on (scene indices; NULL: the scene's split train).
 enum vw_status vw_model_create(const struct vw_config *config, const struct vw_scene *scene,
                                const uint32_t *train_views, uint32_t train_count,
                                const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model);
 
-// Lays out columns behind all so far, which update_weights moves, with so many trainable numbers; returns the first.
+// Lays out columns after all so far, which update_weights moves, with so many trainable numbers; returns the first.
 uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count);
 // Returns where columns lie.
 struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count);
-// Lays out a range behind all so far, with so many trainable numbers, to be bound at a slot.
+// Lays out a range after all so far, with so many trainable numbers, to be bound at a slot.
 void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count);
 
 // Writes the initial values of the whole params block (param_bytes): those of the field and of effects, else 0. They
 // are a function of the seed alone.
 void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params);
 
-// The learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those taken.
+// Returns the learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those
+// taken.
 double vw_model_rate_of_step(const struct vw_model *model, uint64_t step);
 
-// What passes of a step key their random numbers by.
+// Returns the key of a step's random numbers.
 vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);
 
-// `rays` rounded up to whole groups.
+// Returns `rays` rounded up to whole groups.
 uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays);
 
 #endif

@@ -30,7 +30,7 @@ void vw_pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pas
     costs[(*count)++] = cost;
 }
 
-// The even samples have no transients.
+// Adds the placing of samples. The even samples have no transients.
 void vw_pass_costs_add_placing(const struct vw_model *model, double rays, uint32_t chunks, const char *role,
                                bool trains, struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_specialization *s = &model->specialization;

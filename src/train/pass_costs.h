@@ -1,4 +1,4 @@
-// What each pass has to load, store and multiply, from the layout alone: what its time is compared with (--profile).
+// The work of each pass (loads, stores, products), from the layout alone, to compare with its time (--profile).
 // Everything counts as often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads
 // its operands many times, may beat a copy), every grid entry as if it had a gradient, and every sample as if none were
 // skipped. What is small beside a pass's main traffic is left out, and so are the probes of --noise-floor and

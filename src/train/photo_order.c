@@ -80,10 +80,10 @@ static bool is_left_out(const struct vw_photo_order *schedule, uint32_t photo) {
     return true;
 }
 
-// Which photos take over the steps of those left out: the kept ones in turn, in an order that is shuffled each time
-// around, so that over the training all take over equally many.
+// Substitutes kept photos for those left out: the kept ones in turn, in an order that is shuffled each time around, so
+// that over the training all take over equally many steps.
 static void substitute(struct vw_photo_order *schedule, uint64_t epoch) {
-    const uint64_t seed = ~schedule->order_seed; // of no epoch's order
+    const uint64_t seed = ~schedule->order_seed; // differs from the seed of every epoch's order
     uint64_t turn = epoch * (schedule->train_count - schedule->kept_count), shuffled = UINT64_MAX;
     for (uint32_t i = 0; i < schedule->train_count; i++) {
         if (!is_left_out(schedule, schedule->order[i])) continue;
@@ -138,8 +138,8 @@ void vw_photo_order_set_batches(struct vw_photo_order *schedule, const struct vw
     if (schedule->batch_steps > schedule->batch_steps_max) schedule->batch_steps = schedule->batch_steps_max;
 }
 
-// How steps are grouped changes no bit of them. The least time of a step counts: whoever takes the records may have
-// been busy, with a slow disk for example, before this batch was asked for.
+// Adapts the number of steps in a batch. How steps are grouped changes no bit of them. The least time of a step counts:
+// the reader of the records may have been busy, with a slow disk for example, before this batch was asked for.
 void vw_photo_order_adapt_batches(struct vw_photo_order *schedule, uint32_t step_count, double seconds) {
     if (!schedule->adapts || step_count < schedule->batch_steps) return;
     schedule->step_s = fmin(schedule->step_s, seconds / step_count);

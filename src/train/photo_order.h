@@ -23,8 +23,8 @@ struct vw_photo_order {
     double step_s;                         // the least time that a step of a batch took; INFINITY: unknown
 };
 
-// On `views` (scene indices, ascending), or on the scene's split train when it is NULL. VW_ERROR_USAGE when the list is
-// wrong, VW_ERROR_INPUT when there is no view.
+// Creates the order on `views` (scene indices, ascending), or on the scene's split train when it is NULL.
+// VW_ERROR_USAGE when the list is wrong, VW_ERROR_INPUT when there is no view.
 enum vw_status vw_photo_order_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
                                      const struct vw_config *config, struct vw_photo_order *schedule);
 void vw_photo_order_destroy(struct vw_photo_order *schedule);
@@ -37,11 +37,11 @@ uint64_t vw_photo_order_total_steps(const struct vw_photo_order *schedule);
 uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *schedule, uint64_t step); // 0 for step 0
 uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *schedule,
                                   uint64_t step); // the last step of the step's epoch
-// The photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene.
+// Returns the photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene.
 uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *schedule, uint64_t step);
 uint32_t vw_photo_order_view_of_step(struct vw_photo_order *schedule, uint64_t step);
 
-// What a step exchanges with the device, and how much of that a batch may hold.
+// The bytes that a step exchanges with the device, and how many a submission may hold.
 struct vw_batch_room {
     uint32_t pixels_per_step;
     uint64_t bytes_per_step, batch_bytes;

@@ -64,7 +64,7 @@ void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uin
                                                                                                                : 0.0f;
 }
 
-// The bounds of part `index` of `parts` nearly equal parts of `total`.
+// Returns the beginning of part `index` of `parts` nearly equal parts of `total`.
 static uint32_t part_begin(uint32_t index, uint32_t parts, uint32_t total) {
     return (uint32_t)((uint64_t)index * total / parts);
 }

@@ -12,13 +12,13 @@
 #define PIXELS_NEAR_MARGIN 0.9
 #define PIXELS_FAR_MARGIN 1.1
 
-// The camera of a view in box coordinates, computed in double.
+// Returns the camera of a view in box coordinates, computed in double.
 struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box);
 
-// One pixel with its target. Its weight is 0 if the pixel is left out (vw_view_keeps).
+// Returns one pixel with its target. Its weight is 0 if the pixel is left out (vw_view_keeps).
 struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32_t x_px, uint32_t y_px);
 
-// For a training that ignores mask files: gives pixels that only a mask hides their weight back.
+// Restores the weight of pixels that only a mask hides, for a training that ignores mask files.
 void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
@@ -36,9 +36,9 @@ struct vw_pixel_columns {
 };
 struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint32_t view);
 
-// `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all pixels when
-// there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns how many were
-// written.
+// Chooses `count` fixed pixels of some columns of a view, one in each of `count` strata of nearly equal area (all
+// pixels when there are no more than `count`). `seed` is 0 in all runs that are measured on the same pixels. Returns
+// how many were written.
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
                             uint32_t count, struct vw_pixel *pixels);
 

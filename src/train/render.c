@@ -9,7 +9,7 @@
 
 enum { TILE_RAYS = 8192 };
 
-// The photo's pixel in the middle of the `place`-th of `count` parts of a side.
+// Returns the photo's pixel in the middle of the `place`-th of `count` parts of a side.
 static uint32_t middle_of(uint32_t side_px, uint64_t place, uint32_t count) {
     return (uint32_t)((2 * place + 1) * side_px / (2 * (uint64_t)count));
 }

@@ -4,8 +4,8 @@
 
 #include "train/field.h"
 
-// rgb floats, width * height * 3, rows top to bottom, owned by the caller. `size_px` is at most the view's width and
-// height: a smaller render takes the photo's pixel in the middle of each of its own.
+// Renders a view as rgb floats, width * height * 3, rows top to bottom, owned by the caller. `size_px` is at most the
+// view's width and height: a smaller render takes the photo's pixel in the middle of each of its own.
 enum vw_status vw_trainer_render_view(struct vw_radiance_field *field, const struct vw_scene *scene, uint32_t view,
                                       const uint32_t size_px[2], float **rgb);
 

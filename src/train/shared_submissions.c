@@ -34,7 +34,7 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
 
 // ---- Batches --------------------------------------------------------------------------------------------------------
 
-// A failure is that of all who are in the batch, or will be: whoever asks next gets it, too.
+// Keeps a failure. It fails all trainers that are in the batch, or will be: the next one that asks receives it, too.
 static enum vw_status keep_failure(struct vw_submissions *submissions, enum vw_status status) {
     if (!status) return VW_OK;
     submissions->failure = status;

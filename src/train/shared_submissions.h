@@ -1,6 +1,6 @@
-// What trainers submit their steps in. Trainers that share submissions take steps together: each records its own steps
+// The command lists that trainers submit. Trainers that share them take steps together: each records its own steps
 // into the same batch, where the scheduler of src/gpu places them side by side, because they touch no common buffer. So
-// K trainings wait at as many barriers as one. None of them has another bit than alone.
+// K trainings wait at as many barriers as one. Results are bit-identical to training alone.
 #ifndef VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
 #define VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
 
@@ -33,16 +33,16 @@ struct vw_submissions {
     double submitted_s[BATCHES_IN_FLIGHT], took_s[BATCHES_IN_FLIGHT];
     struct vw_submissions_member members[VW_TRAINERS_TOGETHER_MAX];
     uint32_t member_count;
-    enum vw_status failure; // of any batch: it ends all of them
+    enum vw_status failure; // that of any batch: it ends all of them
     struct vw_saved_error why;
 };
 
-// `gpu` outlives them, and they outlive their trainers.
+// Creates submissions. `gpu` outlives them, and they outlive their trainers.
 enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions **submissions);
 void vw_submissions_destroy(struct vw_submissions **submissions);
 
-// How many trainings to take together on a device: one on a CPU, whose cores a single training fills; elsewhere as many
-// of `bytes_each` as fit into half of its memory, up to VW_TRAINERS_TOGETHER_MAX.
+// Returns how many trainings to run together on a device: one on a CPU, whose cores a single training fills; otherwise
+// as many of `bytes_each` as fit into half of its memory, up to VW_TRAINERS_TOGETHER_MAX.
 uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_each);
 
 // ---- For trainers ----
@@ -50,7 +50,7 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
 enum vw_status vw_submissions_join(struct vw_submissions *submissions, const struct vw_submissions_member *member);
 // Waits for what is in flight, which the trainer may be part of.
 void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer);
-// The failure that ended all submissions, with its message, or VW_OK.
+// Returns the failure that ended all submissions, with its message, or VW_OK.
 enum vw_status vw_submissions_check(const struct vw_submissions *submissions);
 // Submits the batch `index` with the next steps of every trainer that has some and no steps in that batch already.
 enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_t index);

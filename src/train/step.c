@@ -10,7 +10,7 @@
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
 
-// Which flag of `overflow` a pass sets: the grid's windows follow one another.
+// The flag of `overflow` that a pass sets: the grid's windows follow one another.
 enum { OVERFLOW_WEIGHTS, OVERFLOW_PHOTOS, OVERFLOW_GRID };
 static const uint64_t OVERFLOW_BYTES = 4 * VW_OVERFLOW_STRIDE;
 
@@ -62,7 +62,8 @@ static enum vw_status create_update_passes(struct vw_step_passes *step) {
     return !status ? vw_effects_create_passes(model, gpu, &common, &step->effects) : status;
 }
 
-// The passes that write the grid see one window of it, so that each binding fits the device's range.
+// Creates the pass that updates one window of the grid. Passes that write the grid see one window of it, so that each
+// binding fits the device's range.
 static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t index) {
     const struct vw_radiance_field *field = step->field;
     const struct vw_grid_window *window = &field->model->windows[index];
@@ -129,7 +130,8 @@ void vw_step_destroy(struct vw_step_passes *step) {
     vw_effects_destroy_buffers(step->effect_buffers);
 }
 
-// The gradients are not among them: they are 0 between steps (the grid's) or overwritten (the weights').
+// Lists the buffers of the training's state. The gradients do not belong to it: they are 0 between steps (the grid's)
+// or overwritten (the weights').
 uint32_t vw_step_training_state(const struct vw_step_passes *step,
                                 struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]) {
     struct vw_buffer *const state[] = {step->field->params, step->weight_moments, step->grid_moment1,

@@ -5,8 +5,8 @@
 
 #include "train/step_passes.h"
 
-// `schedule` says of which photos the steps are. `pixels` holds vw_pixel of many steps, `scalars` takes vec4 rows. All
-// three outlive the passes.
+// Creates the passes. `schedule` says of which photos the steps are. `pixels` has room for vw_pixel of many steps,
+// `scalars` takes vec4 rows. All three outlive the passes.
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
                               struct vw_photo_order *schedule, struct vw_buffer *pixels, struct vw_buffer *scalars,
                               struct vw_step_passes *step);

@@ -28,35 +28,36 @@ struct vw_step_passes {
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
-    struct vw_buffer *places; // of a chunk's samples; NULL without importance samples
+    struct vw_buffer *places; // places of a chunk's samples; NULL without importance samples
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
     struct vw_gradient_passes gradient;
     struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
-    struct vw_buffer *effect_buffers[VW_SLOT_COUNT];                           // of effects, by slot
+    struct vw_buffer *effect_buffers[VW_SLOT_COUNT];                           // the effects', by slot
     struct vw_effect_sets effects;
     struct vw_consistency_effect *consistency; // NULL without that loss
 };
 
 // Returns the buffers of effects, by slot.
 struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step);
-// Bindings of a step's buffers and of its field's. Writes them behind `*count` and advances it.
+// Binds a step's buffers and its field's. Writes the bindings after the first `*count` and advances it.
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
 
-// Another set of passes over the step's buffers.
+// Creates another set of passes over the step's buffers.
 enum vw_status vw_gradient_create(const struct vw_step_passes *step, const struct vw_specialization *specialization,
                                   struct vw_gradient_passes *gradient);
 void vw_gradient_destroy(struct vw_gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                               struct vw_submission *batch, const struct vw_push_samples *chunk);
-// Its beginning behind the placing of samples, up to their rgb and density, by these passes of the field.
+// Records the chunk's beginning, after the placing of samples, up to their rgb and density, by these passes of the
+// field.
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
                                 struct vw_submission *batch, const struct vw_push_samples *chunk);
-// Its end, from there on.
+// Records the chunk's end, from there on.
 void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                              struct vw_submission *batch, const struct vw_push_samples *chunk);
-// The piece of `rays` that begins at `first`, up to a chunk.
+// Returns the piece of `rays` that begins at `first`, up to a chunk.
 struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
                                          vw_uint4 key);
 // Records what follows the last chunk of `rays`.

@@ -20,7 +20,7 @@ static uint32_t rows_per_step(const struct vw_trainer *trainer) {
     return vw_probes_measurements_per_step(&trainer->config) * vw_validation_rows_per_measurement(&trainer->validation);
 }
 
-// One step more than a batch takes: its first one also holds step 0.
+// Returns one step more than a batch takes: the first batch also contains step 0.
 static uint32_t records_per_slot(const struct vw_trainer *trainer) { return trainer->schedule.batch_steps_max + 1; }
 
 static uint32_t rows_per_slot(const struct vw_trainer *trainer) {
@@ -35,7 +35,7 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     return trainer->records && trainer->view_errors && trainer->step_probes ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// On a CPU a step takes milliseconds: what 64 default steps need is enough for a batch.
+// Returns the room of a batch. On a CPU a step takes milliseconds: room for 64 default steps is enough for a batch.
 static struct vw_batch_room batch_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
     return (struct vw_batch_room){.pixels_per_step = pixels_per_step(trainer),
@@ -130,7 +130,8 @@ static void record_training(struct vw_trainer *trainer, struct vw_submission *ba
     vw_validation_record(&trainer->validation, batch, scalar_row);
 }
 
-// Whether the state on the device, or what will be there when all is done that is in flight, is still to be probed.
+// Returns whether the state on the device, or what will be there when all is done that is in flight, is still to be
+// probed.
 static bool state_is_due(const struct vw_trainer *trainer) {
     return trainer->next_step > 0 && vw_probes_state_due(&trainer->probes, trainer->next_step - 1);
 }
@@ -145,7 +146,7 @@ static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
            !state_is_due(trainer);
 }
 
-// Those of the next batch and, because photos are decoded side by side, of some steps behind it.
+// Decodes the photos of the next submission and, because that is done in parallel, of some steps after it.
 static enum vw_status decode_photos(struct vw_trainer *trainer) {
     enum { STEPS_LEAST = 16 };
     uint64_t first = trainer->next_step ? trainer->next_step : 1,
@@ -165,7 +166,7 @@ static void decode_or_fail(struct vw_trainer *trainer) {
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
-// Records the next steps, up to the last or to one behind which the state is probed.
+// Records the next steps, up to the last one or to one after which the state is probed.
 static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
     uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
@@ -189,7 +190,7 @@ static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_s
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
-// The last part: from then on a trainer that shares its submissions is recorded when others advance.
+// Joins the submissions as the last part: from then on a trainer that shares them is recorded when others advance.
 static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
     enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
     struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
@@ -262,7 +263,7 @@ static void read_measurement(const struct vw_trainer *trainer, const vw_float4 *
     record->nonfinite |= !measured.finite;
 }
 
-// Decision 8: a step that was skipped, or whose validation is not finite, has no values.
+// Blanks the values of a step that was skipped, or whose validation is not finite (decision 8).
 static void blank_nonfinite(struct vw_step_record *record) {
     if (!record->nonfinite) return;
     record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;

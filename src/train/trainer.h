@@ -22,7 +22,7 @@ struct vw_trainer_params {
     const struct vw_config *config; // copied
     const uint32_t *train_views;    // views to train on: scene indices, ascending; copied. NULL: the split train
     uint32_t train_view_count;
-    // Of these, the views that are left out: their steps are taken on the others, in turn, so that trainings with and
+    // Train views that are left out: their steps are taken on the others, in turn, so that trainings with and
     // without a view have the same number of steps and the most in common. Scene indices, ascending; copied. Not all.
     const uint32_t *left_out_views;
     uint32_t left_out_count;
@@ -30,7 +30,7 @@ struct vw_trainer_params {
     uint32_t effect_count;
     bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
     const struct vw_device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
-    struct vw_submissions *submissions;      // of trainers that take their steps together; outlives them. NULL: alone
+    struct vw_submissions *submissions;      // shared by trainers that step together; outlives them. NULL: alone
     uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 
@@ -45,37 +45,38 @@ void vw_trainer_destroy(struct vw_trainer **trainer);
 // the next call. count = 0 when the run is complete. Where submissions are shared, this takes along the next steps of
 // all their trainers: set each of them up (checkpoint, stop) before any of them advances.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
-// The same without submitting more: hands out what is in flight. count = 0 when nothing is, and the state on the device
-// is that after the last step handed out.
+// Hands out what is in flight, as vw_trainer_advance() does, without submitting more. count = 0 when nothing is, and
+// the state on the device is the one after the last step handed out.
 enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
 // Takes no step beyond `step` until called again with a later one: once all up to it are handed out, vw_trainer_advance
 // gives count = 0 as at the end of the run. To be called before a step beyond it was submitted: before the first
 // advance, or after count = 0. Where a run is held changes no bit of its steps.
 void vw_trainer_stop_after(struct vw_trainer *trainer, uint64_t step);
 
-// Whether steps are submitted that were not handed out yet.
+// Returns whether steps are submitted that were not handed out yet.
 bool vw_trainer_in_flight(const struct vw_trainer *trainer);
 
 // ---- What it trains ------------------------------------------------------------------------------------------------
 
-// Epochs times train views. Steps run from 1 to this.
+// Returns epochs times train views. Steps run from 1 to this.
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer);
-// The last step of the epoch that `step` is in.
+// Returns the last step of the epoch that `step` is in.
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step);
-// The verdicts that the trainer follows, in registry order.
+// Returns the verdicts that the trainer follows, in registry order.
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count);
-// The views validated on, in the order of vw_step_record.views: scene indices.
+// Returns the views validated on, in the order of vw_step_record.views: scene indices.
 const uint32_t *vw_trainer_validation_views(const struct vw_trainer *trainer, uint32_t *count);
-// The field, borrowed: for src/detect, which renders rays of its own (train/field.h). When nothing is in flight.
+// Returns the field, borrowed: for src/detect, which renders rays of its own (train/field.h). Call when nothing is in
+// flight.
 struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer);
 
-// What the run is: hash of scene, subset, config (without epochs), seed, effects that are on and the box that they
-// choose, whether every step is validated, shaders, version, device and driver.
+// Returns the identity of the run: the hash of scene, subset, config (without epochs), seed, effects that are on and
+// the box that they choose, whether every step is validated, shaders, version, device and driver.
 enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_id[VW_HASH_BYTES]);
-void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]); // of the train views
-// The box that the field sees with the effect unbounded or wide_box, borrowed; NULL without them.
+void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]); // hash of the train views
+// Returns the box that the field sees with the effect unbounded or wide_box, borrowed; NULL without them.
 const struct vw_box *vw_trainer_effect_box(const struct vw_trainer *trainer);
-void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]); // of all embedded shaders
+void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]); // hash of all embedded shaders
 
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
@@ -86,19 +87,19 @@ struct vw_trainer_stats {
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 
-// How far the effect pose has corrected the train cameras by now: by turns, and by shifts in box edges. 0 without it.
+// The corrections of the train cameras by the effect pose so far: by turns, and by shifts in box edges. 0 without it.
 struct vw_camera_corrections {
     double mean_deg, largest_deg, mean_edges, largest_edges;
 };
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections);
 
-// What a pass has to do in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
+// The work of a pass in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
 // the device's peak throughput.
 struct vw_pass_cost {
     const char *name, *role;     // as the timer's
     double dispatches;           // per step, on average
-    double multiply_adds, bytes; // of floats; loaded plus stored, gathers counted every time
+    double multiply_adds, bytes; // float operations; bytes loaded plus stored, gathers counted every time
 };
 enum { VW_PASS_COSTS_MAX = 48 };
 void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
@@ -106,8 +107,8 @@ void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
-// A checkpoint (decision 11): run_id, step, params and moments as a file, written beside its place, synced and moved
-// there. To be called when nothing is in flight (see vw_trainer_collect).
+// Saves a checkpoint (decision 11): run_id, step, params and moments as a file, written next to its place, synced and
+// moved there. Call when nothing is in flight (see vw_trainer_collect).
 enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char *path);
 // Resumes from a checkpoint: the next step is the one after `*step`, and the records are those of an uninterrupted run.
 // VW_ERROR_INPUT when the file is missing, damaged or of another run, VW_ERROR_USAGE when it is of a later step than
@@ -115,7 +116,8 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
                                           uint64_t *step);
 
-// The trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's photos.
+// Saves the trained field as a file (OUT/field.vwf): config, box and params, so that it renders without the scene's
+// photos.
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path);
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
                                      const char *path); // VW_ERROR_INPUT when it does not fit the trainer
@@ -125,15 +127,15 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the
 // caller.
 enum vw_status vw_trainer_render(struct vw_trainer *trainer, uint32_t view, float **rgb);
-// The same with fewer pixels, at most the view's width and height: pixel (x, y) is the view's pixel in the middle of
-// what it covers, ((2 x + 1) width / (2 size_px[0]), ...) rounded down.
+// Renders the same with fewer pixels, at most the view's width and height: pixel (x, y) is the view's pixel in the
+// middle of what it covers, ((2 x + 1) width / (2 size_px[0]), ...) rounded down.
 enum vw_status vw_trainer_render_small(struct vw_trainer *trainer, uint32_t view, const uint32_t size_px[2],
                                        float **rgb);
 
-// How near the field comes to each of these views (scene indices): validation's passes, on all usable pixels, or on
-// `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the left
-// half of a view and scores the right one, so does this. `errors` has one entry per view. When nothing is in flight
-// (see vw_trainer_collect).
+// Measures how near the field comes to each of these views (scene indices): validation's passes, on all usable pixels,
+// or on `pixels_max` of them spread evenly over a view that has more. Where validation fits a gain and a bias to the
+// left half of a view and scores the right one, so does this. `errors` has one entry per view. Call when nothing is in
+// flight (see vw_trainer_collect).
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,
                                         uint32_t pixels_max, struct vw_view_error *errors);
 

@@ -1,5 +1,5 @@
-// What a trainer gives beside step records: what it trains, its identity, its state and its field as files, renders,
-// measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
+// The outputs of a trainer beside step records: what it trains, its identity, its state and its field as files,
+// renders, measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
 #include <string.h>
 
 #include "train/checkpoint.h"

@@ -42,10 +42,10 @@ struct vw_trainer {
     enum vw_status failure; // to decode a photo: no step follows
     struct vw_saved_error why;
 
-    struct vw_step_record *records; // of the batch handed out last, with what they lend
+    struct vw_step_record *records; // records of the batch handed out last, with what they lend
     struct vw_view_error *view_errors;
     struct vw_probe *step_probes;
-    uint64_t clamped_count, nonfinite_steps, floored_steps; // of the records handed out
+    uint64_t clamped_count, nonfinite_steps, floored_steps; // counts over the records handed out
 };
 
 #endif

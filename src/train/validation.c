@@ -45,7 +45,7 @@ static enum vw_status allocate_pixels(const struct vw_validation_params *params,
     return VW_OK;
 }
 
-// The fixed pixels of every view that are scored, one view after another.
+// Chooses the fixed pixels of every view that are scored, one view after another.
 static enum vw_status choose_scored(const struct vw_validation_params *params, struct vw_validation *validation,
                                     bool fits, struct pixel_choice *choice) {
     const struct vw_scene *scene = params->scene;

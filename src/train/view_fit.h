@@ -18,18 +18,18 @@ struct vw_view_fit {          // all zero when validation fits nothing
 struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint32_t view);
 struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uint32_t view);
 
-// Writes the fixed pixels to fit each view on, behind the `*written` pixels that are scored: as many per view as are
-// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers. `seed` as of the scored
+// Writes the fixed pixels to fit each view on, after the `*written` pixels that are scored: as many per view as are
+// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers. `seed` is that of the scored
 // ones.
 enum { VIEW_FIT_RAYS_MAX = 128 };
 void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
                                const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
                                struct vw_ray_range *ranges);
-// The pass over an evaluator that renders those pixels as well.
+// Creates the pass over an evaluator that renders those pixels as well.
 enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, const struct vw_ray_range *ranges,
                                   uint32_t count, struct vw_view_fit *fit);
 void vw_view_fit_destroy(struct vw_view_fit *fit);
-// Between rendering and reduce_views.
+// Records the fit, between rendering and reduce_views.
 void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *batch, uint32_t view_count);
 
 #endif

@@ -11,7 +11,7 @@
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
 
-static const char adjoint_role[] = "adjoint"; // of its passes, in the timers
+static const char adjoint_role[] = "adjoint"; // the role of its passes in the timers
 
 static const struct vw_model *model_of(const struct vw_adjoint_passes *backward) {
     return backward->context->field->model;
@@ -109,7 +109,7 @@ static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, c
         .slot = slot, .buffer = block, .offset_bytes = range->offset_bytes, .size_bytes = range->size_bytes};
 }
 
-// `second`: another range that the shader gathers, NULL without.
+// Creates a gather. `second`: another range that the shader gathers; NULL: none.
 static enum vw_status create_gather(const struct vw_adjoint_passes *backward, const struct vw_shader *shader,
                                     const struct vw_param_range *range, const struct vw_param_range *second,
                                     struct vw_buffer *block, struct vw_pass **pass) {
@@ -234,8 +234,8 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
     return status;
 }
 
-// Validation as it is measured (decision 1: no jitter, no skipping, nobody's code, all of it visible), with activations
-// stored.
+// Returns the specialization for validation as it is measured (decision 1: no jitter, no skipping, no photo's code,
+// everything visible), with activations stored.
 static struct vw_specialization validation_specialization(const struct vw_model *model) {
     struct vw_specialization s = model->specialization;
     s.training = 0;
@@ -332,7 +332,7 @@ uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// `photos`: also what belongs to photos, of `rays` rays of one of them.
+// Records a gather. `photos`: includes the params that belong to photos, for `rays` rays of one of them.
 static void record_gather(const struct vw_adjoint_passes *backward, const struct vw_gathered *gathered,
                           struct vw_submission *batch, bool adds, bool photos, uint32_t rays) {
     const struct vw_model *model = model_of(backward);
@@ -348,7 +348,7 @@ static void record_gather(const struct vw_adjoint_passes *backward, const struct
         if (gathered->photos[i]) vw_submission_dispatch(batch, gathered->photos[i], &push, sizeof push, 1);
 }
 
-// A step as vw_step_record_passes() takes it, with its gradient in a block.
+// Records a step as vw_step_record_passes() takes it, with its gradient in a block.
 static void record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                         uint32_t first_pixel, uint32_t scalar_row) {
     const struct vw_step_passes *step = backward->context->step;
@@ -387,7 +387,7 @@ static void record_restore(const struct vw_adjoint_passes *backward, struct vw_s
     vw_submission_copy(batch, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
 }
 
-// Back from the slopes of validation's rays, as many at a time as a step has.
+// Records the way back from the slopes of validation's rays, as many at a time as a step has.
 static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *batch) {
     const struct vw_step_passes *step = backward->context->step;
     uint32_t rays = backward->context->validation->evaluator.ray_count;
@@ -434,7 +434,7 @@ static uint32_t block_vectors(const struct vw_adjoint_passes *backward) {
     return (uint32_t)(model_of(backward)->param_bytes / sizeof(vw_float4));
 }
 
-// Where the step had its samples: by the params before it.
+// Records where the step had its samples: by the params before it.
 static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *batch, vw_uint4 key) {
     const struct vw_step_passes *step = backward->context->step;
     if (!backward->places) return;
@@ -448,7 +448,7 @@ static void record_places(const struct vw_adjoint_passes *backward, struct vw_su
     }
 }
 
-// The slopes of a step's rays: J direction by differences, times the loss's curvature.
+// Records the slopes of a step's rays: J direction by differences, times the loss's curvature.
 static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
                           const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
@@ -523,7 +523,8 @@ void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct
     record_reduce(backward, batch, row);
 }
 
-// Colours are taken as far ahead and behind as reduce_adjoint says for directions of its own.
+// Sets the direction. Colours are taken as far forward and backward along it as reduce_adjoint says for directions of
+// its own.
 enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction) {
     uint64_t bytes = model_of(backward)->param_bytes;
     float *before = vw_allocate(bytes, 1);

@@ -2,7 +2,7 @@
 // step's rays by the passes of the training itself; what is their own works on blocks: buffers with a float for every
 // param, laid out as the params are.
 //   direct_adjoint: the step's credit, and a direction
-//   -> colours ahead and behind along it -> difference x curvature = slopes -> back -> added to the adjoint
+//   -> colours forward and backward along it -> difference x curvature = slopes -> back -> added to the adjoint
 // The adjoint begins as the gradient of U, which is added at every state that U averages over:
 //   validation -> slope_views -> back -> added to the adjoint
 // The passes have one adjoint to work on. Every measure of U keeps its own in `kept`, and it is copied there and back.
@@ -12,7 +12,7 @@
 #include "train/adjoint/kept_steps.h"
 #include "train/probes/probe_context.h"
 
-// Measures of U, each with an adjoint of its own: of all validation views, and behind these, where asked for, the PSNR
+// Measures of U, each with an adjoint of its own: of all validation views, and after these, where asked for, the PSNR
 // of one view after another.
 enum vw_adjoint_measure { ADJOINT_PSNR, ADJOINT_LOSS, ADJOINT_OF_VIEWS };
 
@@ -20,7 +20,7 @@ enum vw_adjoint_measure { ADJOINT_PSNR, ADJOINT_LOSS, ADJOINT_OF_VIEWS };
 struct vw_gathered {
     struct vw_buffer *block;                       // borrowed
     struct vw_pass *grid[VW_LEVELS_MAX], *weights; // grid: per window
-    struct vw_pass *photos[VW_EFFECT_COUNT_MAX];   // what belongs to photos, by place in the table of effects
+    struct vw_pass *photos[VW_EFFECT_COUNT_MAX];   // params that belong to photos, by place in the table of effects
 };
 
 struct vw_adjoint_blocks {
@@ -35,14 +35,14 @@ struct vw_adjoint {
 
 struct vw_adjoint_passes {
     const struct vw_probe_context *context; // borrowed
-    uint32_t rays, padded_rays;             // of a step that the product takes
+    uint32_t rays, padded_rays;             // the rays of a step that the product takes
     struct vw_step_blocks blocks;           // owned
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
-    struct vw_buffer *places;   // of all samples of a step, with importance samples: they are held fixed
+    struct vw_buffer *places;   // the places of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
     struct vw_buffer *rows;     // READBACK: vec4 per step of a batch and measure
     struct vw_gradient_passes product, validation; // from slopes that are given
-    struct vw_field_passes forward;                // of colours ahead and behind: nothing is stored
+    struct vw_field_passes forward;                // for colours forward and backward along it: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
     struct vw_pass *normalise_step, *slope_views, *normalise_views;
     struct vw_pass *multiply;         // the adjoint with a step
@@ -50,24 +50,24 @@ struct vw_adjoint_passes {
     struct vw_adjoint adjoint;
     struct vw_adjoint_blocks *kept; // owned; by measure
     uint32_t measure_count;
-    bool kept_by_host; // those of single views
+    bool kept_by_host; // the host keeps the adjoints of single views
 };
 
 struct vw_adjoint_params {
-    uint32_t rays;        // of each step that the product takes, at most the step's; 0: all
+    uint32_t rays;        // rays of each step that the product takes, at most the step's; 0: all
     uint32_t batch_steps; // rows for so many
     bool psnr_alone;      // no other measure than validation PSNR
-    bool by_view;         // also the PSNR of each validation view by itself; without psnr_alone
+    bool by_view;         // also the PSNR of each single validation view; without psnr_alone
     // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
-// VW_ERROR_USAGE, naming what stands against it, for a training that cannot be gone back over: with half tables, with
-// an effect that the backward pass does not go back through, or with params beyond one binding.
+// Returns VW_ERROR_USAGE and names the reason for a training that the backward pass cannot go back over: with half
+// tables, with an effect that the backward pass does not go back through, or with params beyond one binding.
 enum vw_status vw_adjoint_check(const struct vw_probe_context *context);
 // Checks that first.
 enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
                                  struct vw_adjoint_passes *backward);
-// What the adjoints of single views take of the device.
+// Returns the bytes that the adjoints of single views take on the device.
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward);
 void vw_adjoint_destroy(struct vw_adjoint_passes *backward);
 
@@ -81,7 +81,7 @@ void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const
 void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                                 uint32_t first_pixel, uint32_t scalar_row);
 
-// For the state behind the step that is loaded: adds U's gradient to the adjoints, U being 1 / `states` of it.
+// Adds U's gradient at the state after the step that is loaded to the adjoints, U being 1 / `states` of it.
 void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t scalar_row,
                              uint32_t states);
 
@@ -89,7 +89,8 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
 void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
                             uint32_t first_pixel, uint32_t row);
 
-// The adjoint times what the step in the blocks moved, or times its gradient, to that row (x + y; w: not finite).
+// Writes into that row the adjoint times what the step in the blocks moved, or times its gradient (x + y; w: not
+// finite).
 void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *batch, bool by_gradient,
                                 uint32_t row);
 

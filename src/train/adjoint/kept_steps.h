@@ -1,5 +1,5 @@
-// What the backward pass needs of the steps of a stretch of training, kept while they are replayed: the params before
-// each of them, the gradient that it took, and behind the last one the params that it left.
+// The parts of a stretch of training that the backward pass needs, kept while they are replayed: the params before each
+// step, the gradient that it took, and after the last step the params that it left.
 #ifndef VIEWWORTH_TRAIN_ADJOINT_KEPT_STEPS_H
 #define VIEWWORTH_TRAIN_ADJOINT_KEPT_STEPS_H
 
@@ -19,7 +19,8 @@ uint64_t vw_kept_step_bytes(const struct vw_step_passes *step);
 enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t capacity, struct vw_kept_steps *kept);
 void vw_kept_steps_destroy(struct vw_kept_steps *kept);
 
-// Recorded before a step, and behind it: its gradient, as gathered in a block, and what it has left.
+// Records what is kept before a step. The second records what is kept after it: its gradient, as gathered in a block,
+// and the params that it left.
 void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place);
 void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *batch,
                                    struct vw_buffer *gradient, uint32_t place);

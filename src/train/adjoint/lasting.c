@@ -16,7 +16,7 @@ static const double ADVANCE_SECONDS = 0.5;
 
 // ---- States of U ----------------------------------------------------------------------------------------------------
 
-// The last epochs, in steps.
+// Returns the length of the last epochs, in steps.
 static uint64_t state_span(const struct vw_lasting *lasting) {
     uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->replay.context->schedule->train_count;
     return span < lasting->replay.total_steps ? span : lasting->replay.total_steps;
@@ -27,7 +27,8 @@ uint32_t vw_lasting_state_count(const struct vw_lasting *lasting) {
     return span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES;
 }
 
-// Steps are counted from the end: state i lies span * i / count steps before it.
+// Returns whether a state is after this step. Steps are counted from the end: state i is span * i / count steps before
+// it.
 bool vw_lasting_is_state(const struct vw_lasting *lasting, uint64_t step) {
     uint64_t before_end = lasting->replay.total_steps - step, span = state_span(lasting),
              count = vw_lasting_state_count(lasting);
@@ -61,7 +62,8 @@ static uint64_t segment_steps_most(const struct vw_lasting *lasting) {
     return blocks > 2 ? blocks - 1 : 1;
 }
 
-// Where a segment's steps and the states at the beginnings of all segments take the least memory.
+// Returns the length of a segment with which its steps, and the states at the beginnings of all segments, take the
+// least memory.
 static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
     double steps = (double)lasting->replay.total_steps, state = (double)state_bytes(lasting);
     uint64_t thriftiest =
@@ -70,7 +72,7 @@ static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
     return thriftiest < most ? thriftiest : most;
 }
 
-// All steps in one segment where memory allows, or else the length that takes the least memory.
+// Puts all steps into one segment where memory allows, or else chooses the length that takes the least memory.
 static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memory_bytes) {
     uint64_t steps = lasting->replay.total_steps;
     if (steps > segment_steps_most(lasting) || kept_bytes(lasting, steps) > memory_bytes)
@@ -86,7 +88,7 @@ static enum vw_status choose_segments(struct vw_lasting *lasting, uint64_t memor
     return VW_OK;
 }
 
-// What the states of steps leave, at the least that these need.
+// Returns the memory for the adjoints of single views: what remains when the states of steps take the least they need.
 static uint64_t views_memory_bytes(const struct vw_lasting *lasting, uint64_t memory_bytes) {
     uint64_t least_bytes = kept_bytes(lasting, thriftiest_steps(lasting));
     return memory_bytes > least_bytes ? memory_bytes - least_bytes : 0;
@@ -156,7 +158,7 @@ void vw_lasting_destroy(struct vw_lasting **pointer) {
 
 // ---- Replay ---------------------------------------------------------------------------------------------------------
 
-// The place of a step within the kept segment, or UINT32_MAX.
+// Returns the place of a step within the kept segment, or UINT32_MAX.
 static uint32_t place_of(const struct vw_lasting *lasting, uint64_t step) {
     uint64_t before = lasting->segment * lasting->segment_steps;
     return step > before ? (uint32_t)(step - before - 1) : UINT32_MAX;
@@ -170,7 +172,7 @@ static enum vw_status save_start(struct vw_lasting *lasting, uint64_t step) {
     return status;
 }
 
-// A step of the first replay is told; one of a later replay was.
+// Replays a batch. A step is reported at its first replay only.
 static enum vw_status replay_batch(struct vw_lasting *lasting) {
     uint64_t first = lasting->state_step + 1, left = lasting->until_step - lasting->state_step;
     uint32_t count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
@@ -240,7 +242,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
     return VW_OK;
 }
 
-// Of a step, where replaying one is 1: the more is carried back, the longer it takes.
+// Returns the work of a step, in replayed steps: the more is carried back, the longer it takes.
 static uint64_t backward_work(const struct vw_lasting *lasting) {
     return (lasting->backward.measure_count + 1) / ADJOINT_OF_VIEWS;
 }
@@ -309,7 +311,7 @@ static enum vw_status list_adjoints(const struct vw_lasting *lasting, struct vw_
     return VW_OK;
 }
 
-// What the file says of itself but for the step: the run and the settings.
+// Writes what the file says of itself except the step: the run and the settings.
 static enum vw_status describe(const struct vw_lasting *lasting, uint64_t next_step, char **text) {
     uint8_t run_id[VW_HASH_BYTES];
     char hex[VW_HASH_HEX_BYTES];

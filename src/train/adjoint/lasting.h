@@ -1,8 +1,7 @@
-// Lasting credit: what each step of a finished training leaves behind at its end, by a backward pass over its steps
-// (MAGIC, arXiv 2504.16430; Hara et al. 2019; Gauss-Newton products: Martens 2010). The training is replayed bit for
-// bit. Then lambda, the gradient of U (validation PSNR, and minus validation L1, averaged over states of the last
-// epochs) by the params, is carried back from step to step; a step's credit is what U gains by the step, to first
-// order.
+// Lasting credit: what each step of a finished training leaves at its end, by a backward pass over its steps (MAGIC,
+// arXiv 2504.16430; Hara et al. 2019; Gauss-Newton products: Martens 2010). The training is replayed bit for bit. Then
+// lambda, the gradient of U (validation PSNR, and minus validation L1, averaged over states of the last epochs) by the
+// params, is carried back from step to step; a step's credit is what U gains by the step, to first order.
 #ifndef VIEWWORTH_TRAIN_ADJOINT_LASTING_H
 #define VIEWWORTH_TRAIN_ADJOINT_LASTING_H
 
@@ -11,11 +10,11 @@
 enum { VW_LASTING_EPOCHS = 4, VW_LASTING_STATES = 32 }; // U: at most so many states, evenly spread over the last epochs
 
 struct vw_lasting_params {
-    const struct vw_trainer_params *training; // of the run; `validate` set; borrowed until vw_lasting_create returns
-    uint32_t rays;                            // of each step that the product takes; 0: all (--lasting-rays)
+    const struct vw_trainer_params *training; // the run's; `validate` set; borrowed until vw_lasting_create returns
+    uint32_t rays;                            // rays of each step that the product takes; 0: all (--lasting-rays)
     bool by_view; // also credits of each validation view's own PSNR (--lasting-matrix). Each costs up to half a
                   // backward pass
-    uint64_t memory_bytes;      // for what is kept on the device; 0: chosen by it. Changes no bit
+    uint64_t memory_bytes;      // limit for what is kept on the device; 0: chosen by it. Changes no bit
     vw_step_replayed *replayed; // NULL: not called
     void *context;
 };
@@ -31,7 +30,8 @@ struct vw_lasting_credit {
 // `psnr` is the mean of view_psnr but for rounding, and for the differences of colours: the steps at which they are
 // taken depend on what is carried back.
 struct vw_lasting;
-// VW_ERROR_USAGE, with the remedy, for a training that vw_lasting_create refuses: before it takes its steps.
+// Returns VW_ERROR_USAGE, with the remedy, for a training that vw_lasting_create refuses. Call before it takes its
+// steps.
 enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer);
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **lasting);
 void vw_lasting_destroy(struct vw_lasting **lasting);
@@ -43,19 +43,19 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
 struct vw_lasting_state {
     uint64_t work_done, work_total; // in steps, replayed and gone back over (more for each, by_view): for progress
     uint64_t next_step;             // the next credit handed out is of this step; 0: done
-    uint64_t memory_bytes;          // of what is kept on the device
+    uint64_t memory_bytes;          // bytes kept on the device
 };
 void vw_lasting_get_state(const struct vw_lasting *lasting, struct vw_lasting_state *state);
 
-// The backward pass so far as a file (lambda and place; written as checkpoints are), after an advance; and back, before
-// the first advance: then credits begin with those of *next_step. The training is replayed again. The caller has the
-// credits of the steps from `known_from` on. VW_ERROR_INPUT: damaged, of another run or other settings, or a credit
-// between would be missing; the backward pass is then untouched.
+// Saves the backward pass so far as a file (lambda and place; written as checkpoints are), after an advance. The second
+// restores it, before the first advance: then credits begin with those of *next_step. The training is replayed again.
+// The caller has the credits of the steps from `known_from` on. VW_ERROR_INPUT: the file is damaged, belongs to another
+// run or other settings, or a credit between would be missing; the backward pass is then untouched.
 enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path);
 enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uint64_t known_from, uint64_t *next_step);
 
-// The gate: once all credits are handed out, tries what they say. The steps on `view` behind `from_step` are made
-// longer and shorter by VW_LASTING_SCALED of themselves, each in a retraining from there on with all else as it was.
+// The gate: once all credits are handed out, tests what they say. The steps on `view` after `from_step` are made longer
+// and shorter by VW_LASTING_SCALED of themselves, each in a retraining from there on with everything else as it was.
 // Half of the difference between the two, per length of a step, is to be compared with the sum of the credits of these
 // steps.
 #define VW_LASTING_SCALED 0.3
@@ -63,8 +63,8 @@ struct vw_lasting_check {
     uint32_t view;                       // given: scene index
     double measured_psnr, measured_loss; // in units of the credits; NaN where a retraining was not finite
 };
-// Without momentum only, where a step is its photo's own (VW_ERROR_USAGE). `from_step`: before the first of the states
-// that U averages over (vw_lasting_first_state).
+// Measures that difference; without momentum only, where a step is its photo's own (VW_ERROR_USAGE). `from_step`:
+// before the first of the states that U averages over (vw_lasting_first_state).
 enum vw_status vw_lasting_measure(struct vw_lasting *lasting, uint64_t from_step, struct vw_lasting_check *checks,
                                   uint32_t count);
 uint64_t vw_lasting_first_state(const struct vw_lasting *lasting);

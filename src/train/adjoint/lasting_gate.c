@@ -8,7 +8,7 @@ struct outcome {
     double psnr, loss; // U: validation PSNR, and minus validation L1, averaged over its states
 };
 
-// Takes the steps behind `from_step` from the state on the device, those on `view` longer by `extra`.
+// Takes the steps after `from_step` from the state on the device, those on `view` longer by `extra`.
 static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_step, uint32_t view, float extra,
                               struct outcome *outcome) {
     const struct vw_probe_context *context = lasting->replay.context;
@@ -48,7 +48,7 @@ static enum vw_status restore(const struct vw_lasting *lasting, const struct vw_
     return vw_step_replay_run(&lasting->replay);
 }
 
-// Brings the device into the state behind `from_step`, and keeps it.
+// Brings the device into the state after `from_step`, and keeps it.
 static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct vw_snapshot *state) {
     const struct vw_probe_context *context = lasting->replay.context;
     uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;

@@ -21,17 +21,17 @@ struct vw_step_replay {
     struct vw_submission *batch;
 };
 
-// `training` is the run's, borrowed for the call. Destroy it also after a failure.
+// Creates a replay. `training` is the run's, borrowed for the call. Destroy the replay also after a failure.
 enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
                                      void *context, struct vw_step_replay *replay);
 void vw_step_replay_destroy(struct vw_step_replay *replay);
 
 // Draws the pixels of a step into the trainer's upload buffer, at place `index` of a batch; returns the first pixel.
 uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index);
-// The same of another photo than the step's, or by another draw than 0, which is the step's own.
+// Draws the same for another photo than the step's, or by another draw than 0, which is the step's own.
 uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
                                    uint32_t index);
-// The first row in the trainer's scalars of place `index` of a batch.
+// Returns the first row in the trainer's scalars of place `index` of a batch.
 uint32_t vw_step_replay_row(const struct vw_step_replay *replay, uint32_t index);
 enum vw_status vw_step_replay_run(const struct vw_step_replay *replay);
 // Tells the records of `count` steps, which the batch that ran last has taken from place 0 on.

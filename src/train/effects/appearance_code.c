@@ -13,8 +13,8 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
     vw_model_append_range(model, VW_SLOT_CODES, sizeof(float) * code * model->view_count, code * trained_views);
 }
 
-// Codes of 0 and weights that are not: the field starts as it would without them, and both have gradients from the
-// second visit on.
+// Fills codes with 0 and weights with other numbers: the field starts as it would without them, and both have gradients
+// from the second visit on.
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     vw_fill_matrix((float *)((char *)params + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes), drawn,
                    model->specialization.width4, CODE4);
@@ -47,7 +47,7 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
     vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
 }
 
-// A code times its weights, and back.
+// Lists a code times its weights, and the way back.
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
     const double weights = (double)work->model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4;
     vw_pass_cost_add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});

@@ -32,7 +32,7 @@ _Static_assert(ENCODER_ROW_LAYER2 == ENCODER4 * THUMBNAIL_PIXELS / 4 &&
                    ENCODER_ROW_CODE == ENCODER_ROW_MEAN + ENCODER4 && ENCODER_ROWS == ENCODER_ROW_CODE + CODE4,
                "its rows do not follow one another");
 
-// He's bound by what a convolution sums; biases and the matrix to the code stay 0.
+// Draws weights within He's bound for what a convolution sums; biases and the matrix to the code stay 0.
 static void draw_convolution(float *values, const struct vw_drawn *drawn, uint32_t inputs) {
     vw_fill_weights(values, drawn, LAYER_BLOCKS * 4 * (uint64_t)inputs, sqrtf(6.0f / (float)(ENCODER_TAPS * inputs)));
 }
@@ -44,7 +44,7 @@ static void lay_out_columns(const struct vw_config *config, struct vw_model *mod
     if (config->consistency_weight > 0.0) model->picture_side = (uint32_t)sqrt(config->rays);
 }
 
-// Codes are 0 at first, so that the field starts as it would without them.
+// Makes all codes 0 at first, so that the field starts as it would without them.
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     float *values = (float *)((char *)params + vw_encoder_network(model).offset_bytes);
     draw_convolution(values, drawn, 4);
@@ -87,7 +87,7 @@ static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, con
                        scene->view_count);
     enum vw_status status = vw_scene_decode_all(scene);
     if (status) return status;
-    vw_float4 *thumbnails = vw_allocate(size_bytes, 1); // of excluded photos, which have no pixels: 0
+    vw_float4 *thumbnails = vw_allocate(size_bytes, 1); // 0 for excluded photos, which have no pixels
     if (!thumbnails) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scene->view_count; i++) {
         const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, i), model->obeys_masks};
@@ -134,7 +134,7 @@ static double matrices_of(const struct vw_model *model) {
     return 16.0 * CODE4 * (ENCODER4 + model->specialization.width4);
 }
 
-// A convolution reads a block of four columns and an input per product of 16.
+// Counts for a convolution a block of four columns and an input per product of 16.
 static void list_photo_costs(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
                              uint32_t *count) {
     const double products = PRODUCTS * photos, matrices = matrices_of(model) * photos;

@@ -55,7 +55,7 @@ static uint32_t bind_own(const struct vw_step_passes *step, const struct vw_cons
     return 4;
 }
 
-// Outside of training a photo is named by the push constants.
+// Creates the passes over the buffers of the step. Outside of training the push constants name a photo.
 static enum vw_status create_on_step(const struct vw_step_passes *step, const struct vw_specialization *rendering,
                                      struct vw_consistency_effect *it) {
     struct vw_binding bindings[VW_SLOT_COUNT];
@@ -173,7 +173,8 @@ static void record_picture(const struct vw_step_passes *step, struct vw_submissi
     vw_submission_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
-// The last chunk's activations are overwritten by the next: of more than one they are made again.
+// Records the way back. The next chunk overwrites the last chunk's activations: with more than one chunk they are made
+// again.
 static void record_back(const struct vw_step_passes *step, struct vw_submission *batch, vw_uint4 key) {
     const struct vw_consistency_effect *it = step->consistency;
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
@@ -195,7 +196,7 @@ void vw_consistency_record_gradients(const struct vw_step_passes *step, struct v
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------
 
-// A picture of more than one chunk is rendered twice.
+// Lists a picture of more than one chunk as rendered twice.
 void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
     const struct vw_model *model = step->field->model;
     uint32_t rays = step->consistency->padded_rays, chunks = (rays + step->chunk_rays - 1) / step->chunk_rays;

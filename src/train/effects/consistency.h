@@ -18,24 +18,25 @@ struct vw_consistency_effect {
     uint32_t side, ray_count, padded_rays; // the picture's, and its rays
     struct vw_push_codes codes;
     struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
-    struct vw_buffer *thumbnail, *encoder_rows, *d_encoder_rows, *code_shift; // of the picture, in the encoder's slots
+    struct vw_buffer *thumbnail, *encoder_rows, *d_encoder_rows, *code_shift; // the picture's, in the encoder's slots
     struct vw_effect_passes give, see; // the encoder on the given photo, forward alone; on the picture
     struct vw_gradient_passes gradient;
     struct vw_pass *composite, *shrink, *spread_colours, *add;
 };
 
-// Creates it for a step that has all else. Leaves NULL where the loss is off (model.consistency_weight).
+// Creates it for a step that is otherwise complete. Leaves NULL where the loss is off (model.consistency_weight).
 enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct vw_consistency_effect **consistency);
 void vw_consistency_destroy(struct vw_consistency_effect **consistency);
 
-// Records the rays of the picture, behind the step's own and before anything may mark the step. This and the next do
+// Records the rays of the picture, after the step's own and before anything may mark the step. This and the next do
 // nothing where the loss is off.
 void vw_consistency_record_rays(const struct vw_consistency_effect *consistency, struct vw_submission *batch,
                                 const struct vw_push_rays *rays);
-// Records all else, behind the last of the step's own gradients.
+// Records everything that remains, after the last of the step's own gradients.
 void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number);
 
-// Returns whose code step `number` renders its picture with: the photo of a step up to this one, drawn at random.
+// Returns the view whose code step `number` renders its picture with: the photo of a step up to this one, drawn at
+// random.
 uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
 
 // Lists what its passes cost, but for the encoder's.

@@ -19,7 +19,7 @@ enum { POINTS_MIN = 64 }; // as for the scene's box: fewer tell less than the ca
 
 struct place {
     const double *world[3]; // coordinates, in a view's pose or a point
-    double key;             // what places are sorted by
+    double key;             // places are sorted by it
     uint32_t index;         // and then by this, so that equal keys keep their order
 };
 
@@ -47,7 +47,7 @@ static double reach(struct place *places, uint32_t count, const double from_worl
     return count ? places[(uint32_t)(share * (count - 1))].key : 0.0;
 }
 
-// Views that a training leaves out do not move its box.
+// Returns whether a view counts. Views that a training leaves out do not move its box.
 static bool is_used(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count, uint32_t view) {
     enum vw_split split = scene->views[view].split;
     for (uint32_t i = 0; train_views && i < train_count; i++)
@@ -116,8 +116,9 @@ static const double NEAR_LEAST_EDGES = 1.0 / 16.0, NEAR_EDGES = 1.0 / 8.0;
 // grids.
 static const double FAR_EDGES = 1000.0;
 
-// Where points tell how near a view sees, they are believed down to the least distance. Else what separates a camera
-// from the inner region is taken as half empty: cameras that stand around look at what lies within.
+// Returns how near a view sees. Where points tell, they are believed down to the least distance. Otherwise half of the
+// space between a camera and the inner region is assumed to be empty: cameras that surround a scene look at what lies
+// within.
 static double near_edges(const struct vw_view *view, double edge_world, double distance_edges) {
     if (view->far_world > 0.0) return fmax(PIXELS_NEAR_MARGIN * view->near_world / edge_world, NEAR_LEAST_EDGES);
     return fmax(0.5 * (distance_edges - 0.5), NEAR_EDGES);

@@ -6,9 +6,9 @@
 #include "interface.h"
 #include "viewworth/scene.h"
 
-// The box whose inscribed ball is the inner region: around the cameras and the nearer half of the points, but never
-// larger than the box of the scene. A function of poses and points alone. The cameras are those of the splits val and
-// test and of `train_views` (scene indices; NULL: the split train).
+// Computes the box whose inscribed ball is the inner region: around the cameras and the nearer half of the points, but
+// never larger than the box of the scene. It depends on poses and points alone. The cameras are those of the splits val
+// and test and of `train_views` (scene indices; NULL: the split train).
 enum vw_status vw_contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
                                   struct vw_box *box);
 

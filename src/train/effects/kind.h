@@ -54,7 +54,7 @@ enum vw_effect_adjoint {
 // The rays of a step, or of the picture of the consistency loss, as costs count them.
 struct vw_effect_work {
     const struct vw_step_passes *step;
-    const struct vw_model *model; // of the step
+    const struct vw_model *model; // the step's
     uint32_t rays, chunks;
     bool picture, again; // again: rendered a second time, without the way back
 };
@@ -70,15 +70,16 @@ struct vw_effect_kind {
     // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
     struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
-    // A pass of every set of gradient passes, recorded behind the last chunk of rays: so many invocations.
+    // A pass of every set of gradient passes, recorded after the last chunk of rays, with its number of invocations.
     const struct vw_shader *ray_gradient;
     uint64_t ray_gradient_invocations;
-    // How the adjoint gathers the gradient of ranges of params; slots of the one, and of a second, 0 without.
+    // The shader by which the adjoint gathers the gradient of ranges of params; the slots of one range, and of a second
+    // (0: none).
     const struct vw_shader *gather;
     uint32_t gathered, gathered_second;
 
-    // Params: columns that update_weights moves, behind those of the field; then ranges, of which those of views that
-    // are not trained on stay 0. Initial values are 0 but for what initialise() writes.
+    // Params: columns that update_weights moves, after those of the field; then ranges, of which those of views that
+    // are not trained on stay 0. Initial values are 0 except for what initialise() writes.
     uint32_t ranges[2]; // slots of the latter, 0: no more
     void (*lay_out_columns)(const struct vw_config *config, struct vw_model *model);
     void (*lay_out_ranges)(struct vw_model *model, uint64_t trained_views);
@@ -96,21 +97,21 @@ struct vw_effect_kind {
     // In the order in which a step records them.
     void (*record_begin)(struct vw_pass *const *passes, struct vw_submission *batch, uint64_t number, vw_uint4 key);
     void (*record_rays)(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
-                        const struct vw_push_rays *rays); // behind generate_rays
+                        const struct vw_push_rays *rays); // after generate_rays
     void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
                          uint32_t view); // before the field sees rays; in a step, which knows its photo, `view` is 0
     void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *batch,
                          const struct vw_push_samples *chunk); // before the field goes forward
     void (*record_chunk_gradient)(const struct vw_model *model, struct vw_pass *const *passes,
                                   struct vw_submission *batch,
-                                  const struct vw_field_chunk *chunk); // behind the field's way back
+                                  const struct vw_field_chunk *chunk); // after the field's way back
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *batch, const struct vw_push_rays *rays,
-                            uint64_t number); // behind the last chunk
+                            uint64_t number); // after the last chunk
     void (*record_update)(struct vw_pass *const *passes, struct vw_submission *batch,
                           const struct vw_push_update *push); // before update_weights; push->count: padded rays
 
-    // What its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
+    // Lists what its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
     void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
                              uint32_t *count);
     void (*list_costs)(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count);
@@ -140,7 +141,7 @@ bool vw_effects_fit(const struct vw_specialization *specialization);
 bool vw_effects_see_photos(const struct vw_specialization *specialization);
 // Switches off the effects that validation and rendering do without.
 void vw_effects_leave_training(struct vw_specialization *specialization);
-// VW_ERROR_USAGE, naming it, where an effect is on that lasting credit cannot be computed with.
+// Returns VW_ERROR_USAGE and names the effect when one is on that lasting credit cannot be computed with.
 enum vw_status vw_effects_check_adjoint(const struct vw_specialization *specialization);
 
 #endif

@@ -25,7 +25,7 @@ _Static_assert(VW_OCCUPANCY_CELLS % VW_FIELD_GROUP == 0, "cells fill workgroups"
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
     const struct vw_specialization *s = &model->specialization;
-    uint64_t rays = s->chunk_samples / s->samples; // of a chunk
+    uint64_t rays = s->chunk_samples / s->samples; // the rays of a chunk
     (void)padded_rays;
     const struct vw_effect_buffer listed[] = {
         {.slot = VW_SLOT_OCCUPANCY,

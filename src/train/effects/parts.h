@@ -7,7 +7,7 @@
 // The buffers of effects, by slot.
 struct vw_effect_buffers {
     struct vw_buffer *params;          // the block of all params
-    struct vw_buffer *const *of_field; // those that rendering needs as well
+    struct vw_buffer *const *of_field; // the buffers that rendering needs as well
     struct vw_buffer *const *of_step;  // NULL outside of a step
 };
 
@@ -17,8 +17,8 @@ enum vw_status vw_effects_create_of_step(const struct vw_model *model, struct vw
                                          struct vw_buffer *buffers[VW_SLOT_COUNT]);
 void vw_effects_destroy_buffers(struct vw_buffer *buffers[VW_SLOT_COUNT]);
 
-// Binds the buffers of effects and their ranges of params, unused where they are not there, behind `*count`, which it
-// advances. Leaves alone the slots that are bound already.
+// Binds the buffers of effects and their ranges of params after `*count`, which it advances. Buffers that do not exist
+// are bound as unused. Slots that are bound already are left alone.
 void vw_effects_bind(const struct vw_model *model, const struct vw_effect_buffers *buffers, struct vw_binding *bindings,
                      uint32_t *count);
 // Appends the buffers that one step leaves to the next, beside the params.
@@ -40,7 +40,7 @@ void vw_effects_record_chunk(const struct vw_specialization *specialization, con
                              struct vw_submission *batch, const struct vw_push_samples *chunk);
 
 void vw_effects_list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count);
-// `seen`: only of the effects that see photos.
+// Lists the costs of a photo. `seen`: only of the effects that see photos.
 void vw_effects_list_photo_costs(const struct vw_model *model, double photos, bool seen, const char *role,
                                  struct vw_pass_cost *costs, uint32_t *count);
 

@@ -1,4 +1,4 @@
-// How far the effect `pose` (pose.c) has corrected cameras.
+// The corrections of cameras by the effect `pose` (pose.c).
 #ifndef VIEWWORTH_TRAIN_EFFECTS_POSE_H
 #define VIEWWORTH_TRAIN_EFFECTS_POSE_H
 

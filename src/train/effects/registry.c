@@ -23,7 +23,7 @@ static const struct vw_effect effects[] = {
     {.name = "background", .constant = CONSTANT(background), .meaning = "share of photos with transparent pixels"},
     {.name = "masks", .constant = HOST_ONLY, .meaning = "share of photos with a mask file"},
     {.name = "sky", .constant = CONSTANT(sky), .meaning = measured_gain},
-    // Its last sample reaches so far that nothing behind is seen.
+    // Its last sample reaches so far that nothing beyond it is seen.
     {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
     {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = "unbounded"},
     {.name = "appearance", .constant = CONSTANT(appearance), .meaning = measured_gain},
@@ -59,7 +59,7 @@ static int find_effect(struct vw_word name) {
     return -1;
 }
 
-// A word of --effects without its sign: "name" and "+name" switch on, "-name" switches off.
+// Returns a word of --effects without its sign: "name" and "+name" switch on, "-name" switches off.
 static struct vw_word unsigned_word(struct vw_word word) {
     size_t sign = word.length && (word.text[0] == '-' || word.text[0] == '+');
     return (struct vw_word){word.text + sign, word.length - sign};
@@ -96,7 +96,8 @@ void vw_effects_list(struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX], uin
     *count = VW_ARRAY_COUNT(effects);
 }
 
-// auto | none | LIST | +a,-b : a list without signs means exactly these, signs change what the evidence calls for.
+// Returns whether the form of the choice (auto | none | LIST | +a,-b) leaves something to the evidence. A list without
+// signs means exactly these effects; signs change what the evidence calls for.
 bool vw_effects_leave_to_evidence(const char *choice) {
     return !strcmp(choice, "auto") || choice[0] == '+' || choice[0] == '-';
 }
@@ -126,8 +127,8 @@ bool vw_effects_names(const char *choice, const char *name) {
     return false;
 }
 
-// An effect that `choice` does not name goes off without the effect that it requires, and beside one that conflicts
-// with it.
+// Switches off an effect that `choice` does not name when the effect that it requires is off, or one that conflicts
+// with it is on.
 static void follow_others(const char *choice, struct vw_effect_verdict *verdicts, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         if (vw_effects_names(choice, effects[i].name)) continue;
@@ -153,8 +154,8 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     return VW_OK;
 }
 
-// Skipping leaves out samples where the field itself is empty, which may hold what one photo alone shows; visibility
-// says the same of whole rays, by another loss.
+// Switches off skipping and visibility. Skipping leaves out samples where the field itself is empty, which may contain
+// what one photo alone shows; visibility says the same of whole rays, by another loss.
 enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                            uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "transient")) return VW_OK;
@@ -172,7 +173,7 @@ enum vw_status vw_effects_follow_transient(const struct vw_config *config, struc
     return VW_OK;
 }
 
-// It goes back through the hash grid's cells, within a box that needs no contraction.
+// Checks that the effect can go back through the hash grid's cells, within a box that needs no contraction.
 enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
                                       uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
@@ -205,7 +206,7 @@ enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct 
     return VW_OK;
 }
 
-// Whether a lens has more than k1, k2, p1 and p2.
+// Returns whether a lens has more than k1, k2, p1 and p2.
 static bool any_rich_lens(const struct vw_scene *scene) {
     for (uint32_t i = 0; i < scene->view_count; i++) {
         const struct vw_camera *camera = &scene->views[i].camera;

@@ -18,28 +18,30 @@ struct vw_effect {
     bool on_request;            // nothing calls for it: it is on where --effects names it
 };
 
-// All effects, in the order of verdicts.
+// Returns all effects, in the order of verdicts.
 const struct vw_effect *vw_effects_get(uint32_t *count);
 
-// Whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is on.
+// Returns whether --effects leaves a choice to what is measured: false for "none" and for a list that names all that is
+// on.
 bool vw_effects_leave_to_evidence(const char *choice);
-// Whether --effects names the effect, with whatever sign.
+// Returns whether --effects names the effect, with any sign.
 bool vw_effects_names(const char *choice, const char *name);
 
-// Whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
+// Returns whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
 bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
 
-// VW_ERROR_USAGE, naming it, where the effect transient is on with a loss that it does not have. Switches off, or
-// refuses where --effects names it, what it cannot be beside.
+// Returns VW_ERROR_USAGE and names the effect when transient is on with a loss that it does not have. Switches off the
+// effects that conflict with it, or refuses where --effects names them.
 enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                            uint32_t count);
 
-// VW_ERROR_USAGE, naming it, where the effect pose is on beside what gives it no gradient by positions.
+// Returns VW_ERROR_USAGE and names the effect when pose is on together with one that leaves it without a gradient by
+// positions.
 enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
                                       uint32_t count);
 
-// Where the effect appearance_encoder is on: switches off the others that photos have colours of their own by, or
-// refuses them, VW_ERROR_USAGE, where --effects names them.
+// Switches off, where the effect appearance_encoder is on, the other effects by which photos have colours of their own.
+// Refuses them with VW_ERROR_USAGE where --effects names them.
 enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                          uint32_t count);
 

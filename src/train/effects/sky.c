@@ -1,5 +1,5 @@
-// The effect `sky`: a learned colour by direction stands behind the field (shaders/effects/sky.glsl). Its coefficients
-// follow the field's weights, are mid grey at first, and move with them.
+// The effect `sky`: a learned colour by direction serves as the field's background (shaders/effects/sky.glsl). Its
+// coefficients follow the field's weights, are mid grey at first, and move with them.
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"

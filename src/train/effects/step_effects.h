@@ -1,4 +1,4 @@
-// What all effects that are on (kind.h) add to a training step.
+// The part of a training step that the effects which are on (kind.h) add.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_STEP_EFFECTS_H
 #define VIEWWORTH_TRAIN_EFFECTS_STEP_EFFECTS_H
 
@@ -8,7 +8,7 @@
 enum vw_status vw_effects_create_rest(struct vw_step_passes *step);
 void vw_effects_destroy_rest(struct vw_step_passes *step);
 
-// In the order in which a step records them; see kind.h.
+// Records what the effects add, in the order in which a step records it; see kind.h.
 void vw_effects_record_begin(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
                              vw_uint4 key);
 void vw_effects_record_rays(const struct vw_step_passes *step, struct vw_submission *batch,

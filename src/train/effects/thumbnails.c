@@ -4,7 +4,7 @@
 
 #include "image/image.h"
 
-struct part { // of a side, in pixels
+struct part { // a part of a side, in pixels
     double begin, end;
 };
 
@@ -12,12 +12,12 @@ static struct part part_of(uint32_t index, double side_px) {
     return (struct part){index * side_px / THUMBNAIL_SIDE, (index + 1) * side_px / THUMBNAIL_SIDE};
 }
 
-// How much of a pixel lies in a part.
+// Returns how much of a pixel lies in a part.
 static double overlap(const struct part *part, uint32_t at_px) {
     return fmin(part->end, at_px + 1.0) - fmax(part->begin, at_px);
 }
 
-// Of one pixel, times its area, where it counts.
+// Adds one pixel times its area to the sum, where the pixel counts.
 static void add_pixel(const struct vw_view *view, bool masks, uint32_t x_px, uint32_t y_px, double area,
                       double sum[4]) {
     float rgba[4];

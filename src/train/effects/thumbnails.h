@@ -1,4 +1,4 @@
-// What the encoder of the effect appearance_encoder sees of a photo: 32 x 32 area means.
+// Thumbnails: photos as the encoder of the effect appearance_encoder sees them, 32 x 32 area means.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_THUMBNAILS_H
 #define VIEWWORTH_TRAIN_EFFECTS_THUMBNAILS_H
 
@@ -6,7 +6,7 @@
 #include "train/pixels.h"
 
 struct vw_thumbnail_choice {
-    struct vw_pixel_columns columns; // of the photo
+    struct vw_pixel_columns columns; // the photo's
     bool masks;                      // mask files are obeyed
 };
 

@@ -1,4 +1,4 @@
-// The effect `visibility`: what stands before the scene in one photo alone is left out of the loss, as far as a small
+// The effect `visibility`: what covers the scene in one photo alone is left out of the loss, as much as a small
 // network of the pixel's place and of a code of the photo says so (HA-NeRF's image-dependent 2-D mask,
 // shaders/effects/visibility.glsl). update_weights moves the network with all other weights; codes are lazy.
 //   predict_visibility: how visible each ray is -> backward_rays: the loss and its slope, times that ->
@@ -45,7 +45,7 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
                           4 * VISIBILITY_CODE4 * trained_views);
 }
 
-// All is visible to 1/2 at first.
+// Makes everything visible to 1/2 at first.
 static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
     float *values = (float *)((char *)params + vw_visibility_network(model).offset_bytes);
     vw_fill_matrix(values, drawn, VISIBILITY4, VISIBILITY_INPUT4);

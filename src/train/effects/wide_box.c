@@ -9,7 +9,7 @@
 static const double SHARE = 0.99, MARGIN = 1.1, LEAST = 1.0, MOST = 4.0, WITHOUT_POINTS = 2.0;
 enum { POINTS_MIN = 64 }; // as for the scene's box
 
-// From the box's centre, in its half extents; by the largest coordinate, since the box is a cube.
+// Returns the distance from the box's centre, in its half extents; by the largest coordinate, since the box is a cube.
 static double distance_of(const struct vw_point *point, const struct vw_box *box) {
     double most = 0.0;
     for (int i = 0; i < 3; i++) most = fmax(most, fabs(point->position_world[i] - box->centre_world[i]));

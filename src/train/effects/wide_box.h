@@ -6,9 +6,9 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// The cube with the centre of the scene's box that holds 99 % of the observations of points, plus a tenth; at least as
-// large as the scene's box, and at most four times. Twice as large for a scene with few points. A function of the
-// scene's box and points alone.
+// Computes the cube with the centre of the scene's box that contains 99 % of the observations of points, plus a tenth.
+// It is at least as large as the scene's box and at most four times as large. It is twice as large for a scene with few
+// points. It depends on the scene's box and points alone.
 enum vw_status wide_box(const struct vw_scene *scene, struct vw_box *box);
 
 #endif

@@ -15,13 +15,13 @@
 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
-    FLOAT_PAIR_BYTES = 8,  // of a feature pair
+    FLOAT_PAIR_BYTES = 8,  // a feature pair
     HALF_PAIR_BYTES = 4,
     HEAD_DEPTH = 2,           // layers of the effect transient's head before its last, as wide as the networks
     WALK_SAMPLES_MAX = 32767, // loops take up to twice as many trips, of which some drivers take no more
 };
 
-static const float GRID_SCALE = 1e-4f; // of initial features
+static const float GRID_SCALE = 1e-4f; // the range of initial features
 
 // ---- Layout ---------------------------------------------------------------------------------------------------------
 
@@ -51,9 +51,9 @@ static void lay_out_levels(const struct vw_config *config, struct vw_model *mode
     }
 }
 
-// Decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with every
-// contribution clamped to `limit` quanta the sum of all samples stays within the bits, even if all fell into one entry.
-// Narrow words are used while they leave 16 bits.
+// Applies decision 3. A sample adds at most (its gradient + 4 for the rounding of eight corners) to an entry, so with
+// every contribution clamped to `limit` quanta the sum of all samples stays within the bits, even if all fell into one
+// entry. Narrow words are used while they leave 16 bits.
 static void choose_fixed_point(uint32_t samples_per_step, struct vw_specialization *specialization) {
     bool narrow = samples_per_step <= 1u << 15;
     double clamp = narrow ? 16.0 : 1024.0; // far above the gradients of a sound training, which are of order 1
@@ -64,12 +64,13 @@ static void choose_fixed_point(uint32_t samples_per_step, struct vw_specializati
     specialization->gradient_clamp = (float)clamp;
 }
 
-// Columns of the networks, without the head of the effect transient.
+// Returns the columns of the networks, without the head of the effect transient.
 static uint32_t own_columns(const struct vw_model *model) {
     return 4 * VW_WEIGHT_BLOCKS(encoding4_of(model), model->specialization.width4);
 }
 
-// That head takes in the features of the density network, which stand in its first rows. Its weights follow the others.
+// Lists that head. It takes in the features of the density network, which are in its first rows. Its weights follow the
+// others.
 static void list_head(const struct vw_model *model, struct vw_mlp_list *list) {
     const struct vw_mlp_operand features = {0, 4 * GEO4, 0};
     *list = (struct vw_mlp_list){.columns = own_columns(model), .row_count = GEO4, .d_row_count = GEO4};
@@ -119,7 +120,7 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
 
 // ---- Device ---------------------------------------------------------------------------------------------------------
 
-// Whole levels, as many as one binding of 64-bit gradient words holds.
+// Divides the grid into windows of whole levels, as many as one binding of 64-bit gradient words can contain.
 static enum vw_status lay_out_windows(const struct vw_config *config, const struct vw_gpu_limits *limits,
                                       struct vw_model *model) {
     uint32_t word_bytes = model->specialization.wide_gradient ? 16 : 8;
@@ -180,7 +181,7 @@ static void fill_halves(uint16_t *halves, uint64_t count, uint64_t first_index, 
     }
 }
 
-// The grid, whose draws come first. Levels have whole fours; what a level of halves has more of padding is 0.
+// Fills the grid, whose draws come first. Levels have whole fours; where a level of halves has more padding, it is 0.
 static void fill_grid(const struct vw_model *model, uint64_t seed, void *grid) {
     memset(grid, 0, model->grid.size_bytes);
     for (uint32_t level = 0; level < model->specialization.levels; level++) {
@@ -212,7 +213,7 @@ static void initialise(const struct vw_model *model, const struct vw_drawn *draw
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------
 
-enum { FEED = HASH_SCATTER + VW_LEVELS_MAX, HEAD }; // of the effect transient; the last begins those of its layers
+enum { FEED = HASH_SCATTER + VW_LEVELS_MAX, HEAD }; // passes of the effect transient; HEAD begins those of its layers
 enum { HEAD_TILES = (FIELD_PASSES_MAX - HEAD - MLP_MULTIPLY) / 2 };
 _Static_assert(HEAD_TILES >= 3, "too few places for passes");
 
@@ -265,8 +266,8 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
     return !status && params->specialization->effect_transient ? create_head(field, params, passes) : status;
 }
 
-// One invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found (`groups`:
-// where in vw_kept).
+// Dispatches one invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found
+// (`groups`: where in vw_kept).
 static void dispatch_samples(const struct vw_field_passes *passes, struct vw_submission *batch,
                              const struct vw_field_chunk *chunk, uint32_t pass, const void *push, size_t push_bytes,
                              uint64_t invocations, size_t groups) {

@@ -1,4 +1,4 @@
-// What tests and benchmarks take of the field `hash` alone.
+// The parts of the field `hash` that tests and benchmarks use.
 #ifndef VIEWWORTH_TRAIN_FIELDS_HASH_H
 #define VIEWWORTH_TRAIN_FIELDS_HASH_H
 

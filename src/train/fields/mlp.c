@@ -10,9 +10,9 @@
 #include "train/fields/registry.h"
 #include "train/pass_costs.h"
 
-enum { SKIP_LAYER = 4, TILE4_MAX = 16 }; // of multiply_layer: 64 x 64 weights, 16 KiB of shared memory
+enum { SKIP_LAYER = 4, TILE4_MAX = 16 }; // TILE4_MAX: multiply_layer's, 64 x 64 weights, 16 KiB of shared memory
 
-static const float ADAM_EPSILON = 1e-8f; // of gradients of the mean loss; sums are floats, so no quantum asks for more
+static const float ADAM_EPSILON = 1e-8f; // for gradients of the mean loss; sums are floats, so no quantum asks for more
 
 // ---- The list of matrices -------------------------------------------------------------------------------------------
 
@@ -56,7 +56,7 @@ void vw_mlp_rectify_last(struct vw_mlp_list *list) { list->matrices[list->count 
 // The head of the effect transient
 enum { HEAD_OUTPUTS = 5 }; // logits of rgb, raw density; raw uncertainty in a row of its own
 
-// Of the head's last biases: little density, of which colours are as good as unknown, so that the field itself explains
+// The head's last biases at first: little density, with colours as good as unknown, so that the field itself explains
 // first what it can. With biases of 0, as NeRF-W's port has them, the head explained so much that a clean scene came to
 // 16 dB in 430 steps, 23 without the effect; with these to 23.
 static const float HEAD_DENSITY = -3.0f, HEAD_UNCERTAINTY = 4.0f; // before softplus
@@ -145,7 +145,7 @@ static void lay_out(const struct vw_config *config, struct vw_model *model) {
     struct vw_mlp_list list;
     model->depth = config->mlp_depth;
     model->trunk4 = config->width / 4;
-    s->width4 = model->trunk4 / 2; // of the colour layer, which codes shift
+    s->width4 = model->trunk4 / 2; // the width of the colour layer, which codes shift
     s->position_frequencies = config->frequencies;
     if (config->coarse_network == VW_COARSE_NETWORK_OWN) {
         vw_mlp_list(model, false, 0, &list);
@@ -215,7 +215,7 @@ static struct vw_mlp_passes layers_of(const struct vw_field_passes *passes) {
     return (struct vw_mlp_passes){(struct vw_pass **)passes->passes + LAYERS, MULTIPLY_COUNT};
 }
 
-// Rows of blocks of a matrix that a tile takes: as many as divide it.
+// Returns the rows of blocks of a matrix that a tile takes: as many as divide it.
 static uint32_t tile_of(uint32_t rows4) {
     uint32_t tile = rows4 < TILE4_MAX ? rows4 : TILE4_MAX;
     while (rows4 % tile) tile--;
@@ -310,7 +310,7 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// `push` names the whole matrix; its `from4` rows are read a tile at a time.
+// Records a product. `push` names the whole matrix; its `from4` rows are read a tile at a time.
 static void record_multiply(struct vw_submission *batch, const struct vw_pass *pass, struct tile tile, uint32_t from4,
                             struct vw_push_multiply push, uint64_t samples) {
     uint32_t begins = push.form & VW_MULTIPLY_ADDS, ends = push.form & VW_MULTIPLY_GATES;

@@ -1,12 +1,13 @@
 // The field of NeRF (Mildenhall et al., ECCV 2020): positional encodings and one network.
-//   position -> trunk of `depth` layers with ReLU; behind layer 4, if it is not the last, the encoding joins again
-//   (skip) trunk -> raw density; trunk -> feature (no ReLU) feature and encoded direction -> half as wide with ReLU ->
-//   rgb
+//   position -> trunk of `depth` layers with ReLU; after layer 4, if it is not the last, the encoding joins (skip)
+//   trunk -> raw density
+//   trunk -> feature (no ReLU)
+//   feature and encoded direction -> half as wide with ReLU -> rgb
 // A layer is one matrix, or two that add up where it takes in two things. A matrix is stored as 4x4 blocks, row of
-// blocks by row of blocks, a block as four vec4 columns (as in shaders/networks/mlp.glsl); behind that of a layer's
-// first matrix stand its biases, a vec4 for each row of blocks. The passes (shaders/field_mlp/multiply_layer.comp) walk
+// blocks by row of blocks, a block as four vec4 columns (as in shaders/networks/mlp.glsl); after that of a layer's
+// first matrix come its biases, a vec4 for each row of blocks. The passes (shaders/field_mlp/multiply_layer.comp) walk
 // a list of matrices, forward in its order, back against it. The density is exp(raw), cut, as the hash grid's, in place
-// of NeRF's ReLU, which dies of unlucky beginnings.
+// of NeRF's ReLU, which can die from an unlucky initialisation.
 #ifndef VIEWWORTH_TRAIN_FIELDS_MLP_H
 #define VIEWWORTH_TRAIN_FIELDS_MLP_H
 
@@ -23,12 +24,12 @@ struct vw_mlp_matrix {
     uint32_t in_row, in4, out_row, out4; // rows of VW_SLOT_LAYER_ROWS
     uint32_t in, out;                    // numbers that count, without padding
     uint32_t d_in_row, d_out_row;        // rows of VW_SLOT_D_LAYER_ROWS; d_in_row: MLP_NONE where encodings come in
-    uint32_t fan_in;                     // of the whole layer
+    uint32_t fan_in;                     // inputs of the whole layer
     bool ends_layer;                     // its last matrix
     bool rectifies;                      // the layer has a ReLU
     bool shifts;                         // a photo's code shifts its biases
-    bool adds_back;                      // what comes in has a gradient already
-    bool gates_back;                     // that is complete with this one, and stands behind a ReLU
+    bool adds_back;                      // its input has a gradient already
+    bool gates_back;                     // this one completes that gradient, and the input comes from a ReLU
 };
 
 struct vw_mlp_list {
@@ -37,34 +38,34 @@ struct vw_mlp_list {
     uint32_t columns, row_count, d_row_count; // vec4 of weights, where the list ends; rows of a sample
     struct vw_push_heads heads, d_heads;      // raw density and logits, and their gradients
     uint32_t shift_column;                    // first bias that a code shifts
-    uint32_t head_depth;                      // of the head of the effect transient: layers before its last
+    uint32_t head_depth;                      // layers of the head of the effect transient before its last
 };
 
-// What a layer takes in or gives out.
+// The input or output of a layer.
 struct vw_mlp_operand {
     uint32_t row, numbers, d_row; // numbers: without padding; d_row: MLP_NONE where no gradient is wanted
 };
 
-// A function of model->depth, model->trunk4 and the frequencies of the specialization. `transient`: with the head of
-// that effect behind the other matrices, in further rows; it says where it is in the specialization. `first_column`:
-// with which the network begins; 0, or model->coarse_column for the coarse one.
+// Lists the matrices: a function of model->depth, model->trunk4 and the frequencies of the specialization. `transient`:
+// with the head of that effect after the other matrices, in further rows; its place is written into the specialization.
+// `first_column`: the column with which the network begins; 0, or model->coarse_column for the coarse one.
 void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list);
 
 // ---- Layers, also of the head of the effect transient, which both fields have
 // ----------------------------------------
 
-// A layer of `numbers` outputs from one or two operands (the second: of 0 numbers, or without a gradient). Its output's
-// rows follow all others; the gradients by it stand at `d_row`.
+// Adds a layer of `numbers` outputs from one or two operands (the second may have 0 numbers, or no gradient). Its
+// output's rows follow all others; the gradients by it are at `d_row`.
 struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
                                        struct vw_mlp_operand second, uint32_t numbers, uint32_t d_row);
 void vw_mlp_rectify_last(struct vw_mlp_list *list);
-// vec4 columns of partial sums that the largest gradient of a matrix takes, and the params without padding.
+// Counts the vec4 columns of partial sums that the largest gradient of a matrix takes, and the params without padding.
 void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uint64_t *param_count);
-// Initial values of the whole list; `weights`: of column 0.
+// Draws the initial values of the whole list; `weights`: from column 0 on.
 void vw_mlp_initialise(const struct vw_mlp_list *list, const struct vw_drawn *drawn, float *weights);
 
-// A list's passes among those of a field: gradient_weights and reduce_weights, then multiply_layer for each size of
-// tile, forward and behind them back.
+// The passes of a list among those of a field: gradient_weights and reduce_weights, then multiply_layer for each size
+// of tile, first those for the way forward, then those for the way back.
 enum { MLP_GRADIENT, MLP_REDUCE, MLP_MULTIPLY };
 struct vw_mlp_passes {
     struct vw_pass **passes;
@@ -84,10 +85,11 @@ void vw_mlp_record_layers_back(const struct vw_specialization *specialization, c
 void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features, uint32_t depth, uint32_t width);
 // Tells passes where it is. The list ends with the head.
 void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *specialization);
-// What feed_transient stores, with so many bytes of features to copy per sample.
+// Adds what feed_transient stores, with so many bytes of features to copy per sample.
 void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
                           uint32_t *count);
-// What layers load, store and multiply; back: of products with a gradient by what comes in.
+// Adds what layers load, store and multiply. The second does it for the way back: for products with a gradient by the
+// input.
 void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
                               struct vw_pass_cost *costs, uint32_t *count);
 void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,

@@ -21,28 +21,27 @@ enum { FIELD_PASSES_MAX = 32 };
 // buffers of a step.
 struct vw_field_passes {
     struct vw_specialization specialization;
-    uint32_t first_column; // of weights, of the network that they are of: 0, or model->coarse_column
+    uint32_t first_column; // the first column of weights of the network: 0, or model->coarse_column
     struct vw_pass *passes[FIELD_PASSES_MAX];
 };
 
-// What the passes of a set have in common.
+// The parameters that the passes of a set share.
 struct vw_field_pass_params {
     const struct vw_specialization *specialization;
-    const struct vw_binding
-        *bindings; // of rays, samples and vw_field_bind(); behind them those of the step, with backward
+    const struct vw_binding *bindings; // rays, samples and vw_field_bind(), then those of the step, with backward
     uint32_t binding_count;
     struct vw_buffer *d_grid; // with backward: of a field with a grid
     const char *role;         // in the timers; NULL for a training's own
     bool backward;
 };
 
-// Where a chunk's samples are. `kept`: vw_kept, where samples are skipped, else NULL.
+// The place of a chunk's samples. `kept`: vw_kept, where samples are skipped, NULL without.
 struct vw_field_chunk {
     const struct vw_push_samples *rays;
     struct vw_buffer *kept;
 };
 
-// How often a step or a measurement calls on it.
+// The number of times that a step or a measurement calls on it.
 struct vw_field_work {
     double samples;
     uint32_t chunks;
@@ -57,7 +56,7 @@ struct vw_field_kind {
     // Lays out the ranges grid and weights of the params, counts them, and says how many rows a sample has, and how
     // many columns a coarse network. The first to be called; the specialization has config and effects.
     void (*lay_out)(const struct vw_config *config, struct vw_model *model);
-    // What depends on the device and on the samples of a chunk, which are known by then.
+    // Lays out what depends on the device and on the samples of a chunk, which are known by then.
     enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
                           const struct vw_gpu_limits *limits, struct vw_model *model);
     // Initial values of both ranges, and of the range coarse.
@@ -70,7 +69,7 @@ struct vw_field_kind {
     // From VW_SLOT_D_FIELD to VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
     void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *batch, const struct vw_field_chunk *chunk);
-    // What these passes load, store and multiply (pass_costs.h).
+    // Lists what these passes load, store and multiply (pass_costs.h).
     void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
                                struct vw_pass_cost *costs, uint32_t *count);
     void (*list_backward_costs)(const struct vw_model *model, const struct vw_field_work *work,
@@ -80,11 +79,11 @@ struct vw_field_kind {
 extern const struct vw_field_kind field_hash, field_mlp;
 
 const struct vw_field_kind *vw_field_kind_of(enum vw_field field);
-// All of them, in the order of enum vw_field.
+// Returns all of them, in the order of enum vw_field.
 const struct vw_field_kind *const *field_kinds(uint32_t *count);
 
 void vw_field_passes_destroy(struct vw_field_passes *passes);
-// For create_passes(): one pass, with the set's specialization unless another is given.
+// Creates one pass for create_passes(), with the set's specialization unless another is given.
 enum vw_status vw_field_pass_create(struct vw_gpu *gpu, const struct vw_field_pass_params *params,
                                     const struct vw_shader *shader, const struct vw_specialization *specialization,
                                     struct vw_pass **pass);

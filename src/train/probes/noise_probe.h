@@ -20,8 +20,8 @@ struct vw_noise_probe {
 enum vw_status vw_noise_probe_create(const struct vw_probe_context *context, struct vw_noise_probe **probe);
 void vw_noise_probe_destroy(struct vw_noise_probe **probe);
 
-// With --noise-floor, every photo's steps are probed in one epoch of PROBE_EPOCHS, from burn-in on; the photos
-// alternate.
+// Returns whether a step is probed. With --noise-floor, every photo's steps are probed in one epoch of PROBE_EPOCHS,
+// from burn-in on; the photos alternate.
 bool vw_noise_probe_due(const struct vw_probe_context *context, uint64_t step);
 
 // Records all probes of a step. The pixels of draw d are those from first_pixel + d * rays on (draw 0: the step's own);

@@ -1,5 +1,5 @@
-// What probes work with. A probe tries something on the state of a training and restores the state, so that the run's
-// own steps keep their bits.
+// The parts of a trainer that probes work with. A probe tries something on the state of a training and restores the
+// state, so that the run's own steps keep their bits.
 #ifndef VIEWWORTH_TRAIN_PROBES_PROBE_CONTEXT_H
 #define VIEWWORTH_TRAIN_PROBES_PROBE_CONTEXT_H
 
@@ -19,13 +19,13 @@ struct vw_probe_context { // all borrowed
     const struct vw_validation *validation;
     struct vw_photo_order *schedule;
     const struct vw_snapshot *snapshot; // empty unless a probe needs it
-    struct vw_buffer *pixels, *scalars; // of the trainer's batches
+    struct vw_buffer *pixels, *scalars; // the trainer's, for its batches
 };
 
 // Reads a measurement into the probe's values; `stepped`: its first row says whether the step before it was finite.
 void vw_probe_read(const struct vw_probe_context *context, const vw_float4 *rows, bool stepped, struct vw_probe *probe);
 
-// Of a trainer, borrowed, for what works on its training when nothing is in flight.
+// Returns the parts of a trainer, borrowed, for code that works on its training when nothing is in flight.
 struct vw_trainer;
 const struct vw_probe_context *vw_trainer_context(struct vw_trainer *trainer);
 

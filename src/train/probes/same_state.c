@@ -19,8 +19,8 @@ enum vw_status vw_same_state_create(const struct vw_probe_context *context, uint
 
 void vw_same_state_destroy(struct vw_same_state_probes *probes) { free(probes->probes); }
 
-// How many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., lie before the beginning of epoch `place` of
-// those that are counted.
+// Returns how many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., are before the beginning of epoch
+// `place` of those that are counted.
 static uint64_t middles_before(uint64_t states, uint64_t counted, uint64_t place) {
     return (2 * states * place + counted - 1) / (2 * counted);
 }
@@ -42,7 +42,7 @@ struct part {
     uint32_t first_draw;
 };
 
-// The pixels of probe `index` are drawn as those of the next step would be, by a draw that nothing else takes.
+// Draws the pixels of probe `index` as those of the next step would be, by a draw that nothing else takes.
 static void draw_pixels(const struct vw_probe_context *context, const struct part *part, uint32_t index,
                         struct vw_pixel *pixels) {
     uint32_t view = context->schedule->train_views[index / SAME_STATE_DRAWS], rays = context->config->rays;

@@ -6,9 +6,9 @@
 
 #include "train/probes/probe_context.h"
 
-// Of every photo's pixels at a state. Two are the fewest that tell what the draw does to a score, which is printed
-// beside it; for the same work more states say more than more draws, since the draws of a state share what is peculiar
-// to it.
+// Draws of every photo's pixels at a state. Two are the fewest that tell what the draw does to a score, which is
+// printed beside it; for the same work more states say more than more draws, since the draws of a state share what is
+// peculiar to it.
 enum { SAME_STATE_DRAWS = 2 };
 
 struct vw_same_state_probes {
@@ -18,16 +18,16 @@ struct vw_same_state_probes {
     double taken_s;          // wall clock that they took
 };
 
-// `others`: how many other probes a step may have.
+// Creates the probes. `others`: the most other probes that a step may have.
 enum vw_status vw_same_state_create(const struct vw_probe_context *context, uint32_t others,
                                     struct vw_same_state_probes *probes);
 void vw_same_state_destroy(struct vw_same_state_probes *probes);
 
-// Whether the state behind this step is probed: that at the end of the middle epoch of each of N nearly equal parts of
-// the epochs behind burn-in.
+// Returns whether the state after this step is probed: the one at the end of the middle epoch of each of N nearly equal
+// parts of the epochs after burn-in.
 bool vw_same_state_due(const struct vw_probe_context *context, uint64_t step);
 
-// Probes the state on the device, which is that behind the record's step, in as many submissions as it takes, and adds
+// Probes the state on the device, which is the one after the record's step, in as many submissions as it takes. Adds
 // what it finds to the record's probes: photo by photo in the order of their views, draw by draw. The draws of pixels
 // from `first_draw` on are free. Nothing is in flight, and `batch` and all the scalars are free.
 enum vw_status vw_same_state_take(struct vw_same_state_probes *probes, const struct vw_probe_context *context,
