@@ -212,10 +212,9 @@ static enum vw_status check_together(const struct vw_config *config) {
                        config->pilot_steps);
     uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
     if (config->same_state > counted)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--same-state %u: at most one state per epoch behind --burn-in, which are %u; take more --epochs",
-            config->same_state, counted);
+        return vw_fail(VW_ERROR_USAGE,
+                       "--same-state %u: at most one state per epoch after --burn-in, which are %u; take more --epochs",
+                       config->same_state, counted);
     return VW_OK;
 }
 

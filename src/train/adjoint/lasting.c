@@ -235,7 +235,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
         double of_views = read_views(lasting, rows, view_psnr);
         if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
-                           "lasting credit: the backward pass grew beyond all numbers at step %" PRIu64
+                           "lasting credit: the backward pass diverged at step %" PRIu64
                            "; value the scene with a lower --lr",
                            credit->step);
     }

@@ -71,8 +71,8 @@ static enum vw_status apply_word(struct vw_word word, struct vw_effect_verdict *
         char known[256] = "";
         for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
             snprintf(known + strlen(known), sizeof known - strlen(known), " %s", effects[i].name);
-        return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is no effect; known are:%s", (int)word.length, word.text,
-                       known);
+        return vw_fail(VW_ERROR_USAGE, "--effects: \"%.*s\" is not an effect; known are:%s", (int)word.length,
+                       word.text, known);
     }
     verdicts[effect].on = word.text[0] != '-';
     return VW_OK;
