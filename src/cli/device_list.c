@@ -13,7 +13,7 @@ static void add(struct vw_device_list *list, const char *name, size_t length) {
     list->texts[list->count++] = text;
 }
 
-// Devices come in order of preference: a CPU comes behind all GPUs, and is as good as none beside one.
+// Lists all usable devices in order of preference. A CPU comes after all GPUs, and is listed only without them.
 static enum vw_status list_all(struct vw_device_list *list) {
     struct vw_gpu_info *infos = NULL;
     uint32_t count = 0;

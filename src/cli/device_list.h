@@ -16,9 +16,10 @@ struct vw_device_list {
     uint32_t count;                                           // 0: --devices was not given
 };
 
-// Reads the list of --devices, or lists all devices for "all". VW_ERROR_USAGE when it is no list, or beside --device.
+// Reads the list of --devices, or lists all devices for "all". VW_ERROR_USAGE when it is not a list, or when --device
+// is given too.
 enum vw_status vw_device_list_read(const struct vw_options *options, struct vw_device_list *list);
-// Those of the list, or else --device. The choice borrows from both.
+// Returns the devices of the list, or that of --device without a list. The choice borrows from both.
 struct vw_device_choice vw_device_list_choose(const struct vw_options *options, const struct vw_device_list *list);
 
 #endif

@@ -7,8 +7,8 @@
 #include "cli/output/progress.h"
 #include "experiment/experiment.h"
 
-// From here on SIGINT and SIGTERM interrupt the experiment. `devices`: as read from the options. `progress` shows the
-// runs; it begins all zero, and vw_progress_end() ends it.
+// Returns the params of the experiment. After this call SIGINT and SIGTERM interrupt the experiment. `devices`: as read
+// from the options. `progress` shows the runs; it begins all zero, and vw_progress_end() ends it.
 struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options,
                                                     const struct vw_device_list *devices, struct vw_progress *progress);
 

@@ -27,7 +27,7 @@ static void print_wrapped(const char *text, size_t column, size_t indent) {
     printf("\n");
 }
 
-// A term in the left column and its explanation in the right one; a long term has a line of its own.
+// Prints a term in the left column and its explanation in the right one; a long term has a line of its own.
 static void print_term(const char *term, const char *text, size_t column) {
     printf("  %s", term);
     size_t used = 2 + strlen(term);

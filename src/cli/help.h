@@ -6,9 +6,9 @@
 
 #include "cli/program.h"
 
-// The commands by group.
+// Prints the commands by group.
 void vw_help_print_program(const struct vw_program *program);
-// A command's usage, what it does, and its options by section: the common ones, or all.
+// Prints a command's usage, its description, and its options by section: the common ones, or all.
 void vw_help_print_command(const struct vw_program *program, const struct vw_command *command, bool all);
 
 #endif

@@ -15,7 +15,8 @@ static void request(int signal_number) {
     requested = 1;
 }
 
-// Before anyone asks, a signal ends the program at once: opening a scene leaves nothing behind, and does not ask.
+// Begins to watch for signals. Until a caller asks, a signal ends the program at once: opening a scene leaves no files,
+// and does not ask.
 static void watch(void) {
     static bool watching;
     struct sigaction action = {.sa_handler = request, .sa_flags = SA_RESTART | (int)SA_RESETHAND};
@@ -36,7 +37,7 @@ struct vw_interrupt vw_interrupt_watch(void) {
     return (struct vw_interrupt){.requested = is_requested};
 }
 
-// Where the batch ended before the kernel was asked, this process has another parent already.
+// Ends this process when its batch ends. A batch that ended before this call is no longer its parent.
 void vw_interrupt_follow_batch(void) {
     const char *batch = getenv(VW_CHILD_PARENT_VARIABLE);
     if (!batch) return;

@@ -4,8 +4,8 @@
 
 #include "base/interrupt.h"
 
-// The returned interrupt watches from the first time that it is asked: then the first SIGINT or SIGTERM of the process
-// only makes it requested, and the second one ends the program. Before that a signal ends the program at once.
+// Returns an interrupt that watches from the first time that it is asked. The first SIGINT or SIGTERM of the process
+// after that only makes it requested; the second one ends the program. A signal before that ends the program at once.
 struct vw_interrupt vw_interrupt_watch(void);
 // Asks the kernel for a SIGTERM when the batch that started this process ends, however it ends; nothing without one.
 void vw_interrupt_follow_batch(void);

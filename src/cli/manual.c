@@ -13,13 +13,14 @@
 
 struct page {
     const struct vw_program *program;
-    const char *name;                 // of the man page; NULL: the completion
+    const char *name;                 // name of the man page; NULL: the completion
     const struct vw_command *command; // NULL: the program's own page
 };
 
 // ---- Man pages ----
 
-// Text as roff prints it unchanged: hyphens that can be copied, no control lines, paragraphs between newlines.
+// Writes text so that roff prints it unchanged: hyphens that can be copied, no control lines, paragraphs between
+// newlines.
 static void write_roff(FILE *stream, const char *text) {
     bool line_starts = true;
     for (; *text; text++) {

@@ -33,12 +33,12 @@ enum vw_option_section {
 
 struct vw_option {
     const char *name;     // without dashes
-    const char *argument; // what help calls the value; NULL: a flag, or one of the choices
+    const char *argument; // name of the value in help; NULL: a flag, or one of the choices
     const char *help;     // one sentence without its full stop; range and default are added
     unsigned groups;      // VW_OPTIONS_* of the commands that take it
     enum vw_option_section section;
     enum vw_option_kind kind;
-    size_t offset;            // of its field in the options of the program
+    size_t offset;            // offset of its field in the options of the program
     bool common;              // shown by --help, not by --help-all alone
     uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
     const char *default_text; // the default of a text; NULL: none, or not worth a word

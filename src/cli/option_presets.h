@@ -19,7 +19,7 @@ const char *vw_option_preset_name(uint32_t preset); // "none", "hash", "nerf", .
 
 // An option that a preset gives, as on the command line.
 struct vw_option_of_preset {
-    const char *name, *value; // name: NULL behind the last one
+    const char *name, *value; // name: NULL after the last one
 };
 const struct vw_option_of_preset *vw_option_preset_options(enum vw_option_preset preset);
 

@@ -30,7 +30,7 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimi
 #define DEFAULT(text) .default_text = text
 
 const struct vw_option vw_option_table[] = {
-    // What a command makes, and from what.
+    // Results and inputs of a command.
     {"out", "FOLDER", "Folder for the results (required)",
      VW_OPTIONS_OUT | VW_OPTIONS_IMPORT | VW_OPTIONS_RUNS | VW_OPTIONS_BATCH | VW_OPTIONS_MERGE, VW_SECTION_MAIN,
      OPTION(TEXT, out), COMMON},
@@ -281,7 +281,7 @@ const struct vw_option vw_option_table[] = {
     {"width", "N", "Number of neurons per hidden layer", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.width), DEFAULT("32, with --field mlp 256")},
 
-    // What most commands share.
+    // Options that most commands share.
     {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
      VW_SECTION_GENERAL, OPTION(TEXT, device), COMMON, DEFAULT("the preferred one")},
     {"memory", "SIZE",

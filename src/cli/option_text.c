@@ -76,7 +76,7 @@ static void describe_default(const struct vw_program *program, const struct vw_o
     }
 }
 
-// A count below its range is the default of an option that is off without it (--replay, --same-state).
+// Returns true if the option is off by default: its default is 0, below its range (--replay, --same-state).
 static bool is_off_by_default(const struct vw_option *option, const char *standard) {
     return option->kind == VW_OPTION_COUNT && option->least > 0 && strcmp(standard, "0") == 0;
 }

@@ -1,4 +1,4 @@
-// What help, man pages, completion and errors say of an option.
+// Texts about an option for help, man pages, completion and errors.
 #ifndef VIEWWORTH_CLI_OPTION_TEXT_H
 #define VIEWWORTH_CLI_OPTION_TEXT_H
 
@@ -8,11 +8,11 @@
 #include "cli/program.h"
 
 const char *vw_option_section_title(enum vw_option_section section);
-// Whether the command takes the option.
+// Returns true if the command accepts the option.
 bool vw_option_fits(const struct vw_option *option, const struct vw_command *command);
-// Whether the command requires --out.
+// Returns true if the command requires --out.
 bool vw_command_needs_out(const struct vw_command *command);
-// The numbers that an option accepts, for example "1 to 65536"; "" if it takes no number.
+// Writes the numbers that an option accepts, for example "1 to 65536"; "" if it accepts no number.
 void vw_option_range(const struct vw_option *option, char text[VW_CONFIG_RANGE_BYTES]);
 // The names of an option's choices with the separator between; "" without choices.
 enum { VW_OPTION_CHOICES_BYTES = 128 };

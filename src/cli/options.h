@@ -55,7 +55,7 @@ struct vw_options {
     bool verify, without_outliers, positive, significant, not_harmful;
     uint32_t verify_seeds; // trainings of every list that --verify tries
     const char *top, *drop;
-    const char *method; // whose scores select photos
+    const char *method; // the method that selects photos
     struct vw_texts lists;
     enum vw_equal equal;
     const char *scores;       // OUT of a valued run
@@ -65,7 +65,7 @@ struct vw_options {
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
     bool merge_only, slurm;
-    const char *partition, *time_limit; // of Slurm
+    const char *partition, *time_limit; // Slurm's
     uint32_t gpus;                      // that each job asks Slurm for
     bool json, quiet, help, help_all;
     const struct vw_program *program; // private: whose options these are
@@ -101,7 +101,7 @@ enum {
     VW_OPTIONS_BATCH = 16777216,
     VW_OPTIONS_MERGE = 33554432,
     VW_OPTIONS_OTHER = 67108864, // the first of a program that adds options of its own
-    // Those of the command value, which the jobs of a batch give, too.
+    // Options of the command value; the jobs of a batch accept them too.
     VW_OPTIONS_OF_VALUE = VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN |
                           VW_OPTIONS_ONE_VALUE | VW_OPTIONS_LASTING | VW_OPTIONS_OUT | VW_OPTIONS_THUMBNAILS |
                           VW_OPTIONS_JSON,

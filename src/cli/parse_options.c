@@ -23,7 +23,7 @@ static enum vw_status refuse_number(const struct vw_option *option, const char *
     return vw_fail(VW_ERROR_USAGE, "--%s takes %s, %s, not \"%s\"", option->name, noun, range, text);
 }
 
-// The config's ranges are checked when all options are known: here a number only has to fit its field.
+// Parses a whole number that fits the field. The config's ranges are checked later, when all options are known.
 static enum vw_status parse_whole(const struct vw_option *option, const char *text, uint64_t *number) {
     uint64_t most = option->most ? option->most : option->kind == VW_OPTION_SEED ? UINT64_MAX : UINT32_MAX;
     char *end = NULL;
@@ -115,8 +115,8 @@ static enum vw_status refuse(const struct vw_program *program, const struct vw_c
                    program->name, command->name);
 }
 
-// getopt takes any beginning that fits one name alone. A slip would set another option, and a new option could change
-// what an old command means: so an option is written out.
+// Refuses an option that is not written out. getopt accepts any beginning that fits only one name: a slip would set
+// another option, and a new option could change the meaning of an old command.
 static enum vw_status refuse_beginning(const struct vw_command *command, char **argv, const char *name) {
     const char *word = argv[optind - 1] == optarg ? argv[optind - 2] : argv[optind - 1];
     size_t length = strcspn(word, "=");
@@ -143,7 +143,7 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
     return VW_OK;
 }
 
-// What a preset gives counts as given on the command line, unless that has it.
+// Applies a preset. Its options count as given on the command line, unless the command line has them.
 static enum vw_status apply_preset(struct vw_options *options) {
     const struct vw_option_of_preset *given = vw_option_preset_options(options->preset);
     enum vw_status status = VW_OK;

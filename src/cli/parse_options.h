@@ -13,10 +13,11 @@
 // what it takes. With --help or --help-all nothing is required.
 enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
                                 char **argv, struct vw_options *options);
-// Whether the command line contains the option of that name (without dashes).
+// Returns true if the command line contains the option of that name (without dashes).
 bool vw_options_have(const struct vw_options *options, const char *name);
 
-// --lasting-rays, --lasting-matrix and --no-gate are of the sweep that --lasting asks for.
+// Refuses --lasting-rays, --lasting-matrix and --no-gate without --lasting, which makes the backward pass that they
+// set.
 enum vw_status vw_options_check_lasting(const struct vw_options *options);
 
 #endif

@@ -13,8 +13,8 @@ struct vw_command {
     uint32_t group; // an index into the program's groups
     const char *name;
     const char *operand; // as help spells it; with "..." at its end one or more; NULL: none
-    const char *summary; // what the command does, in the imperative, without full stop
-    const char *details; // what it writes and what to know; paragraphs end with \n; NULL: nothing more
+    const char *summary; // an imperative sentence without full stop
+    const char *details; // its results and remarks; paragraphs end with \n; NULL: nothing more
     unsigned options;    // VW_OPTIONS_* it takes
     enum vw_status (*run)(const struct vw_options *options);
 };

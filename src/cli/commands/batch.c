@@ -15,8 +15,8 @@
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 
-// Whether `value` would take the job's words, before any job begins, and whether beside others. getopt moves words, so
-// that it gets a copy.
+// Checks the job's words, and that they fit beside other jobs, before any job begins. getopt moves words, so it gets a
+// copy.
 static enum vw_status check_job(const struct vw_program *program, struct vw_job *job) {
     static const struct vw_command value = {.name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
     struct vw_options options;
@@ -43,8 +43,8 @@ static enum vw_status load_jobs(const struct vw_options *options, struct vw_jobs
 
 // ---- The command --------------------------------------------------------------------------------------------------
 
-// Unless it is given, a process takes several jobs where the preferred device is a GPU, which gains by it. The process
-// finds out how many its device takes at a time.
+// Returns how many jobs a process trains at a time. Unless the user says so, it is several where the preferred device
+// is a GPU, which gains by it. The process finds out how many its device can train.
 static uint32_t choose_together(const struct vw_options *options) {
     struct vw_gpu_info *infos = NULL;
     uint32_t count = 0;

@@ -11,7 +11,8 @@
 
 enum { LONG_FORM = 4 }; // times the steps of a pilot
 
-// Without a device there is neither a pilot run nor an estimate; that is no failure unless --device asked for one.
+// Opens the device. Without one there is neither a pilot run nor an estimate; that fails only if --device asked for
+// one.
 static enum vw_status open_device(const struct vw_options *options, struct vw_gpu **gpu, struct vw_estimate *estimate) {
     enum vw_status status = *gpu ? VW_OK : vw_open_gpu(options->device, false, gpu);
     if (!status || options->device) return status;
@@ -20,7 +21,7 @@ static enum vw_status open_device(const struct vw_options *options, struct vw_gp
     return VW_OK;
 }
 
-// The evidence for effects is in the pixels, and the pixels of a recipe are made by a device.
+// Opens the scene with its pixels: they contain the evidence for effects, and a device makes those of a recipe.
 static enum vw_status open_scene(const struct vw_options *options, struct vw_gpu **gpu, struct vw_scene **scene) {
     struct vw_scene_params params = vw_params_of_scene(options);
     params.headers_only = true;

@@ -36,7 +36,7 @@ static enum vw_status read_amount(const char *option, const char *text, struct v
                    option, text);
 }
 
-// Before hours of training: what cannot be asked for, and what could not be written.
+// Refuses, before hours of training, options that do not fit together and files that cannot be written.
 static enum vw_status check_verify(const struct vw_options *options, int rule_count) {
     if (rule_count || options->method)
         return vw_fail(VW_ERROR_USAGE, "select: --verify tries rules and methods itself; leave out %s, or --verify",
@@ -76,7 +76,7 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
     return vw_ledger_find_image(job->run.images, job->run.image_count, image_id)->name;
 }
 
-// By which scores photos are selected, in words.
+// Returns the scores that selected the photos, in words.
 static const char *methods_of(const struct selection_job *job) {
     if (job->options->verify) return job->verified.candidates.list[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
@@ -106,8 +106,8 @@ static json_t *to_json(const struct selection_job *job) {
                      job->options->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
-// Those options of the scene that the list does not say. Only known ones: a ledger may come from anybody, and this is
-// for a shell.
+// Prints the options of the scene that the list does not contain. Prints only known ones: a ledger may come from
+// anybody, and a shell reads this.
 static void print_scene_options(const struct selection_job *job) {
     static const char *const known[] = {"downscale", "providers", "format",
                                         "pool",      "val",       "test"}; // a scene says all but the first two
@@ -150,7 +150,7 @@ static void print_rule(const struct vw_selection_params *params) {
     }
 }
 
-// A line per photo, with every score that leaves it out.
+// Prints a line per photo, with every score that leaves it out.
 static void print_outliers(const struct selection_job *job) {
     const struct vw_selection_outlier *outliers = job->selection.outliers;
     for (uint32_t i = 0; i < job->selection.outlier_count; i++) {

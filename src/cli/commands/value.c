@@ -14,7 +14,7 @@
 #include "cli/parse_options.h"
 #include "experiment/kfold.h"
 
-// `train` is `value` without validation and scores.
+// Makes the run of `value`, or that of `train`, which has neither validation nor scores.
 static enum vw_status make_run(const struct vw_options *options, bool train_only) {
     struct vw_progress progress = {.quiet = options->quiet};
     struct vw_run_params params;

@@ -32,7 +32,7 @@ struct work {
     const struct vw_options *options;
     struct vw_session session;
     struct job jobs[VW_CHILD_JOBS_MAX];
-    uint32_t count, done; // those that are made now come after the done ones
+    uint32_t count, done; // done ones come first, then those that are made now
     struct vw_first_failure failure;
 };
 
@@ -59,7 +59,7 @@ static enum vw_status list_jobs(struct work *work, const char *seeds) {
     return status;
 }
 
-// What is said from here on is said of this job.
+// Sends all further output to the log of this job.
 static enum vw_status take_log(const struct job *job) {
     fflush(stdout);
     if (dup2(job->log, STDOUT_FILENO) >= 0 && dup2(job->log, STDERR_FILENO) >= 0) return VW_OK;
@@ -68,7 +68,7 @@ static enum vw_status take_log(const struct job *job) {
 
 // ---- Some at a time -----------------------------------------------------------------------------------------------
 
-// Behind it what is said is said of the job whose progress is shown.
+// Opens the run of a job. Later output is about the job whose progress is shown.
 static enum vw_status open_job(void *context, uint32_t place, uint32_t device, struct vw_run **run) {
     struct work *work = context;
     struct job *job = &work->jobs[work->done + place];

@@ -4,7 +4,7 @@
 
 #include "cli/options.h"
 
-// What can be refused before the run is trained.
+// Refuses unusable options before the run is trained.
 enum vw_status vw_worth_check_options(const struct vw_options *options);
 // Makes the worth of the run in `out` and prints it.
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings);

@@ -19,7 +19,7 @@ static bool is_shown(const struct vw_attribution *attribution, const struct vw_p
 static const char *provider_of(const char *provider) { return provider && *provider ? provider : "(no provider)"; }
 
 static void print_value(double value, double standard_error, const char *unit) {
-    char error[32] = "?"; // of a single visit
+    char error[32] = "?"; // a single visit has no standard error
     if (isfinite(standard_error)) snprintf(error, sizeof error, "%.4f", standard_error);
     vw_print("  %+9" VW_SCORE_DIGITS "f ± %s %s  ", value, error, unit);
 }

@@ -14,7 +14,7 @@ enum { LINE_BYTES = 160 };
 
 // ---- While it runs ------------------------------------------------------------------------------------------------
 
-// "3 of 12 done, 1 failed, 2 running (fox/seed-2, ...)  214 s"
+// Shows the counts on one line: "3 of 12 done, 1 failed, 2 running (fox/seed-2, ...)  214 s"
 static void show_counts(struct vw_batch_display *display, const struct vw_batch *batch) {
     char line[LINE_BYTES], failed[32] = "", running[80] = "";
     uint32_t first = 0, count = batch->jobs->count;

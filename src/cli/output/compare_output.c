@@ -22,7 +22,7 @@ static const struct {
     [VW_QUALITY_TEST_L1] = {"test L1", "", 4},
 };
 
-// Whether any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
+// Returns true if any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
 static bool is_known(const struct vw_comparison *comparison, enum vw_quality quality) {
     bool known = false;
     for (uint32_t i = 0; i < comparison->sets.count * comparison->training_count; i++)
@@ -30,7 +30,7 @@ static bool is_known(const struct vw_comparison *comparison, enum vw_quality qua
     return known;
 }
 
-// No blanks at the ends of lines.
+// Returns the last quality that is known: its column ends without blanks, since no line may end with them.
 static enum vw_quality last_known(const struct vw_comparison *comparison) {
     enum vw_quality last = 0;
     for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
@@ -40,7 +40,7 @@ static enum vw_quality last_known(const struct vw_comparison *comparison) {
 
 static void print_cell(const char *text, bool last) { vw_print("  %-*s", last ? 0 : CELL_WIDTH, text); }
 
-// Name, photos and epochs; with valuations by which they differ the least and the most photos.
+// Prints name, photos and epochs; with valuations also the least and the most photos by which they differ.
 static void print_sizes(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *first = &comparison->sets.lists[place];
     uint32_t least = first->count, most = first->count;

@@ -8,7 +8,7 @@
 #include "experiment/comparison_files.h"
 #include "viewworth/status.h"
 
-// VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.
+// Prints the comparison. Returns VW_ERROR_MEMORY, or VW_ERROR_IO when the JSON cannot be written to stdout.
 enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json);
 
 #endif

@@ -9,7 +9,7 @@
 #include "value/lasting_scores.h"
 
 enum { SHOWN_AT_EACH_END = 5 };
-static const double GROWTH_WORTH_A_WORD = 2; // of |lambda|; scenes that passed the gate stayed below it
+static const double GROWTH_WORTH_A_WORD = 2; // growth of |lambda|; scenes that passed the gate stayed below it
 
 static const char *name_of(const struct vw_lasting_summary *summary, uint32_t image_id) {
     const struct vw_ledger_image *image = vw_ledger_find_image(summary->images, summary->image_count, image_id);

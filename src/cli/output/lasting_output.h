@@ -1,4 +1,4 @@
-// What lasting credit says, as text and JSON.
+// Lasting credit, as text and JSON.
 #ifndef VIEWWORTH_CLI_OUTPUT_LASTING_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_LASTING_OUTPUT_H
 
@@ -6,7 +6,7 @@
 
 #include "run/lasting/lasting_summary.h"
 
-// The photos at both ends, the gate, and how far the gradient grew.
+// Prints the photos at both ends, the gate, and the growth of the gradient.
 void vw_lasting_print(const struct vw_lasting_summary *summary);
 json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary);
 

@@ -17,7 +17,8 @@ static size_t count_line_ends(const char *text) {
     return count;
 }
 
-// Line ends that are not those of the format came from a name, which could forge a line: then none stays but the last.
+// Prints text with the line ends of its format. More of them come from a name, which could forge a line; then only the
+// last one stays.
 static void print_harmless(const char *format, char *text) {
     size_t length = strlen(text);
     bool own_line_ends = count_line_ends(text) == count_line_ends(format);
@@ -33,7 +34,7 @@ static void print_harmless(const char *format, char *text) {
     if (ends_line) putchar('\n');
 }
 
-// A text that does not fit is cut when there is no memory for it.
+// Prints a text, cut if it is long and there is no memory for it.
 void vw_print(const char *format, ...) {
     char text[TEXT_BYTES], *longer = NULL;
     va_list arguments, again;
@@ -48,7 +49,7 @@ void vw_print(const char *format, ...) {
     free(longer);
 }
 
-// A quote ends the quoted text, stands behind a backslash, and opens it again.
+// Prints the path for a shell. Each quote in it ends the quoted text, follows a backslash, and opens the text again.
 void vw_print_shell_path(const char *path) {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:=@%";
     const char *folder = path[0] == '-' ? "./" : ""; // else it would be an option

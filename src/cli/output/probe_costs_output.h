@@ -1,4 +1,4 @@
-// What probes cost a run, as text and JSON.
+// Costs of a run's probes, as text and JSON.
 #ifndef VIEWWORTH_CLI_OUTPUT_PROBE_COSTS_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_PROBE_COSTS_OUTPUT_H
 
@@ -8,7 +8,7 @@
 
 // Prints nothing without probes.
 void vw_probe_costs_print(const struct vw_probe_costs *costs);
-// Owned by the caller, or NULL without probes.
+// Returns JSON that the caller owns, or NULL without probes.
 json_t *vw_probe_costs_same_state_to_json(const struct vw_probe_costs *costs);
 
 #endif

@@ -10,7 +10,7 @@
 enum { BAR_CELLS = 20, LINE_BYTES = 192 };
 static const double REDRAW_S = 0.1;
 
-// On a terminal a line first clears what a progress bar may have left there.
+// Writes a line of the log. On a terminal it first clears any remains of a progress bar.
 void vw_log_to_stderr(void *context, enum vw_log_level level, const char *line) {
     const bool *quiet = context;
     if (*quiet && level == VW_LOG_INFO) return;
@@ -37,7 +37,7 @@ static void format_bar(const struct vw_run_state *state, char bar[BAR_CELLS + 1]
     bar[BAR_CELLS] = 0;
 }
 
-// "epoch 3/30 [#####...............] 28.41 dB  41.2 steps/s  0:42 left"
+// Formats the state: "epoch 3/30 [#####...............] 28.41 dB  41.2 steps/s  0:42 left"
 static void format_state(const struct vw_progress *progress, double now_s, char line[LINE_BYTES]) {
     const struct vw_run_state *state = &progress->state;
     char bar[BAR_CELLS + 1], psnr[32] = "", left[32] = "?";

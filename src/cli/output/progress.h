@@ -1,4 +1,4 @@
-// What the program tells on stderr: lines, and the progress of a run.
+// Messages of the program on stderr: lines, and the progress of a run.
 #ifndef VIEWWORTH_CLI_OUTPUT_PROGRESS_H
 #define VIEWWORTH_CLI_OUTPUT_PROGRESS_H
 
@@ -9,8 +9,8 @@
 #include "viewworth/log.h"
 #include "viewworth/run.h"
 
-// The vw_log_sink of the program: lines on stderr, warnings with "warning: " before them. `context` is a bool: only
-// warnings.
+// Writes lines to stderr, warnings with "warning: " before them. It is the vw_log_sink of the program; `context` is a
+// bool: only warnings.
 void vw_log_to_stderr(void *context, enum vw_log_level level, const char *line);
 
 // Epoch, validation PSNR, steps per second and time left: a bar that is redrawn in place on a terminal; elsewhere a
@@ -25,13 +25,13 @@ struct vw_progress {
     uint32_t tenths_printed;
     bool running, terminal;
 };
-// A vw_run_progress whose context is a struct vw_progress: shows the state, and asks to stop once interrupted. Several
-// runs may follow one another.
+// Shows the state, and asks to stop once interrupted. It is a vw_run_progress whose context is a struct vw_progress.
+// Several runs may follow one another.
 bool vw_progress_show(void *context, const struct vw_run_state *state);
 // Ends the display of a run that stopped early, so that what follows stands on a line of its own.
 void vw_progress_end(struct vw_progress *progress);
-// On a terminal, a line that the next one of this kind replaces, at most ten times a second; elsewhere nothing.
-// `*drawn_s` begins as 0. An empty line clears it, at any time.
+// Shows on a terminal a line that the next one of this kind replaces, at most ten times a second; does nothing
+// elsewhere. `*drawn_s` begins as 0. An empty line clears it, at any time.
 void vw_progress_replace_line(double *drawn_s, const char *line);
 
 #endif

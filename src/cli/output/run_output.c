@@ -24,7 +24,7 @@ struct ranking {
     uint32_t count, quality_count;
 };
 
-// NAN: the photo has none.
+// Returns the quality of a photo, or NAN if it has none.
 static double quality_of(const struct ranking *ranking, uint32_t image_id) {
     for (uint32_t i = 0; i < ranking->quality_count; i++)
         if (ranking->qualities[i].image_id == image_id && ranking->qualities[i].visits)
@@ -34,7 +34,7 @@ static double quality_of(const struct ranking *ranking, uint32_t image_id) {
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
-// How many photos to show at each end, so that none is shown at both unless it is the only one.
+// Returns how many photos to show at each end, so that none is shown at both unless it is the only one.
 static uint32_t count_shown(const struct ranking *ranking) {
     uint32_t half = ranking->count > 1 ? ranking->count / 2 : ranking->count;
     return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;

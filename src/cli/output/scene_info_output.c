@@ -35,7 +35,7 @@ static const char *lens_name(const struct vw_camera *camera) {
     return camera->lens == VW_LENS_FISHEYE ? "fisheye" : "polynomial distortion";
 }
 
-// The smallest near and largest far over the views that have them.
+// Finds the smallest near and largest far over the views that have them.
 static void measure_range(struct description *description) {
     for (uint32_t v = 0; v < description->scene->view_count; v++) {
         const struct vw_view *view = &description->scene->views[v];
@@ -152,7 +152,7 @@ static json_t *notes_to_json(const struct vw_scene *scene) {
     return array;
 }
 
-// null where no view sees points.
+// Returns null if no view sees points.
 static json_t *depths_to_json(const struct description *description) {
     if (!description->ranged_count) return json_null();
     return json_pack("{s:f, s:f, s:I}", "near_world", description->near_world, "far_world", description->far_world,

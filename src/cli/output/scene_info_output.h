@@ -1,4 +1,4 @@
-// What a scene contains and which effects it calls for, as text and JSON on stdout.
+// Contents of a scene and the effects that it calls for, as text and JSON on stdout.
 #ifndef VIEWWORTH_CLI_OUTPUT_SCENE_INFO_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_SCENE_INFO_OUTPUT_H
 

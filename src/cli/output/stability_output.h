@@ -1,4 +1,4 @@
-// How stable a run's scores are, as text and JSON.
+// Stability of a run's scores, as text and JSON.
 #ifndef VIEWWORTH_CLI_OUTPUT_STABILITY_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_STABILITY_OUTPUT_H
 
@@ -7,7 +7,7 @@
 #include "value/stability.h"
 #include "viewworth/train.h"
 
-// A line for people; `wanted` is what --until-stable asks for, `config` the run's.
+// Prints a line for people; `wanted` is the value of --until-stable, `config` the run's.
 void vw_stability_print(const struct vw_stability *stability, double wanted, const struct vw_config *config);
 json_t *vw_stability_to_json(const struct vw_stability *stability, double wanted); // NULL when memory is short
 

@@ -60,7 +60,7 @@ static void print_row(const struct vw_sweep *sweep, const struct vw_sweep_metric
     vw_print("  %s%s\n", metric->psnr_pareto_front ? "P" : "", metric->score_pareto_front ? "S" : "");
 }
 
-// The knee: the fastest configuration within a tolerance of the best value. Slower ones gain little.
+// Prints the knee: the fastest configuration within a tolerance of the best value. Slower ones gain little.
 static void print_knee(const struct vw_sweep *sweep, const char *what, size_t offset, double tolerance, int digits) {
     const struct vw_sweep_metrics *best = NULL, *knee = NULL;
     for (uint32_t i = 0; i < sweep->metric_count; i++) {

@@ -7,7 +7,7 @@
 #include "experiment/sweep/sweep.h"
 #include "viewworth/status.h"
 
-// VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.
+// Prints the trade-off. Returns VW_ERROR_MEMORY, or VW_ERROR_IO when the JSON cannot be written to stdout.
 enum vw_status vw_sweep_print(const struct vw_sweep *sweep, bool json);
 
 #endif

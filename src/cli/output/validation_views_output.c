@@ -15,7 +15,7 @@ static const struct vw_view_distance *find_distance(const struct vw_validation_v
     return NULL;
 }
 
-// The view without which the ranking changes most; NULL where that cannot be said.
+// Returns the view whose removal changes the ranking most; NULL if that is unknown.
 static const struct vw_view_evidence *find_lowest(const struct vw_validation_views *validation) {
     const struct vw_view_evidence *lowest = NULL;
     for (uint32_t v = 0; vw_validation_views_have_matrix(validation) && v < validation->matrix.view_count; v++) {

@@ -1,4 +1,4 @@
-// What a run's scores owe to its validation views, as text and JSON.
+// Dependence of a run's scores on its validation views, as text and JSON.
 #ifndef VIEWWORTH_CLI_OUTPUT_VALIDATION_VIEWS_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_VALIDATION_VIEWS_OUTPUT_H
 

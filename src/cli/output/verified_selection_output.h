@@ -1,4 +1,4 @@
-// What select --verify found, as a table and as JSON.
+// Results of select --verify, as a table and as JSON.
 #ifndef VIEWWORTH_CLI_OUTPUT_VERIFIED_SELECTION_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_VERIFIED_SELECTION_OUTPUT_H
 
@@ -6,9 +6,9 @@
 
 #include "experiment/verified_selection.h"
 
-// {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}; NULL when memory is short.
+// Returns {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}; NULL when memory is short.
 json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified);
-// A table of the candidates, and a sentence on what was chosen and why.
+// Prints a table of the candidates, and a sentence that names the choice and its reason.
 void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds);
 
 #endif

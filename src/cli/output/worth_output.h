@@ -1,4 +1,4 @@
-// What `worth` prints.
+// Output of the command `worth`.
 #ifndef VIEWWORTH_CLI_OUTPUT_WORTH_OUTPUT_H
 #define VIEWWORTH_CLI_OUTPUT_WORTH_OUTPUT_H
 
