@@ -8,13 +8,13 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// What baselines are computed from.
+// Inputs of the baselines.
 struct vw_baseline_input {
     const struct vw_scene *scene;
     const uint32_t *photos; // scene indices
     const struct vw_photo_features *features;
     uint32_t valued; // the valued seed, as features count them
-    uint64_t seed;   // of that run
+    uint64_t seed;   // seed of that run
 };
 
 // `score` fills in a score per photo, more = better; NULL: the score is `sign` times the feature.

@@ -22,14 +22,14 @@
 // A benchmark while it is made.
 struct work {
     const struct vw_benchmark_params *params;
-    struct vw_out_lock *lock; // of OUT
+    struct vw_out_lock *lock; // lock of OUT
     struct vw_session session;
     struct vw_retrainer retrainer;
     struct vw_scorers scorers;
     struct vw_subsets subsets;
     struct vw_worths worths[VW_TRUTH_COUNT];
     struct vw_left_out left_out;
-    struct vw_exact_values exact; // of all subsets
+    struct vw_exact_values exact; // values from all subsets
 };
 
 // Retrainings that evaluate scores have other seeds than the valued runs: a shared initialisation would raise their
@@ -42,7 +42,8 @@ static uint64_t leave_one_out_seed(const struct work *work) {
     return evaluation_seed(work) + work->params->retraining_seeds;
 }
 
-// It is a scorer of the valued seeds, and a truth of the retraining seeds.
+// Returns enough seeds for both uses of leave-one-out: a scorer of the valued seeds, and a truth of the retraining
+// seeds.
 static uint32_t leave_one_out_seeds(const struct vw_benchmark_params *params) {
     return params->common.seeds > params->retraining_seeds ? params->common.seeds : params->retraining_seeds;
 }
@@ -54,7 +55,8 @@ static uint32_t worth_retrainings_most(const struct vw_benchmark_params *params)
     return most;
 }
 
-// What gives worth never judges it: other subsets, other seeds, and others for each valued seed.
+// Returns the first seed of a worth's retrainings. They never judge that worth: the truths come from other subsets and
+// other seeds. Each valued seed has its own.
 static uint64_t worth_seed(const struct work *work, uint32_t valued) {
     return leave_one_out_seed(work) + leave_one_out_seeds(work->params) +
            (uint64_t)valued * worth_retrainings_most(work->params);
@@ -95,7 +97,8 @@ static bool is_wanted(const struct vw_benchmark_params *params, const char *scor
     return false;
 }
 
-// Equal scores give no order in which to remove photos. Random orders have a curve of their own.
+// Returns true if the scorer has a curve. Equal scores define no order in which to remove photos, and random orders
+// have a curve of their own.
 static bool has_curve(const struct work *work, const struct vw_scorer *scorer) {
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     bool differ = false;
@@ -135,7 +138,7 @@ static uint64_t count_retrainings(const struct work *work) {
     return count;
 }
 
-// The baseline of removals, and the time of a training.
+// Trains on all photos: the baseline of removals. Also measures the time of a training.
 static enum vw_status train_on_all(struct work *work, double *seconds) {
     struct vw_retrainer *retrainer = &work->retrainer;
     const struct vw_retrain_params retraining = {
@@ -205,7 +208,7 @@ static enum vw_status find_worths_of_seed(struct work *work, uint32_t valued, do
     return status;
 }
 
-// What gives the prior of worth: the run, with its sweep where there is one.
+// Returns how many trainings the prior of worth costs: the run, and its backward pass if there is one.
 static double prior_trainings(const struct vw_scorers *scorers) {
     double most = 1;
     for (uint32_t i = 0; i < scorers->evaluation.scorer_count; i++)
@@ -215,7 +218,7 @@ static double prior_trainings(const struct vw_scorers *scorers) {
     return most;
 }
 
-// Worth as `viewworth worth` gives it, with the scores of the valued run as its prior.
+// Adds worth as `viewworth worth` computes it, with the scores of the valued run as its prior.
 static enum vw_status add_worths(struct work *work, struct vw_benchmark *benchmark) {
     const struct vw_benchmark_params *params = work->params;
     double *scores[VW_BENCHMARK_WORTHS] = {0}, prior = prior_trainings(&work->scorers);
@@ -274,7 +277,7 @@ static enum vw_status evaluate_worths(const struct work *work, struct vw_metrics
     return status;
 }
 
-// Leave-one-out, the last scorer, is not compared with itself.
+// Evaluates leave-one-out, the last scorer; it is not compared with itself.
 static enum vw_status evaluate_leave_one_out(const struct work *work, struct vw_metrics *metrics) {
     struct vw_evaluation others = work->scorers.evaluation;
     if (!work->params->leave_one_out) return VW_OK;
@@ -301,7 +304,7 @@ static enum vw_status evaluate(struct work *work, struct vw_metrics *metrics) {
     return status ? status : add_costs(&work->scorers, metrics);
 }
 
-// Metrics of the same photos, config and numbers of subsets and seeds replace one another.
+// Records the metrics. Metrics of the same photos, config and numbers of subsets and seeds replace one another.
 static enum vw_status record_metrics(struct work *work, const struct vw_metrics *metrics) {
     const struct vw_config *config = work->params->common.config;
     struct vw_hasher hasher;

@@ -11,7 +11,7 @@
 #include "lab/method_scorers.h"
 #include "viewworth/status.h"
 
-// Which scorers have removal and addition curves; VW_CURVES_GAIN: all of them, but only their point removal_low/20.
+// Scorers that have removal and addition curves; VW_CURVES_GAIN: all of them, but only their point removal_low/20.
 enum vw_curves {
     VW_CURVES_DEFAULT, // dv_psnr and ground_truth
     VW_CURVES_NONE,
@@ -23,10 +23,10 @@ enum vw_curves {
 enum { VW_BENCHMARK_WORTHS = 6, VW_BENCHMARK_NAME_BYTES = 24 };
 struct vw_benchmark_params {
     struct vw_experiment_params common; // seeds: as many runs are valued
-    uint32_t retraining_seeds; // of each subset and of each set of a curve; these follow the valued runs' seeds
+    uint32_t retraining_seeds; // seeds of each subset and of each set of a curve; these follow the valued runs' seeds
     uint32_t subsets;          // to retrain on: one half of them are halves of the photos, one of random sizes
     bool all_subsets;          // instead all subsets of at most VW_SUBSETS_ALL_PHOTOS_MAX photos
-    enum vw_equal equal;       // what retrainings have in common
+    enum vw_equal equal;       // steps or epochs, which are equal in all retrainings
     uint32_t worth_retrainings[VW_BENCHMARK_WORTHS]; // worth from so many retrainings of its own is a method, too
     uint32_t worth_count;
     bool leave_one_out; // also retrain without each photo, with the larger of both numbers of seeds
@@ -36,7 +36,7 @@ struct vw_benchmark_params {
 
 struct vw_benchmark_method {
     const char *name; // lives as long as the benchmark
-    // What one set of its scores takes:
+    // Cost of one set of its scores:
     double trainings; // run-equivalents
     double seconds;   // CPU time; NaN: unknown
 };

@@ -21,9 +21,10 @@ struct vw_lasting_seeds {
     char *path;                 // owned; of the table
 };
 
-// From the scores of all seeds (`tables`) and their sweeps. Writes OUT/lasting_seeds.csv: header
-// name,method,unit,seeds,mean,stderr,ci_low,ci_high,rank,rank_ci_low,rank_ci_high,indistinguishable_from; a row per
-// method and photo. indistinguishable_from: the number of photos whose intervals overlap. Free it also after a failure.
+// Makes the means from the scores of all seeds (`tables`) and their backward passes. Writes OUT/lasting_seeds.csv:
+// header name,method,unit,seeds,mean,stderr,ci_low,ci_high,rank,rank_ci_low,rank_ci_high,indistinguishable_from; a row
+// per method and photo. indistinguishable_from: the number of photos whose intervals overlap. Free it also after a
+// failure.
 enum vw_status vw_lasting_seeds_make(const char *out, const struct vw_score_tables *tables,
                                      const struct vw_value_input *runs, struct vw_lasting_seeds *seeds);
 void vw_lasting_seeds_free(struct vw_lasting_seeds *seeds);

@@ -17,8 +17,8 @@
 
 const char vw_method_budgets_default[] = "1,2,4,10,N,4N";
 
-// Their retrainings have seeds behind all others of an experiment, wherever these end, so that more of the others leave
-// theirs as they are; each run has METHOD_SEEDS of its own.
+// First seed of the methods' retrainings. It lies after all other seeds of an experiment, so that more of those do not
+// change it; each run has METHOD_SEEDS of its own.
 enum { METHODS_FROM = 1 << 30, METHOD_SEEDS = 1 << 20 };
 
 uint32_t vw_method_scorers_seed_count(const struct vw_experiment_params *params) {
@@ -42,7 +42,7 @@ static const char *read_number(const char *text, const char *end, uint32_t *numb
     return text;
 }
 
-// 40, N, 4N, N/2, 3N/2.
+// Reads a budget: 40, N, 4N, N/2, 3N/2.
 static bool read_budget(struct vw_word word, struct budget *budget) {
     const char *end = word.text + word.length, *text = read_number(word.text, end, &budget->times);
     bool number = text > word.text;
@@ -115,7 +115,7 @@ static struct budgets list_budgets(const struct vw_experiment_params *params, ui
 
 // ---- Scores ----
 
-// What all methods have in common.
+// State that all methods share.
 struct work {
     const struct vw_experiment_params *params;
     struct vw_retrainer *retrainer;
@@ -125,7 +125,7 @@ struct work {
     double *feature_values; // owned
 };
 
-// Those features that are known of all photos before a run.
+// Makes the table of the features that are known of all photos before a run.
 static enum vw_status make_feature_table(struct work *work) {
     const struct vw_photo_features *known = &work->scorers->features;
     enum vw_feature columns[VW_FEATURE_COUNT];
@@ -160,7 +160,7 @@ static struct vw_retraining_input input_of(const struct work *work, uint32_t val
                                         .features = work->features.count ? &work->features : NULL};
 }
 
-// Whether the budget is enough, and asks for no more seeds than there are.
+// Returns true if the budget is enough, and needs no more seeds than there are.
 static bool can_use(const struct vw_retraining_method *method, const struct vw_retraining_input *input) {
     return input->budget >= method->least_budget(input) && (uint64_t)input->budget * input->epochs <= METHOD_SEEDS;
 }
@@ -199,7 +199,7 @@ static enum vw_status add_scorer(const struct work *work, const struct vw_retrai
 
 // ---- From gradients along the valued runs ----
 
-// Of one valued seed. A run that these methods cannot follow leaves NaN, and so no scorer.
+// Computes the scores of one valued seed. A run that these methods cannot follow leaves NaN, and so no scorer.
 static enum vw_status follow_run(const struct vw_retrainer *retrainer, uint32_t valued,
                                  double *const scores[VW_GRADIENT_METHODS]) {
     const struct vw_retrainer_params *params = &retrainer->params;

@@ -6,17 +6,18 @@
 #include "lab/methods/registry.h"
 #include "lab/scorers.h"
 
-// Of an experiment's params they use `methods`, names with commas between, or "all" (NULL: none), and
-// `run_equivalents`, budgets with commas between: numbers, and N, N/2, 4N, ... of N train photos (NULL: this list).
+// Default budgets. The methods use two of an experiment's params: `methods`, names with commas between, or "all" (NULL:
+// none), and `run_equivalents`, budgets with commas between: numbers, and N, N/2, 4N, ... of N train photos (NULL: this
+// list).
 extern const char vw_method_budgets_default[]; // "1,2,4,10,N,4N"
 
 enum { VW_METHOD_BUDGETS_MAX = 12, VW_METHOD_NAME_BYTES = 40 };
 
 // Checks names and budgets before any training. VW_ERROR_USAGE.
 enum vw_status vw_method_scorers_check(const struct vw_experiment_params *params);
-// How many seeds, from that of the config on, the experiment has with those of their retrainings.
+// Returns how many seeds, from that of the config on, the experiment has with those of the methods' retrainings.
 uint32_t vw_method_scorers_seed_count(const struct vw_experiment_params *params);
-// How many retrainings they take at most.
+// Returns how many retrainings the methods need at most.
 uint64_t vw_method_scorers_count(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer);
 // Adds the scorers of each of params->seeds runs. A budget that is too small for a method is left out, with a line in
 // the log. `*names` is owned by the caller (free), also after a failure, and outlives the scorers.

@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 
-// The scorers' photos are those of a retrainer, which ends earlier.
+// Copies the scorers' photos: they belong to a retrainer, which ends earlier.
 static enum vw_status keep_photos(struct vw_reproduced_methods *methods) {
     struct vw_evaluation *evaluation = &methods->scorers->evaluation;
     methods->photos = vw_allocate(evaluation->photo_count, sizeof *methods->photos);

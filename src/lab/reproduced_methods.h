@@ -21,7 +21,7 @@ enum vw_status vw_reproduced_methods_make(const struct vw_experiment_params *par
 // those of the runs; the names live as long as `methods`.
 enum vw_status vw_reproduced_methods_add(const struct vw_reproduced_methods *methods,
                                          const struct vw_ledger_image *images, struct vw_score_tables *tables);
-// What a set of a method's scores takes; NULL when that is not known.
+// Returns the cost of a set of a method's scores; NULL when that is not known.
 const struct vw_scorer_cost *vw_reproduced_methods_cost(const struct vw_reproduced_methods *methods,
                                                         const char *method);
 void vw_reproduced_methods_free(struct vw_reproduced_methods *methods);

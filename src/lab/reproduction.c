@@ -68,7 +68,7 @@ static enum vw_status make_stop(const struct vw_reproduction *reproduction, cons
     return status;
 }
 
-// The epochs that all runs have; some runs may have more than params->config->epochs.
+// Returns the epochs that all runs have; some runs may have more than params->config->epochs.
 static uint32_t common_epochs(const struct vw_experiment_params *params, const struct seed_runs *runs) {
     uint32_t epochs = params->config->epochs;
     for (uint32_t i = 0; i < runs->count; i++) {
@@ -170,7 +170,7 @@ static enum vw_status write_tables(const struct seed_runs *runs, struct vw_repro
 
 // ---- All of it ----
 
-// Retrainings of methods vary what the runs vary.
+// Makes the runs and the methods. Retrainings of methods vary what the runs vary.
 static enum vw_status make_runs(const struct vw_experiment_params *params, struct vw_reproduced_methods *methods) {
     struct vw_session session = {0};
     struct vw_config config = *params->config;

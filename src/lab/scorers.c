@@ -57,7 +57,7 @@ static double *find_or_add(struct vw_scorers *scorers, struct vw_scorer scorer, 
     return vw_scorers_add(scorers, scorer, (struct vw_scorer_cost){.trainings = trainings});
 }
 
-// In trainings: the run, and what its sweep takes beside (scripts/lab/benchmark_lasting).
+// Returns the cost in trainings: the run, and that of its backward pass (scripts/lab/benchmark_lasting).
 static uint32_t trainings_of(const char *method) {
     static const char *const swept[] = {"lasting_psnr", "lasting_loss"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(swept); i++)
@@ -97,7 +97,8 @@ static enum vw_status take_baselines(const struct vw_scene *scene, const struct 
     return status;
 }
 
-// `longer`: the run has gone on behind the epochs that are evaluated, so that its field is not the one to look at.
+// Scores the residuals of a run. `longer`: the run has continued after the epochs that are evaluated, so that its field
+// is the wrong one.
 static enum vw_status take_residuals(const struct vw_experiment_params *params, const struct vw_session *session,
                                      uint32_t seed, bool longer, struct vw_scorers *scorers) {
     const struct vw_evaluation *evaluation = &scorers->evaluation;
@@ -137,8 +138,8 @@ static enum vw_status take_seed(const struct vw_experiment_params *params, const
     return status;
 }
 
-// A method without a score for some photo cannot be summed over subsets. One with equal scores for all photos stays:
-// its empty metrics show that it tells nothing here.
+// Drops methods without a score for some photo, since it cannot be summed over subsets. A method with equal scores for
+// all photos stays: its empty metrics show that it tells nothing here.
 void vw_scorers_drop_incomplete(struct vw_scorers *scorers) {
     struct vw_evaluation *evaluation = &scorers->evaluation;
     uint32_t kept = 0;

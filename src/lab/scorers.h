@@ -11,7 +11,7 @@
 
 enum { VW_SCORERS_MAX = 256 };
 
-// What one set of scores takes.
+// Cost of one set of scores.
 struct vw_scorer_cost {
     double trainings; // on all photos; shorter ones are parts of one
     double seconds;   // CPU time; 0: that of as many trainings
@@ -23,13 +23,13 @@ struct vw_scorers {
     double *scores[VW_SCORERS_MAX]; // owned; [seed][photo] of each
     struct vw_scorer_cost costs[VW_SCORERS_MAX];
     const char **ground_truths;        // owned array
-    struct vw_photo_features features; // of the photos, and of the valued runs
+    struct vw_photo_features features; // features of the photos, and of the valued runs
 };
 
 extern const char vw_leave_one_out_scorer[]; // "leave_one_out": scores by retraining without each photo
 
-// Whether a method, with its budget where it takes one, a baseline, leave-one-out or the worths from subsets have that
-// name.
+// Returns true if that is the name of a method (with its budget if it has one), of a baseline, of leave-one-out or of
+// the worths from subsets.
 bool vw_scorer_exists(const char *name);
 // Opens the retrainer of an experiment's scorers: its results are means over the ends of the last epochs.
 enum vw_status vw_scorers_open_retrainer(const struct vw_experiment_params *params, struct vw_session *session,

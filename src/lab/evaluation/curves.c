@@ -14,7 +14,7 @@ static const uint32_t percents[] = {10, 20, 30, 50};
 static const size_t GAIN_END = 0, GAIN_PERCENT = 1;       // the point that a curve of gains has: removal_low/20
 static const uint64_t RANDOM_ORDER_SEED = 0x637572766573; // no training has it
 
-// Which end of the order is moved, and whether it is removed or is all that is trained on.
+// End of the order whose photos are moved: they are removed, or they are the only ones that are trained on.
 struct end {
     const char *group;
     bool removes, highest;
@@ -27,7 +27,7 @@ static const struct end ends[] = {{"removal_low", true, false},
 // Retrainings of a curve: those of a point with all seeds, point after point.
 struct curve {
     const struct vw_curve_params *params;
-    const struct vw_evaluation *evaluation; // of the params, as the seeds
+    const struct vw_evaluation *evaluation; // evaluation of the params, as are the seeds
     uint32_t seeds;
     const uint32_t *orders; // several of all photos, lowest score first
     uint32_t order_count;
@@ -58,12 +58,12 @@ static uint32_t moved_photos(const struct curve *curve, uint32_t percent) {
 static void add_end(struct curve *curve, const struct end *end, uint32_t percent, const uint32_t *order) {
     uint32_t count = curve->evaluation->photo_count, moved = moved_photos(curve, percent);
     uint32_t kept = end->removes ? count - moved : moved;
-    bool from_start = end->removes == end->highest; // what is kept lies at the low end
+    bool from_start = end->removes == end->highest; // the kept photos are at the low end
     add_point(curve, order + (from_start ? 0 : count - kept), kept);
 }
 
-// What the next point gains over training on all photos, in dB: means over its orders by seed, and over the seeds by
-// order. The retrainings of all photos come first.
+// Computes the gain of the next point over training on all photos, in dB: means over its orders by seed, and over the
+// seeds by order. The retrainings of all photos come first.
 static void take_gains(struct curve *curve, struct vw_spread *over_seeds, struct vw_spread *over_orders) {
     const struct vw_retrain_result *results = curve->results + curve->read;
     uint32_t seeds = curve->seeds, orders = curve->order_count;
@@ -80,7 +80,7 @@ static void take_gains(struct curve *curve, struct vw_spread *over_seeds, struct
     curve->read += seeds * orders;
 }
 
-// Half the width of a 95 % interval of a mean; NaN of a single value.
+// Returns half the width of a 95 % interval of a mean; NaN for a single value.
 static double half_interval(const struct vw_spread *spread) {
     if (spread->count < 2) return NAN;
     double count = (double)spread->count;
@@ -103,7 +103,8 @@ static enum vw_status add_row(struct curve *curve, const struct end *end, uint32
                                              .count = curve->seeds * curve->order_count});
 }
 
-// Both ends of a random order are equivalent: one of each pair is enough. There may be too few photos to remove any.
+// Returns true if the curve has the point. Both ends of a random order are equivalent, so one of each pair is enough.
+// There may be too few photos to remove any.
 static bool has_point(const struct curve *curve, size_t end, size_t percent) {
     if (curve->params->gain_only && (end != GAIN_END || percent != GAIN_PERCENT)) return false;
     return moved_photos(curve, percents[percent]) && (curve->order_count == 1 || end % 2 == 0);
@@ -153,7 +154,7 @@ uint32_t vw_curve_trainings(uint32_t seed_count, bool gain_only) {
     return seed_count * (1 + (gain_only ? 1 : VW_ARRAY_COUNT(ends) * VW_ARRAY_COUNT(percents)));
 }
 
-// Lowest score first; of equal ones the earlier photo.
+// Sorts the photos by score, the lowest first; of equal ones the earlier photo comes first.
 static void order_by(const double *scores, uint32_t count, uint32_t *order) {
     for (uint32_t i = 0; i < count; i++) {
         uint32_t place = i;

@@ -13,7 +13,7 @@ const char *vw_exact_value_name(enum vw_exact_value value) {
     return names[value];
 }
 
-// |S|! (N - 1 - |S|)! / N!, as 1 / (N times the number of subsets of that size among the others).
+// Returns |S|! (N - 1 - |S|)! / N!, as 1 / (N times the number of subsets of that size among the others).
 static double shapley_weight(uint32_t photo_count, uint32_t size) {
     double subsets = 1;
     for (uint32_t i = 0; i < size; i++) subsets = subsets * (photo_count - 1 - i) / (i + 1);
@@ -26,7 +26,7 @@ static uint32_t size_of(uint32_t mask) {
     return size;
 }
 
-// The values of one photo in a game, whose outcomes are by mask: bit i is photo i.
+// Finds the values of one photo in a game, whose outcomes are by mask: bit i is photo i.
 static void find_values(const double *game, uint32_t photo_count, uint32_t photo, double values[VW_EXACT_COUNT]) {
     uint32_t bit = UINT32_C(1) << photo, all = (UINT32_C(1) << photo_count) - 1;
     for (int i = 0; i < VW_EXACT_COUNT; i++) values[i] = 0;

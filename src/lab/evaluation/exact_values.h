@@ -5,7 +5,7 @@
 #include "lab/evaluation/evaluation.h"
 #include "value/evaluation/outcomes.h"
 
-// What photo i is worth, from its marginal contributions v(S with i) - v(S) to the subsets S of the other N - 1 photos:
+// Values of photo i, from its marginal contributions v(S with i) - v(S) to the subsets S of the other N - 1 photos:
 enum vw_exact_value {
     VW_EXACT_SHAPLEY,       // sum with the weights |S|! (N - 1 - |S|)! / N! (Shapley 1953)
     VW_EXACT_BANZHAF,       // mean (Banzhaf 1965)
@@ -19,10 +19,12 @@ struct vw_exact_values {
     double *values[VW_TRUTH_COUNT][VW_EXACT_COUNT]; // owned; [seed][photo], dB; NaN where a training has no value
 };
 
-// `subsets`: all of them, retrained (vw_subsets_list_all). Free the values also after a failure.
+// Finds the exact values. `subsets`: all of them, retrained (vw_subsets_list_all). Free the values also after a
+// failure.
 enum vw_status vw_exact_values_find(const struct vw_subsets *subsets, struct vw_exact_values *exact);
 void vw_exact_values_free(struct vw_exact_values *exact);
-// Rows of the groups exact_shapley, exact_banzhaf and exact_leave_one_out, for val_psnr and test_psnr (photo_values.h).
+// Adds rows of the groups exact_shapley, exact_banzhaf and exact_leave_one_out, for val_psnr and test_psnr
+// (photo_values.h).
 enum vw_status vw_evaluate_exact_values(const struct vw_evaluation *evaluation, const struct vw_exact_values *exact,
                                         struct vw_metrics *metrics);
 

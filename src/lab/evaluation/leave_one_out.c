@@ -7,7 +7,7 @@
 
 // ---- Trainings ----
 
-// Training on all photos but one, whose place is left_out; on all of them when it is the number of photos.
+// Returns a training on all photos but one, whose place is left_out; on all of them when it is the number of photos.
 static struct vw_retrain_params retraining_without(const struct vw_evaluation *evaluation, uint32_t left_out,
                                                    uint64_t seed, uint32_t *views) {
     struct vw_retrain_params retraining = {.views = views, .seed = seed};
@@ -38,7 +38,7 @@ enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint32_t
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++)
         if (!(left_out->worths[truth] = vw_allocate((size_t)seed_count * photos, sizeof(double))))
             status = VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < count; i++) // of each seed first that on all photos
+    for (uint32_t i = 0; !status && i < count; i++) // each seed begins with the training on all photos
         retrainings[i] = retraining_without(evaluation, i % of_seed ? i % of_seed - 1 : photos,
                                             first_seed + i / of_seed, views + (size_t)i * photos);
     if (!status) status = retrain(context, retrainings, count, results);

@@ -17,7 +17,7 @@ enum vw_status vw_leave_one_out(const struct vw_evaluation *evaluation, uint32_t
                                 vw_retrain_function *retrain, void *context, struct vw_left_out *left_out);
 void vw_left_out_free(struct vw_left_out *left_out);
 
-// Rows of the group leave_one_out, for val_psnr and test_psnr (photo_values.h).
+// Adds rows of the group leave_one_out, for val_psnr and test_psnr (photo_values.h).
 enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation, const struct vw_left_out *left_out,
                                          struct vw_metrics *metrics);
 

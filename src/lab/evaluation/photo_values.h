@@ -1,4 +1,4 @@
-// How well scores agree with values of the photos that retrainings gave: worths by leave-one-out, exact Shapley values.
+// Agreement of scores with values of the photos from retrainings: worths by leave-one-out, exact Shapley values.
 #ifndef VIEWWORTH_LAB_EVALUATION_PHOTO_VALUES_H
 #define VIEWWORTH_LAB_EVALUATION_PHOTO_VALUES_H
 
@@ -6,9 +6,9 @@
 #include "value/evaluation/outcomes.h"
 
 struct vw_photo_values {
-    const char *group, *name; // of the rows: <group>/<name>
+    const char *group, *name; // names of the rows: <group>/<name>
     const double *values;     // [seed][photo]
-    uint32_t seed_count;      // of retrainings
+    uint32_t seed_count;      // number of retraining seeds
 };
 
 // Rows, each with the middle 95 % over resampled photos; none where a value is not finite.

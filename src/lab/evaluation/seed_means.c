@@ -15,7 +15,7 @@ static bool has_all(const double *values, uint32_t seed_count, uint32_t photo_co
     return all;
 }
 
-// The level of each seed over the photos that all seeds score. Returns their number.
+// Finds the level of each seed over the photos that all seeds score. Returns the number of these photos.
 static uint32_t find_levels(const double *values, uint32_t seed_count, uint32_t photo_count, double *levels) {
     uint32_t count = 0;
     for (uint32_t photo = 0; photo < photo_count; photo++) {
@@ -27,7 +27,7 @@ static uint32_t find_levels(const double *values, uint32_t seed_count, uint32_t 
     return count;
 }
 
-// Of a photo's scores without the levels of the seeds; the mean keeps the mean level.
+// Returns the variance of a photo's scores without the levels of the seeds; the mean keeps the mean level.
 static double variance_of(const double *values, uint32_t seed_count, uint32_t photo_count, uint32_t photo,
                           const double *levels, double *mean) {
     double sum = 0, level = 0, squares = 0;
@@ -71,7 +71,7 @@ enum vw_status vw_seed_means_make(const double *values, uint32_t seed_count, uin
         return VW_ERROR_MEMORY;
     }
     uint32_t count = find_levels(values, seed_count, photo_count, levels);
-    double lost = count > 1 ? count / (count - 1.0) : 1; // what taking the levels away takes from the variance
+    double lost = count > 1 ? count / (count - 1.0) : 1; // corrects the variance for the levels, which are subtracted
     for (uint32_t i = 0; i < photo_count; i++) {
         means[i] = (struct vw_seed_mean){NAN, NAN, NAN, NAN, 0, 0, 0, 0};
         if (!has_all(values, seed_count, photo_count, i)) continue;

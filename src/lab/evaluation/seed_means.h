@@ -19,7 +19,8 @@ struct vw_seed_mean {
     uint32_t overlaps;                  // other photos whose intervals overlap this one's: indistinguishable from it
 };
 
-// `values`: [seed * photo_count + photo], at least two seeds; `means`: one per photo. VW_ERROR_MEMORY.
+// Computes the mean score of each photo over the seeds. `values`: [seed * photo_count + photo], at least two seeds;
+// `means`: one per photo. VW_ERROR_MEMORY.
 enum vw_status vw_seed_means_make(const double *values, uint32_t seed_count, uint32_t photo_count,
                                   struct vw_seed_mean *means);
 

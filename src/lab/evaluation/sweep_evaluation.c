@@ -19,7 +19,7 @@ static enum vw_status train(void *context, struct vw_retrainer *retrainer, uint6
     return vw_subsets_retrain(&of->subsets, retrainer->train_views, first_seed, vw_retrain, retrainer);
 }
 
-// The methods that have a score for every photo; others cannot be summed over halves. Owned by the caller.
+// Lists the methods that have a score for every photo; others cannot be summed over halves. The caller owns the list.
 static struct vw_scorer *list_scorers(const struct vw_score_tables *tables, uint32_t *count) {
     struct vw_scorer *scorers = vw_allocate(tables->count, sizeof *scorers);
     *count = 0;

@@ -1,4 +1,4 @@
-// What the worths of photos say: of kinds of corruption, of the signs of scores, and how well they predict.
+// Metrics from the worths of photos: harm by kind of corruption, signs of scores, and their power to predict.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 
 // ---- Harm ----
 
-// The mean worth of the clean photos less that of the photos of a kind.
+// Returns the mean worth of the clean photos less that of the photos of a kind.
 static double harm_of(const struct vw_evaluation *evaluation, const char *kind, const double *worths) {
     double clean = 0, corrupted = 0;
     uint32_t clean_count = 0, corrupted_count = 0;

@@ -8,7 +8,7 @@
 #include "train/adjoint/step_replay.h"
 
 struct vw_gradient_params {
-    const struct vw_trainer_params *training; // of the run; `validate` set; borrowed for the call
+    const struct vw_trainer_params *training; // params of the run's training; `validate` set; borrowed for the call
     vw_step_replayed *replayed;               // NULL: not called
     void *context;
     struct vw_interrupt interrupt; // asked between batches: VW_ERROR_INTERRUPTED
@@ -24,11 +24,11 @@ struct vw_gradient_params {
 struct vw_in_run_credit {
     double first_order, second_order; // dB; NaN where validation was not finite
 };
-// credits: of step 1, 2, ..., as many as the training has.
+// Computes the credits of step 1, 2, ..., as many as the training has.
 enum vw_status vw_in_run_credits(const struct vw_gradient_params *params, struct vw_in_run_credit *credits);
 
-// TracIn (Pruthi et al. 2020) at checkpoints, ends of epochs spread evenly over those behind burn-in: what the next
-// step would change in U, were it taken on the photo, summed over checkpoints.
+// TracIn (Pruthi et al. 2020) at checkpoints, ends of epochs spread evenly over those after burn-in: the change of U if
+// the next step were on the photo, summed over checkpoints.
 //   plain            -rate grad U . gradient of the photo's loss: TracInCP, as if by gradient descent
 //   preconditioned   grad U . the step that the optimiser takes
 // The photo's pixels are drawn as a step draws them, anew at every checkpoint.
@@ -36,7 +36,7 @@ struct vw_tracin_score {
     double plain, preconditioned; // dB; NaN where a step was not finite
 };
 enum { VW_TRACIN_CHECKPOINTS = 10 };
-// scores: by photo that is trained on, in ascending order of scene indices. `checkpoints`: at most so many.
+// Computes scores by photo that is trained on, in ascending order of scene indices. `checkpoints`: at most so many.
 enum vw_status vw_tracin_scores(const struct vw_gradient_params *params, uint32_t checkpoints,
                                 struct vw_tracin_score *scores);
 
@@ -54,10 +54,10 @@ enum vw_status vw_tracin_scores(const struct vw_gradient_params *params, uint32_
 // Beyond `scale_max` there is no score: `found` is false, and the scores are NaN.
 struct vw_influence_settings {
     uint32_t iterations; // the last half of them, in whole passes over the photos, is averaged; 0: see below
-    double damping;      // of an iteration; 0: VW_INFLUENCE_DAMPING
+    double damping;      // damping of an iteration; 0: VW_INFLUENCE_DAMPING
     double scale;        // to begin with; 0: 1
     double scale_max;    // 0: VW_INFLUENCE_SCALE_MAX
-    uint32_t draws;      // of every photo's pixels, for its gradient; 0: VW_INFLUENCE_DRAWS
+    uint32_t draws;      // draws of every photo's pixels, for its gradient; 0: VW_INFLUENCE_DRAWS
 };
 #define VW_INFLUENCE_DAMPING 0.01
 #define VW_INFLUENCE_SCALE_MAX 1024.0
@@ -68,7 +68,7 @@ struct vw_influence_result {
     double size, growth; // |x| at the end; over that of P grad U, at most 1 / damping
     uint32_t iterations; // all of them, those that came to nothing included
 };
-// scores: as of vw_tracin_scores.
+// Computes scores in the order of vw_tracin_scores.
 enum vw_status vw_influence_scores(const struct vw_gradient_params *params,
                                    const struct vw_influence_settings *settings, double *scores,
                                    struct vw_influence_result *result);

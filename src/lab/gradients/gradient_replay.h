@@ -1,5 +1,4 @@
-// What the methods of gradient_methods.h share: a finished training, replayed up to a step, and the gradient of U
-// there.
+// Base of the methods of gradient_methods.h: a finished training, replayed up to a step, and the gradient of U there.
 #ifndef VIEWWORTH_LAB_GRADIENTS_GRADIENT_REPLAY_H
 #define VIEWWORTH_LAB_GRADIENTS_GRADIENT_REPLAY_H
 
@@ -8,11 +7,11 @@
 
 struct vw_gradient_replay {
     struct vw_step_replay replay;
-    struct vw_adjoint_passes passes; // of PSNR alone; two rows for every step of a batch
+    struct vw_adjoint_passes passes; // passes for PSNR alone; two rows for every step of a batch
     struct vw_interrupt interrupt;
     struct vw_buffer *zeros;  // a block
     struct vw_snapshot state; // that photos are tried from
-    uint64_t step;            // that the state on the device is behind
+    uint64_t step;            // the last step in the state on the device
 };
 
 enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params, struct vw_gradient_replay *sweep);
@@ -21,11 +20,11 @@ enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_repla
 
 // Takes the steps up to this one.
 enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *sweep, uint64_t step);
-// Records: the adjoint becomes the gradient of U in the state on the device, which the block `after` takes.
+// Records that the adjoint becomes the gradient of U in the state on the device, which is copied to the block `after`.
 void vw_gradient_replay_record_validation(const struct vw_gradient_replay *sweep, uint32_t scalar_row);
 // Sets the adjoint to 0; records.
 void vw_gradient_replay_record_zero(const struct vw_gradient_replay *sweep);
-// A product that sweep_record_multiply has written; NaN where it was not finite.
+// Returns a product that vw_adjoint_record_multiply has written; NaN if it was not finite.
 double vw_gradient_replay_read(const struct vw_gradient_replay *sweep, uint32_t row);
 
 // The adjoint times what step `number` would be, were it taken on a photo from the state on the device, and times its
@@ -33,7 +32,7 @@ double vw_gradient_replay_read(const struct vw_gradient_replay *sweep, uint32_t 
 struct vw_photo_products {
     double by_step, by_gradient; // NaN where the step was not finite
 };
-// Of every photo that is trained on. The state on the device is afterwards what it was.
+// Computes the products of every photo that is trained on. Afterwards the state on the device is as it was.
 enum vw_status vw_gradient_replay_try_photos(struct vw_gradient_replay *sweep, uint64_t number,
                                              struct vw_photo_products *products);
 

@@ -3,7 +3,7 @@
 
 #include "lab/gradients/gradient_replay.h"
 
-// The gradient of U is taken behind every step: it is that of the state before the next one.
+// Records steps, and the gradient of U after each: it is that of the state before the next one.
 static void record_steps(const struct vw_gradient_replay *sweep, uint64_t first_step, uint32_t count) {
     const struct vw_step_replay *replay = &sweep->replay;
     vw_submission_begin(replay->batch);

@@ -10,7 +10,7 @@
 
 static double bias_correction(double beta, double visits) { return 1.0 - pow(beta, visits); }
 
-// What Adam divides the learning rate by to move a param whose second moment this is.
+// Returns Adam's step per gradient for a param with this second moment: the learning rate over Adam's divisor.
 static double rate_of(const struct vw_influence *influence, double moment2, double visits) {
     const struct vw_probe_context *context = influence->sweep.replay.context;
     const struct vw_specialization *s = &context->field->model->specialization;
@@ -36,7 +36,7 @@ static enum vw_status read_grid_rates(struct vw_influence *influence) {
     return status;
 }
 
-// The weights and the sky.
+// Reads the rates of the weights and the sky.
 static enum vw_status read_weight_rates(struct vw_influence *influence) {
     const struct vw_step_passes *step = influence->sweep.replay.context->step;
     const struct vw_model *model = step->field->model;
@@ -56,7 +56,7 @@ static enum vw_status read_rates(struct vw_influence *influence) {
 
 // ---- LiSSA ----------------------------------------------------------------------------------------------------------
 
-// The length of x in the metric of P, in which P H is symmetric.
+// Returns the length of x in the metric of P, in which P H is symmetric.
 static double size_of(const struct vw_influence *influence, const double *values) {
     double sum = 0.0;
     for (uint64_t i = 0; i < influence->count; i++)
@@ -86,7 +86,7 @@ enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t in
     struct vw_gradient_replay *sweep = &influence->sweep;
     const struct vw_step_replay *replay = &sweep->replay;
     const struct vw_photo_order *schedule = replay->context->schedule;
-    uint64_t number = sweep->step + 1 + index; // whose draws no step of the training has
+    uint64_t number = sweep->step + 1 + index; // no step of the training has its draws
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->x[i];
     enum vw_status status = vw_adjoint_set_direction(&sweep->passes, influence->block);
     if (status) return status;
@@ -99,7 +99,7 @@ enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t in
     return !status ? read_adjoint(influence) : status;
 }
 
-// One iteration. `holds`: it has not lengthened x.
+// Makes one iteration. `holds`: it has not lengthened x.
 static enum vw_status iterate(struct vw_influence *influence, uint32_t index, bool *holds) {
     double damping = influence->settings.damping;
     enum vw_status status = vw_influence_multiply(influence, index);
@@ -154,7 +154,7 @@ enum vw_status vw_influence_solve(struct vw_influence *influence, struct vw_infl
 
 // ---- Scores ---------------------------------------------------------------------------------------------------------
 
-// Products have left others.
+// Restores the params, which the products have overwritten.
 static enum vw_status restore_params(const struct vw_gradient_replay *sweep) {
     vw_submission_begin(sweep->replay.batch);
     vw_submission_copy(sweep->replay.batch, sweep->passes.blocks.before, 0, sweep->replay.context->field->params, 0,

@@ -12,7 +12,7 @@ struct vw_influence {
     double *rates;                         // owned, as all below: P; 0 where a param is held fixed
     double *pull;                          // P grad U
     double *x, *carried;                   // carried: (1 - damping) x - P H x / scale
-    double *mean;                          // of x / scale over the iterations that count: s
+    double *mean;                          // mean of x / scale over the iterations that count: s
     double scale, size;                    // size: of x
     uint32_t first_counted;                // iteration
 };

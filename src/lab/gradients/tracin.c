@@ -23,7 +23,7 @@ static enum vw_status add_checkpoint(struct vw_gradient_replay *sweep, uint64_t 
     return status;
 }
 
-// Checkpoint i of C is the end of the epoch at (i + 1) / C of those behind burn-in.
+// Adds up all checkpoints. Checkpoint i of C is the end of the epoch at (i + 1) / C of those after burn-in.
 static enum vw_status add_checkpoints(struct vw_gradient_replay *sweep, uint32_t checkpoints,
                                       struct vw_tracin_score *scores) {
     const struct vw_photo_order *schedule = sweep->replay.context->schedule;

@@ -23,8 +23,8 @@ struct work {
     const struct vw_residuals *residuals;
     uint32_t *numbers;    // by view: 1 + its place among the photos; 0: none
     double *listed;       // by track: the residual there; NaN: unknown
-    double *scratch;      // of residuals
-    double *depths;       // of a photo's points, along its axis; NaN: outside
+    double *scratch;      // room for residuals
+    double *depths;       // by point of a photo: along its axis; NaN: outside
     double *own;          // a photo's residuals at its points
     double outlier_above; // residual
 };
@@ -38,7 +38,7 @@ static double residual_at(const struct vw_view *view, const struct vw_residuals 
     return residuals->values[(size_t)y * residuals->columns + (size_t)x];
 }
 
-// The threshold of `count` values, which are overwritten.
+// Returns the threshold of `count` values, which are overwritten.
 static double find_threshold(double *values, uint32_t count) {
     double median = vw_median(values, count);
     return median + OUTLIER_SPREADS * vw_robust_spread(values, count);
@@ -58,7 +58,7 @@ static void list_residuals(struct work *work) {
     work->outlier_above = find_threshold(work->scratch, known);
 }
 
-// How many of the other photos that list a point have a residual, and their median.
+// Returns the median residual of the other photos that list a point; `count` is how many of them have a residual.
 static double median_of_others(struct work *work, const struct vw_point *point, uint32_t view, uint32_t *count) {
     *count = 0;
     for (uint32_t t = point->first_track; t < point->first_track + point->track_count; t++)
@@ -94,7 +94,7 @@ static void find_own(struct work *work, uint32_t photo) {
         if (work->depths[p] <= DEPTH_AGREES * nearest[cell_of(view, x_px, y_px)])
             work->own[p] = residual_at(view, &work->residuals[photo], x_px, y_px);
     }
-    for (uint32_t p = 0; p < scene->point_count; p++) // what the tracks list, it sees where they say
+    for (uint32_t p = 0; p < scene->point_count; p++) // the photo sees the points of its tracks at the tracks' pixels
         for (uint32_t t = 0; t < scene->points[p].track_count; t++)
             if (scene->tracks[scene->points[p].first_track + t].view == work->photos[photo])
                 work->own[p] = work->listed[scene->points[p].first_track + t];
@@ -102,7 +102,8 @@ static void find_own(struct work *work, uint32_t photo) {
 
 // ---- Scores ----
 
-// The share of the photo's points whose residual is an outlier there alone; NaN where it has none that others know.
+// Returns the share of the photo's points whose residual is an outlier in this photo alone; NaN if other photos know
+// none of its points.
 static double share_of_points(struct work *work, uint32_t photo) {
     uint32_t known = 0, alone = 0, others;
     find_own(work, photo);
@@ -125,7 +126,7 @@ static double share_of_pixels(const struct vw_residuals *residuals, double outli
     return known ? (double)outliers / known : NAN;
 }
 
-// Without points, all pixels set the threshold.
+// Sets the threshold by all pixels, for scenes without points.
 static void take_all_pixels(struct work *work) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < work->photo_count; i++)

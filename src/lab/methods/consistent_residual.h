@@ -27,7 +27,8 @@ struct vw_residuals {
     double *values; // owned; mean absolute error over the channels, rows top to bottom; NaN: a pixel that is not used
 };
 
-// From the residuals of each photo (scene indices, ascending). NaN for a photo without a usable pixel. VW_ERROR_MEMORY.
+// Scores each photo by its residuals (`photos`: scene indices, ascending). NaN for a photo without a usable pixel.
+// VW_ERROR_MEMORY.
 enum vw_status vw_consistent_residual_score(const struct vw_scene *scene, const uint32_t *photos, uint32_t photo_count,
                                             const struct vw_residuals *residuals, double *scores);
 
@@ -35,7 +36,7 @@ enum vw_status vw_consistent_residual_score(const struct vw_scene *scene, const 
 // a bias to each view, which a render does not have, the scores are NaN.
 struct vw_finished_field {
     const struct vw_session *session; // open, its effects decided
-    const struct vw_config *config;   // of its run
+    const struct vw_config *config;   // config of its run
     const char *path;                 // field.vwf of the run; NULL: the run's training is repeated
 };
 enum vw_status vw_consistent_residual_find(const struct vw_finished_field *finished, const uint32_t *photos,

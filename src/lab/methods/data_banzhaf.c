@@ -11,7 +11,7 @@ static uint32_t least_budget(const struct vw_retraining_input *input) {
     return 2;
 }
 
-// Each photo is in each set with probability 1/2.
+// Draws a set that contains each photo with probability 1/2.
 static void draw_set(const struct vw_retraining_input *input, uint32_t set, struct vw_trained_sets *sets) {
     for (uint32_t i = 0; i < input->photo_count; i++) {
         uint32_t words[4];
@@ -21,7 +21,8 @@ static void draw_set(const struct vw_retraining_input *input, uint32_t set, stru
     sets->retrainings[set].seed = input->first_seed + set;
 }
 
-// The mean with the photo less the mean without it; 0 where there is only one of them: nothing tells of the photo.
+// Returns the mean with the photo less the mean without it; 0 if only one of them exists, since nothing tells of the
+// photo.
 static double score_photo(const struct vw_trained_sets *sets, uint32_t photo) {
     double sums[2] = {0};
     uint32_t counts[2] = {0};

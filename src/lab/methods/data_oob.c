@@ -13,7 +13,8 @@ static uint32_t least_budget(const struct vw_retraining_input *input) {
     return 2;
 }
 
-// As many photos as there are, with replacement. An epoch takes each photo once: the set of those that were drawn.
+// Draws as many photos as there are, with replacement. An epoch trains once on each photo of the set of those that were
+// drawn.
 static void draw_bag(const struct vw_retraining_input *input, uint32_t bag, struct vw_retrain_view *out_of_bag,
                      struct vw_trained_sets *sets) {
     bool *has = sets->has + (size_t)bag * input->photo_count;
@@ -28,7 +29,7 @@ static void draw_bag(const struct vw_retraining_input *input, uint32_t bag, stru
         if (!has[i]) out_of_bag[retraining->photo_count++].image_id = input->photos[i];
 }
 
-// The mean over the bags without the photo; NaN without such a bag.
+// Returns the mean over the bags without the photo; NaN without such a bag.
 static double score_photo(const struct vw_trained_sets *sets, uint32_t image_id) {
     double sum = 0;
     uint32_t count = 0;
@@ -42,7 +43,7 @@ static double score_photo(const struct vw_trained_sets *sets, uint32_t image_id)
     return count ? sum / count : NAN;
 }
 
-// Of a photo that all bags have nothing is known: it stands in the middle.
+// Sets the score of a photo that all bags contain to the mean of the others, since nothing is known of it.
 static void fill_unknown(uint32_t count, double *scores) {
     double sum = 0;
     uint32_t known = 0;

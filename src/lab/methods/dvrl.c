@@ -11,7 +11,7 @@
 // Selections are drawn SELECTIONS at a time, which one step of the network follows, and trained on for 1 / SHORTER of
 // the epochs.
 enum { DRAW = 0x64, SELECTIONS = 8, SHORTER = 10 };
-static const double WINDOW = 20; // of selections that the moving baseline is of
+static const double WINDOW = 20; // selections in the moving baseline
 // Keeps the mean probability within 1 - THRESHOLD and THRESHOLD.
 static const double EXPLORATION = 1e3, THRESHOLD = 0.9;
 
@@ -26,12 +26,12 @@ struct policy {
 
 static uint32_t short_epochs(uint32_t whole) { return whole < SHORTER ? 1 : whole / SHORTER; }
 
-// As many as one step of the network needs.
+// Returns the budget of one step of the network.
 static uint32_t least_budget(const struct vw_retraining_input *input) {
     return (SELECTIONS * short_epochs(input->epochs) + input->epochs - 1) / input->epochs;
 }
 
-// Each photo with its probability; with 1/2 where that selects none.
+// Draws each photo with its probability; with 1/2 if that selects none.
 static void draw_selection(struct policy *policy, uint32_t set, uint32_t number) {
     const struct vw_retraining_input *input = policy->input;
     bool *has = policy->selections.has + (size_t)set * input->photo_count, some = false;
@@ -52,7 +52,7 @@ static double mean_of(const double *values, uint32_t count) {
     return mean;
 }
 
-// REINFORCE: down the gradient of -(reward - baseline) log P(selection), and of what keeps it exploring.
+// Follows REINFORCE: down the gradient of -(reward - baseline) log P(selection), and of a term that keeps it exploring.
 static void follow(struct policy *policy, const double *rewards) {
     uint32_t photos = policy->input->photo_count;
     double mean = mean_of(policy->probabilities, photos);

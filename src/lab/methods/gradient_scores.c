@@ -18,7 +18,7 @@ struct work {
     uint64_t record_count;
     uint32_t *photos, photo_count; // owned
     struct vw_gradient_params gradients;
-    struct vw_gradient_store store; // of all methods
+    struct vw_gradient_store store; // scores of all methods
 };
 
 // ---- The methods ----------------------------------------------------------------------------------------------------
@@ -27,7 +27,7 @@ static void add(double *score, double credit) {
     if (isfinite(credit)) *score += credit; // as dv_psnr, which leaves out steps that are not finite
 }
 
-// Over the epochs behind burn-in, as dv_psnr.
+// Sums over the epochs after burn-in, as dv_psnr does.
 static void sum_credits(const struct work *work, const struct vw_in_run_credit *credits) {
     double *first = work->store.scores[VW_GRADIENT_IN_RUN_FIRST],
            *second = work->store.scores[VW_GRADIENT_IN_RUN_SECOND];
@@ -69,7 +69,7 @@ static enum vw_status score_influence(struct work *work) {
                                work->store.scores[VW_GRADIENT_INFLUENCE], &result);
 }
 
-// What a pass over the run scores: methods `first` to `end` - 1.
+// Passes over the run. Each scores the methods `first` to `end` - 1.
 static const struct {
     enum vw_gradient_method first, end;
     enum vw_status (*score)(struct work *work);

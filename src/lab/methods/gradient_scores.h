@@ -13,7 +13,7 @@ struct vw_gradient_scores_params {
     struct vw_gpu *gpu;
     const struct vw_scene *scene;  // that the run was trained on
     uint32_t epochs;               // that the run must have; 0: any
-    const char *out;               // of a finished run of value: its ledger is read, and nothing is written
+    const char *out;               // folder of a finished run of value: its ledger is read, and nothing is written
     const char *store;             // path of a table of scores that are known, and are to be; NULL: none
     struct vw_interrupt interrupt; // asked between batches; what was finished is in the store
 };

@@ -26,7 +26,7 @@ static bool is_number(const char *text, uint64_t number) {
     return strcmp(text, expected) == 0;
 }
 
-// `found` counts the photos of each method: they are in order, each once.
+// Reads a row. `found` counts the photos of each method: they are in order, each once.
 static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_store *store,
                                uint32_t found[VW_GRADIENT_METHODS]) {
     double score, seconds;
@@ -37,7 +37,7 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_stor
                        store->path, csv->line);
     while (method < VW_GRADIENT_METHODS && strcmp(vw_gradient_methods[method].name, csv->fields[METHOD]) != 0) method++;
     bool of_run = strcmp(csv->fields[RUN_ID], store->run_id) == 0 && is_number(csv->fields[STEPS], store->steps);
-    if (method == VW_GRADIENT_METHODS || !of_run) return VW_OK; // of another version, or another run
+    if (method == VW_GRADIENT_METHODS || !of_run) return VW_OK; // another version's, or another run's
     if (found[method] == store->photo_count || !is_number(csv->fields[IMAGE_ID], store->photos[found[method]]))
         return vw_fail(VW_ERROR_INPUT, "%s:%u: is of no photo that is next; remove the file: scores are computed anew",
                        store->path, csv->line);

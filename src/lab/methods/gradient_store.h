@@ -11,7 +11,7 @@
 
 struct vw_gradient_store {
     const char *path, *run_id; // borrowed
-    uint64_t steps;            // of the run, which may be extended
+    uint64_t steps;            // steps of the run, which may be extended
     const uint32_t *photos;    // borrowed; scene indices, ascending
     uint32_t photo_count;
     bool known[VW_GRADIENT_METHODS];
@@ -19,8 +19,8 @@ struct vw_gradient_store {
     double seconds[VW_GRADIENT_METHODS]; // CPU time of the pass
 };
 
-// The file at `path`, if there is one (NULL: none), fills what is known of that run and these photos. A file of another
-// run is empty to it; one that is damaged, too, with a warning. Free the store also after a failure.
+// Reads the scores that are known of that run and these photos from the file at `path`, if there is one (NULL: none).
+// Scores of another run are ignored; a damaged file is ignored with a warning. Free the store also after a failure.
 enum vw_status vw_gradient_store_open(struct vw_gradient_store *store);
 // Writes what is known, completely or not at all. Nothing without a path.
 enum vw_status vw_gradient_store_save(const struct vw_gradient_store *store);

@@ -5,7 +5,7 @@
 
 enum { ROUNDS_MOST = 20000 };
 static const double MASS_ERROR_MOST = 1e-9;
-static const double COOLING = 0.5; // of the temperature, from the largest cost down
+static const double COOLING = 0.5; // factor of the temperature, from the largest cost down
 
 static double mass_of(const double *masses, uint32_t count, uint32_t place) {
     return masses ? masses[place] : 1.0 / count;
@@ -19,8 +19,8 @@ struct side {
     uint32_t own_count, other_count;
 };
 
-// -temperature log(sum over others of mass exp((potential - cost) / temperature)): the potential that gives the place
-// its mass.
+// Returns -temperature log(sum over others of mass exp((potential - cost) / temperature)): the potential that gives the
+// place its mass.
 static double soft_minimum(const struct side *side, uint32_t own, double temperature) {
     const double *costs = side->costs + own * side->own_stride;
     double best = INFINITY, sum = 0;

@@ -13,13 +13,14 @@ struct vw_transport {
     double temperature;                          // > 0, in units of the costs: the weight of the plan's entropy
 };
 
-// The dual potentials at that temperature: sums of masses times potentials approach the cost of the best plan, and
-// sources[i] + targets[j] a lower bound of costs[i][j], as the temperature falls. False where 20,000 rounds were too
-// few for a plan whose masses are right to 1e-9 in sum: the potentials are then those of the last one.
+// Finds the dual potentials at that temperature: sums of masses times potentials approach the cost of the best plan,
+// and sources[i] + targets[j] a lower bound of costs[i][j], as the temperature falls. Returns false if 20,000 rounds
+// were too few for a plan whose masses are right to 1e-9 in sum: the potentials are then those of the last round.
 bool vw_transport_solve(const struct vw_transport *transport, double *sources, double *targets);
 
-// Calibrated gradients (Just et al., "LAVA", ICLR 2023): gradients[i] = sources[i] - the mean of the others, by how
-// much the cost of transport rises with the mass of source i, which is taken from all others. 0 for a single source.
+// Computes calibrated gradients (Just et al., "LAVA", ICLR 2023): gradients[i] = sources[i] - the mean of the others.
+// This is the rise of the cost of transport with the mass of source i, which is taken from all others. 0 for a single
+// source.
 void vw_transport_calibrate(const double *sources, uint32_t count, double *gradients);
 
 #endif

@@ -60,7 +60,7 @@ double vw_photo_feature(const struct vw_photo_features *features, uint32_t seed,
     return row_of(features, seed, photo)[feature];
 }
 
-// The median of a feature over the photos that have it; `scratch`: of all photos.
+// Returns the median of a feature over the photos that have it; `scratch` has room for all photos.
 static double median_of(const struct vw_photo_features *features, uint32_t seed, enum vw_feature feature,
                         double *scratch) {
     uint32_t count = 0;
@@ -152,7 +152,7 @@ void vw_photo_features_free(struct vw_photo_features *features) {
 
 // ---- The steps of a run ----
 
-// The photo's losses in the order of its steps; returns how many are finite.
+// Lists the photo's losses in the order of its steps; returns how many are finite.
 static uint32_t list_losses(const struct vw_step_record *records, uint64_t record_count, uint32_t photo,
                             double *losses) {
     uint32_t count = 0;
@@ -167,7 +167,7 @@ static double mean_of(const double *values, uint32_t count) {
     return sum / count;
 }
 
-// Of the line through the logarithms by least squares.
+// Returns the slope of the line through the logarithms by least squares.
 static double slope_of(const double *losses, uint32_t count) {
     double middle = (count - 1) / 2.0, products = 0, squares = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -193,7 +193,7 @@ static void fill_losses(const double *losses, uint32_t count, double *row) {
     row[VW_FEATURE_LOSS_CHANGE] = change_of(losses, count);
 }
 
-// As dv_psnr and dv_loss (viewworth/value.h), per step. Without validation they stay unknown.
+// Fills the credits as dv_psnr and dv_loss (viewworth/value.h), per step. Without validation they stay unknown.
 static void fill_credits(const struct vw_step_record *records, uint64_t record_count, uint32_t photo, double *row) {
     double psnr_db = 0, l1 = 0;
     const struct vw_step_record *before = NULL;

@@ -11,13 +11,13 @@
 #include "viewworth/types.h"
 
 enum vw_feature {
-    // Of the photo's pixels (photo_pixels.h)
+    // Pixels of the photo (photo_pixels.h)
     VW_FEATURE_BRIGHTNESS,
     VW_FEATURE_CONTRAST,
     VW_FEATURE_SHARPNESS,
     VW_FEATURE_NOISE,
     VW_FEATURE_EXPOSURE,
-    // Of what it sees, and from where (photo_sightings.h, scene/view_distance.h)
+    // View of the photo: what it sees, and from what place (photo_sightings.h, scene/view_distance.h)
     VW_FEATURE_SFM_POINTS,
     VW_FEATURE_REPROJECTION_MEAN,
     VW_FEATURE_REPROJECTION_MEDIAN,
@@ -27,7 +27,7 @@ enum vw_feature {
     VW_FEATURE_NEAREST_RATIO,
     VW_FEATURE_NEAREST_ANGLE,
     VW_FEATURE_TRANSPORT,
-    // Of the steps on it in a valued run
+    // Steps on the photo in a valued run
     VW_FEATURE_LOSS_FIRST,
     VW_FEATURE_LOSS_LATE,
     VW_FEATURE_LOSS_LAST,

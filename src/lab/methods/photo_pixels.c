@@ -14,7 +14,7 @@ struct sums {
     uint64_t count;
 };
 
-// `rows`: three neighbouring rows of luminance.
+// Adds the inner pixels of a row. `rows`: three neighbouring rows of luminance.
 static void add_row(double *const rows[3], uint32_t width_px, struct sums *sums) {
     for (uint32_t x = 1; x + 1 < width_px; x++, sums->count++) {
         double centre = rows[1][x], laplacian = rows[1][x - 1] + rows[1][x + 1] + rows[0][x] + rows[2][x] - 4 * centre;
@@ -29,7 +29,7 @@ static void read_row(const struct vw_scene *scene, const struct vw_image *image,
     for (uint32_t x = 0; x < image->width_px; x++) row[x] = vw_image_luminance(image, x, y_px, scene->background);
 }
 
-// `rows`: room for three.
+// Measures the luminance of a photo. `room`: of three rows.
 static void measure_luminance(const struct vw_scene *scene, const struct vw_image *image, double *room,
                               struct vw_photo_pixels *pixels) {
     double *rows[3] = {room, room + image->width_px, room + 2 * (size_t)image->width_px};
@@ -54,7 +54,7 @@ static void measure_luminance(const struct vw_scene *scene, const struct vw_imag
     pixels->noise = inner.count ? sqrt(M_PI / 2) / 6 * inner.noise / count : 0;
 }
 
-// The position of the `place`-th of `count` evenly spread pixels along a side.
+// Returns the position of the `place`-th of `count` evenly spread pixels along a side.
 static uint32_t place_on(uint32_t side_px, uint32_t place, uint32_t count) {
     return (uint32_t)((2 * (uint64_t)place + 1) * side_px / (2 * (uint64_t)count));
 }

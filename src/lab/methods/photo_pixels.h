@@ -1,5 +1,5 @@
-// What the pixels of one photo tell by themselves. Everything that methods without training want of a photo's pixels
-// is measured here, in one go, so that the photo is decoded once.
+// Measures of the pixels of one photo alone. Methods without training need them; all are measured here at once, so that
+// the photo is decoded once.
 #ifndef VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
 #define VIEWWORTH_LAB_METHODS_PHOTO_PIXELS_H
 

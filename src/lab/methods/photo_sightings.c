@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 
-enum { PLACES_MOST = 4096, RAYS_PER_SIDE_MOST = 8 }; // of places on rays, and of rays of a photo
+enum { PLACES_MOST = 4096, RAYS_PER_SIDE_MOST = 8 }; // limits of places on rays, and of rays of a photo
 enum { NOT_VALUED = -1, VALIDATES = -2 };
 
 struct work {
@@ -90,7 +90,7 @@ static double depth_of_box(const struct vw_scene *scene, const struct vw_view *v
     double depth = 0;
     for (int i = 0; i < 3; i++)
         depth -= (scene->box.centre_world[i] - view->camera_to_world[i][3]) * view->camera_to_world[i][2];
-    return fmax(depth, scene->box.half_extent_world); // of one that looks away, too
+    return fmax(depth, scene->box.half_extent_world); // also if the view looks away
 }
 
 static bool place_on_ray(const struct vw_scene *scene, const struct vw_view *view, double x_px, double y_px,

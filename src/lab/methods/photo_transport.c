@@ -7,14 +7,14 @@
 #include "lab/methods/optimal_transport.h"
 #include "viewworth/log.h"
 
-static const double TEMPERATURE = 0.05; // of the mean cost
+static const double TEMPERATURE = 0.05; // share of the mean cost
 
 enum part { THUMBNAILS, POSITIONS, AXES, PART_COUNT };
 
 static double squared_distance(enum part part, const struct vw_view *a, const struct vw_view *b,
                                const float *thumbnail_a, const float *thumbnail_b) {
     double sum = 0;
-    int column = part == POSITIONS ? 3 : 2; // of the pose: where it is, or the axis
+    int column = part == POSITIONS ? 3 : 2; // the pose's column: the position or the axis
     if (part == THUMBNAILS)
         for (int i = 0; i < VW_THUMBNAIL_VALUES; i++) sum += pow((double)thumbnail_a[i] - thumbnail_b[i], 2);
     else
@@ -22,7 +22,7 @@ static double squared_distance(enum part part, const struct vw_view *a, const st
     return sum;
 }
 
-// A part in which all pairs are equal adds nothing.
+// Adds a part of the costs. A part in which all pairs are equal adds nothing.
 static void add_part(const struct vw_scene *scene, enum part part, const uint32_t *photos,
                      const struct vw_photo_pixels *pixels, uint32_t photo_count, const uint32_t *validation,
                      const struct vw_photo_pixels *seen, uint32_t validation_count, double *room, double *costs) {

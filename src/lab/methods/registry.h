@@ -9,24 +9,24 @@
 #include "lab/evaluation/exact_values.h"
 #include "ledger/retraining.h"
 
-// What is known of each photo without a training.
+// Features of each photo that are known without a training.
 struct vw_feature_table {
     uint32_t count;
     const char *const *names; // [feature]
     const double *values;     // [photo][feature], finite, in any unit
 };
 
-// What one valued seed's scores are made from. All borrowed.
+// Input of one valued seed's scores. All borrowed.
 struct vw_retraining_input {
     const uint32_t *photos; // image_ids, ascending
     uint32_t photo_count;   // at least 2
     vw_retrain_function *retrain;
-    void *context;                           // of `retrain`
-    enum vw_equal equal;                     // what its retrainings have in common; it decides what they cost
+    void *context;                           // argument of `retrain`
+    enum vw_equal equal;                     // retrainings have equal steps or epochs; decides their cost
     uint64_t first_seed;                     // retrainings have seeds from this one on, fewer than budget * epochs
-    uint64_t key;                            // of random draws
+    uint64_t key;                            // key of random draws
     uint32_t budget;                         // run-equivalents: trainings on all photos for `epochs` epochs
-    uint32_t epochs;                         // of such a training
+    uint32_t epochs;                         // epochs of such a training
     const struct vw_feature_table *features; // NULL: none
 };
 
@@ -35,9 +35,9 @@ struct vw_retraining_input {
 struct vw_retraining_method {
     const char *name, *meaning;
     bool has_sign;                 // a score below 0 says that the photo harms
-    enum vw_exact_value estimates; // what its scores tend to as the budget grows; VW_EXACT_COUNT: no such value
+    enum vw_exact_value estimates; // limit of its scores as the budget grows; VW_EXACT_COUNT: no such value
     uint32_t (*least_budget)(const struct vw_retraining_input *input);
-    uint32_t (*epochs)(uint32_t whole); // of each of its retrainings; NULL: of a whole training
+    uint32_t (*epochs)(uint32_t whole); // epochs of each of its retrainings; NULL: of a whole training
     // Fills scores[photo], more = better; NaN where nothing tells of a photo. The budget is at least the least one.
     enum vw_status (*score)(const struct vw_retraining_input *input, double *scores);
 };
@@ -55,13 +55,13 @@ extern const struct vw_retraining_method vw_data_oob;
 extern const struct vw_retraining_method vw_dvrl;
 extern const struct vw_retraining_method vw_g_shapley;
 
-// NULL when there is none.
+// Returns NULL when there is none.
 const struct vw_retraining_method *vw_retraining_method_find(const char *name);
-// Whether the name is that of a method and a budget, as "tmc_shapley_40" or "tmc_shapley_4N".
+// Returns true if the name is that of a method and a budget, as "tmc_shapley_40" or "tmc_shapley_4N".
 bool vw_is_method_and_budget(const char *name);
 
-// What scores took: a shorter retraining, or one on fewer photos at equal epochs, counts as its share of a whole one;
-// to measure the untrained field takes nothing. Equal retrainings count each time.
+// Cost of scores: a shorter retraining, or one on fewer photos at equal epochs, counts as its share of a whole one; to
+// measure the untrained field costs nothing. Equal retrainings count each time.
 struct vw_retraining_cost {
     double run_equivalents;
     double seconds; // CPU time as recorded; for display only

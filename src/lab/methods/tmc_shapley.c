@@ -8,20 +8,21 @@
 #include "base/statistics.h"
 #include "lab/methods/registry.h"
 
-// After more than TRUNCATING prefixes in a row within TOLERANCE_DB of training on all photos the others of the order
-// count as 0. Prefixes are trained LOOK_AHEAD at a time: those of a group behind the truncation are trained in vain.
+// Truncation: after more than TRUNCATING prefixes in a row within TOLERANCE_DB of training on all photos, the others of
+// the order count as 0. Prefixes are trained LOOK_AHEAD at a time: those of a group after the truncation are trained in
+// vain.
 enum { TRUNCATING = 5, LOOK_AHEAD = 16 };
 // About the noise of a training. Not a share of the PSNR, as in the paper's code, since PSNR has no zero.
 static const double TOLERANCE_DB = 0.1;
-// Orders end once the scores of each of the last SETTLED orders differ from the last ones by less than ERROR of them,
-// in the mean over the photos. At least so many are taken.
+// Convergence: orders end once the scores of each of the last SETTLED orders differ from the last ones by less than
+// ERROR of them, on average over the photos. At least SETTLED orders are used.
 enum { SETTLED = 100 };
 static const double ERROR = 0.1;
 
 struct orders {
     const struct vw_retraining_input *input;
     uint32_t left;    // retrainings that the budget still permits
-    double all_psnr;  // of training on all photos, from the first order
+    double all_psnr;  // PSNR of training on all photos, from the first order
     uint32_t *order;  // owned; [photo]: places of photos
     uint32_t *views;  // owned; [LOOK_AHEAD][photo]
     double *sums;     // owned; [photo]: of what it changed
@@ -35,7 +36,7 @@ static double score_of(const struct orders *orders, uint32_t photo) {
     return orders->counts[photo] ? orders->sums[photo] / orders->counts[photo] : NAN;
 }
 
-// The first `size` photos of the order.
+// Returns a training on the first `size` photos of the order.
 static struct vw_retrain_params prefix(const struct orders *orders, uint32_t size, uint64_t seed, uint32_t *views) {
     for (uint32_t i = 0; i < size; i++) views[i] = orders->input->photos[orders->order[i]];
     vw_sort_places(views, size);
@@ -54,15 +55,15 @@ static enum vw_status train(struct orders *orders, uint32_t first, uint32_t coun
     return status;
 }
 
-// A training without a value tells of neither neighbour.
+// Adds a change of PSNR to the photo at `place`. A training without a value changes neither of its neighbours.
 static void add_change(struct orders *orders, uint32_t place, double change) {
     if (!isfinite(change)) return;
     orders->sums[orders->order[place]] += change;
     orders->counts[orders->order[place]]++;
 }
 
-// The first order is not truncated: its end is what others come near. One that the budget ends counts as far as it
-// went.
+// Trains along an order. The first one is not truncated, since the others compare with its end. An order that the
+// budget ends counts up to that place.
 static enum vw_status walk(struct orders *orders, uint32_t number) {
     const struct vw_retraining_input *input = orders->input;
     uint64_t seed = input->first_seed + number;

@@ -10,7 +10,7 @@ enum { HIDDEN = 16 };
 // As in the paper's code; a logit of its own moves with no other photo's, and so may move further.
 static const double RATE = 0.01, FREE_RATE = 0.05, BETA1 = 0.9, BETA2 = 0.999, EPSILON = 1e-8;
 
-// Where a hidden unit's weights are, its bias behind them.
+// Returns the offset of a hidden unit's weights; its bias follows them.
 static size_t unit_at(const struct vw_value_network *network, uint32_t unit) {
     return (size_t)unit * (network->feature_count + 1);
 }
@@ -28,7 +28,7 @@ static void standardise(const struct vw_feature_table *features, uint32_t photo_
     }
 }
 
-// Uniform with variance 1 / inputs (LeCun et al. 1998); the logit's weights are 0.
+// Draws the weights uniformly with variance 1 / inputs (LeCun et al. 1998); the logit's weights are 0.
 static void initialise(struct vw_value_network *network, uint64_t seed) {
     double most = sqrt(3.0 / (network->feature_count + 1));
     for (uint32_t i = 0; i < unit_at(network, HIDDEN); i++) {

@@ -11,14 +11,14 @@ struct vw_value_network {
     double *params; // owned; the hidden layer's weights and biases, then those of the logit; or the logits
     double *first_moments, *second_moments, *d_params; // part of `params`
     double *hidden;                                    // owned; [photo][hidden unit]
-    uint32_t steps;                                    // of Adam so far
+    uint32_t steps;                                    // steps of Adam so far
 };
 
-// Every photo begins with probability 1/2. `features`: NULL for none. Free it also after a failure.
+// Creates a network in which every photo has probability 1/2. `features`: NULL for none. Free it also after a failure.
 enum vw_status vw_value_network_create(const struct vw_feature_table *features, uint32_t photo_count, uint64_t seed,
                                        struct vw_value_network *network);
 void vw_value_network_apply(struct vw_value_network *network, double *probabilities);
-// One step of Adam down d_logits[photo], the gradient by the logits of the last application.
+// Makes one step of Adam down d_logits[photo], the gradient by the logits of the last application.
 void vw_value_network_step(struct vw_value_network *network, const double *d_logits);
 void vw_value_network_free(struct vw_value_network *network);
 

@@ -62,7 +62,7 @@ static void print_header(const struct vw_benchmark *benchmark) {
     vw_print("  trainings  CPU s\n");
 }
 
-// `cost`: NULL for what is no method.
+// Prints a row. `cost`: NULL if the row is not of a method.
 static void print_method(const struct vw_benchmark *benchmark, const char *method,
                          const struct vw_benchmark_method *cost) {
     const struct column *shown = columns[benchmark->has_tests];
@@ -77,7 +77,7 @@ static void print_method(const struct vw_benchmark *benchmark, const char *metho
     else vw_print("\n");
 }
 
-// Metrics of the scene, not of a method: "harm/blur  0.31 (0.12 to 0.50)".
+// Prints the metrics of the scene, not of a method: "harm/blur  0.31 (0.12 to 0.50)".
 static void print_scene_rows(const struct vw_metrics *metrics) {
     for (size_t i = 0; i < metrics->count; i++) {
         const struct vw_metric *row = &metrics->rows[i];

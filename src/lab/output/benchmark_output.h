@@ -7,7 +7,7 @@
 #include "lab/benchmark.h"
 #include "viewworth/status.h"
 
-// VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.
+// Prints the benchmark. Returns VW_ERROR_MEMORY, or VW_ERROR_IO when the JSON cannot be written to stdout.
 enum vw_status vw_benchmark_print(const struct vw_benchmark *benchmark, bool json);
 
 #endif

@@ -18,7 +18,7 @@ static void print_photo(const struct vw_lasting_seeds *seeds, uint32_t photo) {
              seeds->names[photo]);
 }
 
-// Those of ranks `first` to `last`.
+// Prints the photos of ranks `first` to `last`.
 static void print_ranks(const struct vw_lasting_seeds *seeds, uint32_t first, uint32_t last) {
     for (uint32_t rank = first; rank <= last; rank++)
         for (uint32_t i = 0; i < seeds->photo_count; i++)

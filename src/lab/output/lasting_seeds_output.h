@@ -6,7 +6,7 @@
 
 #include "lab/lasting_seeds.h"
 
-// The photos at both ends, and which are told apart. `first_seed`: of seeds->gates.
+// Prints the photos at both ends, and which are told apart. `first_seed`: seed of the first of seeds->gates.
 void vw_lasting_seeds_print(const struct vw_lasting_seeds *seeds, uint64_t first_seed);
 json_t *vw_lasting_seeds_to_json(const struct vw_lasting_seeds *seeds);
 

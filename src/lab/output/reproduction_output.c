@@ -28,7 +28,7 @@ static const struct vw_reproduction_stop *last_stop(const struct vw_reproduction
     return &reproduction->stops[reproduction->stop_count - 1];
 }
 
-// The place of a method among a stop's tables; their count when no run has it.
+// Returns the place of a method among a stop's tables; their count when no run has it.
 static uint32_t find_method(const struct vw_reproduction_stop *stop, const char *method) {
     const struct vw_score_table *table = vw_score_tables_find(&stop->tables, method);
     return table ? (uint32_t)(table - stop->tables.tables) : stop->tables.count;
@@ -49,7 +49,7 @@ static int name_width(const struct vw_score_tables *tables) {
     return (int)width;
 }
 
-// No blanks at the ends of lines. Coverage follows behind all columns.
+// Returns the width of a column; 0 at the end of a line, so that it has no blanks. Coverage follows after all columns.
 static int width_of(size_t column, size_t column_count) {
     return column + 1 < column_count || column_count == VW_ARRAY_COUNT(columns) ? CELL_WIDTH : 0;
 }
@@ -163,7 +163,7 @@ static json_t *stop_to_json(const struct vw_reproduction *reproduction, const st
                      (json_int_t)stop->training_rays, "methods", methods);
 }
 
-// `by_epochs` has all methods after more and more epochs; the last entry is after all.
+// Returns JSON whose `by_epochs` contains all methods after more and more epochs; the last entry is after all.
 static json_t *reproduction_to_json(const struct vw_reproduction *reproduction) {
     const struct vw_experiment_params *params = reproduction->params;
     json_t *stops = json_array(), *seeds = json_array();

@@ -7,7 +7,7 @@
 #include "lab/reproduction.h"
 #include "viewworth/status.h"
 
-// VW_ERROR_MEMORY, or VW_ERROR_IO when stdout cannot take the JSON.
+// Prints the reproduction. Returns VW_ERROR_MEMORY, or VW_ERROR_IO when the JSON cannot be written to stdout.
 enum vw_status vw_reproduction_print(const struct vw_reproduction *reproduction, bool json);
 
 #endif
