@@ -66,7 +66,7 @@ static const struct vw_command commands[] = {
      "is the untrained state. Writes ledger.db and scores.csv to the --out folder.",
      VW_OPTIONS_IMPORT | VW_OPTIONS_JSON, vw_command_import_steps},
 
-    {USE, "lasting", "OUT", "Score what the steps on each photo leave behind at the end of a finished run",
+    {USE, "lasting", "OUT", "Score what the steps on each photo leave at the end of a finished run",
      "Trains the run of OUT again, step by step as recorded, and follows the gradient of its end (validation PSNR and "
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
      "scores.csv and the report. Compare photos with each other; zero has no meaning.\n"

@@ -219,7 +219,8 @@ const struct vw_option vw_option_table[] = {
      "the scene's files do not tell",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
      DEFAULT("by the length of the run")},
-    {"background", NULL, "Colour behind transparent train pixels: the scene's own, or a random one per ray and step",
+    {"background", NULL,
+     "Colour seen through transparent train pixels: the scene's own, or a random one per ray and step",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, CHOICE(config.background, background_choice, VW_BACKGROUND_RANDOM)},
 
     // Accuracy and time.
@@ -247,7 +248,7 @@ const struct vw_option vw_option_table[] = {
     {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
      VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step")},
     {"lasting-matrix", NULL,
-     "Also follow back the PSNR of each validation photo by itself: lasting credit by validation photo in matrix.csv, "
+     "Also follow back the PSNR of each validation photo on its own: lasting credit by validation photo in matrix.csv, "
      "and among the candidates of select --verify. Each validation photo adds up to half the time of a sweep without",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix)},
     {"no-gate", NULL,

@@ -78,9 +78,9 @@ static enum vw_status check_curves(const struct vw_benchmark_params *params) {
         char *name = vw_format_text("%.*s", (int)word.length, word.text);
         if (!name) return VW_ERROR_MEMORY;
         if (!vw_scorer_exists(name))
-            status =
-                vw_fail(VW_ERROR_USAGE,
-                        "--curves: \"%s\" is no method; take all, none, gain, or names as scores.csv has them", name);
+            status = vw_fail(VW_ERROR_USAGE,
+                             "--curves: \"%s\" is not a method; take all, none, gain, or names as scores.csv has them",
+                             name);
         free(name);
     }
     return status;

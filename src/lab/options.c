@@ -66,7 +66,7 @@ const struct vw_option vw_lab_option_table[] = {
     {"seeds", "K", "Number of runs, one per seed; seeds count up from --seed", VW_LAB_REPRODUCE, VW_SECTION_MAIN,
      OPTION(COUNT, common.seeds), VW_OPTION_RANGE(2, 50), COMMON},
     {"lasting", NULL,
-     "Also compute lasting credit of every run: what the steps on a photo leave behind at its end (scores lasting_psnr "
+     "Also compute lasting credit of every run: what the steps on a photo leave at its end (scores lasting_psnr "
      "and lasting_loss)",
      VW_LAB_BENCHMARK | VW_LAB_REPRODUCE, VW_SECTION_SCORES, OPTION(FLAG, common.lasting.wanted), COMMON},
 };

@@ -195,13 +195,8 @@ unique_test_names() {
     [[ -z $twice ]] || { echo "$twice"; return 1; }
 }
 
-# Folders whose comments do not keep the rules of English yet.
-not_yet=(src/cli src/lab src/main.c)
-
-plain_comments() { # of the folders that are not in `not_yet`
-    local folder without=()
-    for folder in "${not_yet[@]}"; do without+=(-not -path "$folder/*" -not -path "$folder"); done
-    find src include shaders \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \) "${without[@]}" -print0 |
+plain_comments() {
+    find src include shaders \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \) -print0 |
         xargs -0r awk -f tests/cli/comment_rules.awk
 }
 

@@ -119,7 +119,7 @@ check "which trains nothing" test ! -e "$folder/eleven/seed_0"
 check "no seeds left to evaluate with" fails 2 'seed.*lower' refused --seed 9223372036854775804
 check "no epoch to score" fails 2 'burn-in' refused --epochs 1
 check "a recipe has defects of its own" fails 2 'corrupt.*recipe' refused --corrupt 2 --quiet
-check "a curve of no method" fails 2 '--curves: "dv_pnsr" is no method' refused --curves ground_truth,dv_pnsr
+check "a curve of no method" fails 2 '--curves: "dv_pnsr" is not a method' refused --curves ground_truth,dv_pnsr
 check "nothing is left of refusals" test ! -e "$folder/refused"
 check "a folder that holds a run of value" fails 2 'holds a single run' benchmark_it whole/seed_0 --quiet
 check "no such scene" fails 2 'nowhere' "$lab" benchmark "$folder/nowhere" --out "$folder/refused" --quiet

@@ -64,6 +64,6 @@ check "budgets without methods" fails 2 'add --methods' refused --run-equivalent
 for list in 0 N/0 N2 4n 1.5 '' 1,, 1,2,3,4,5,6,7,8,9,10,11,12,13; do
     check "budgets of \"$list\"" fails 2 'run-equivalents takes up to 12 numbers' refused --methods all --run-equivalents "$list"
 done
-check "a curve of a budget is known, of a method alone not" fails 2 '"dvrl" is no method' refused --curves dvrl_N,dvrl
+check "a curve of a budget is known, of a method alone not" fails 2 '"dvrl" is not a method' refused --curves dvrl_N,dvrl
 check "nothing is left of refusals" test ! -e "$folder/refused"
 conclude

@@ -58,7 +58,7 @@ static void print_gate(const struct vw_lasting_summary *summary) {
             "gate     none (--no-gate, or a run with momentum): nothing says whether to trust lasting credit here\n");
         return;
     }
-    vw_print("gate     change of the end when the steps on a photo behind step %" PRIu64
+    vw_print("gate     change of the end when the steps on a photo after step %" PRIu64
              " are longer and shorter: predicted, measured\n",
              sweep->checks->from_step);
     for (uint32_t i = 0; i < sweep->check_count; i++)
@@ -71,9 +71,8 @@ static void print_gate(const struct vw_lasting_summary *summary) {
 }
 
 void vw_lasting_print(const struct vw_lasting_summary *summary) {
-    vw_print(
-        "highest lasting credit (lasting_psnr: what the steps on the photo leave behind at the end; only differences "
-        "mean something)\n");
+    vw_print("highest lasting credit (lasting_psnr: what the steps on the photo leave at the end; only differences "
+             "mean something)\n");
     print_end(summary, true);
     vw_print("lowest lasting credit\n");
     print_end(summary, false);

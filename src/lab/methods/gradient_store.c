@@ -33,7 +33,7 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_stor
     uint32_t method = 0;
     if (csv->field_count != COLUMNS || !read_real(csv->fields[SCORE], &score) ||
         !read_real(csv->fields[CPU_SECONDS], &seconds))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: is no row of scores; remove the file: they are computed anew",
+        return vw_fail(VW_ERROR_INPUT, "%s:%u: is not a row of scores; remove the file: they are computed anew",
                        store->path, csv->line);
     while (method < VW_GRADIENT_METHODS && strcmp(vw_gradient_methods[method].name, csv->fields[METHOD]) != 0) method++;
     bool of_run = strcmp(csv->fields[RUN_ID], store->run_id) == 0 && is_number(csv->fields[STEPS], store->steps);
@@ -53,7 +53,7 @@ static enum vw_status read_rows(struct vw_csv *csv, struct vw_gradient_store *st
     bool same = !status && more && csv->field_count == COLUMNS;
     for (uint32_t i = 0; i < COLUMNS && same; i++) same = strcmp(csv->fields[i], columns[i]) == 0;
     if (!status && !same)
-        status = vw_fail(VW_ERROR_INPUT, "%s: is no table of scores from gradients; remove the file", store->path);
+        status = vw_fail(VW_ERROR_INPUT, "%s: is not a table of scores from gradients; remove the file", store->path);
     while (!status && !(status = vw_csv_next(csv, &more)) && more) status = read_row(csv, store, found);
     for (uint32_t m = 0; m < VW_GRADIENT_METHODS && !status; m++) store->known[m] = found[m] == store->photo_count;
     return status;
