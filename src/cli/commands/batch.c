@@ -15,8 +15,8 @@
 
 // ---- Jobs ---------------------------------------------------------------------------------------------------------
 
-// Checks the job's words, and that they fit beside other jobs, before any job begins. getopt moves words, so it gets a
-// copy.
+// Checks the job's words before any job begins, and notes whether the job must run alone. getopt moves words, so it
+// gets a copy.
 static enum vw_status check_job(const struct vw_program *program, struct vw_job *job) {
     static const struct vw_command value = {.name = "value", .operand = "SCENE", .options = VW_OPTIONS_OF_VALUE};
     struct vw_options options;

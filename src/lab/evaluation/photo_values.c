@@ -11,7 +11,7 @@ struct target {
     const struct vw_evaluation *evaluation;
     const struct vw_photo_values *values;
     char mean_group[VW_METRIC_BYTES], pearson_group[VW_METRIC_BYTES];
-    uint16_t *times;   // multiplicities of the photos in the resamples
+    uint16_t *times;   // how often each photo is in a resample
     double *truth;     // [photo]: mean over the retraining seeds
     double *scores;    // scratch: [photo]
     double *resampled; // scratch: [1 + VW_RESAMPLES]

@@ -20,7 +20,8 @@ enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_repla
 
 // Takes the steps up to this one.
 enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *sweep, uint64_t step);
-// Records that the adjoint becomes the gradient of U in the state on the device, which is copied to the block `after`.
+// Records the passes that set the adjoint to the gradient of U in the state on the device; that state is copied to the
+// block `after`.
 void vw_gradient_replay_record_validation(const struct vw_gradient_replay *sweep, uint32_t scalar_row);
 // Sets the adjoint to 0; records.
 void vw_gradient_replay_record_zero(const struct vw_gradient_replay *sweep);

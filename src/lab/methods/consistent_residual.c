@@ -24,7 +24,7 @@ struct work {
     uint32_t *numbers;    // by view: 1 + its place among the photos; 0: none
     double *listed;       // by track: the residual there; NaN: unknown
     double *scratch;      // room for residuals
-    double *depths;       // by point of a photo: along its axis; NaN: outside
+    double *depths;       // depths of a photo's points, along its axis; NaN: outside
     double *own;          // a photo's residuals at its points
     double outlier_above; // residual
 };
