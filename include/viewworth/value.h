@@ -45,8 +45,8 @@
 //       last epochs, are fitted by U(S) = c + g log s + sum over photos of b_i (x_i / s - 1), where s is the share of
 //       photos in S and x_i is 1 in S, otherwise 0: at equal steps the members share the training. Worth is the fit's
 //       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B - B0|^2, where f
-//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss, quality and coverage that every photo
-//       has, and B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are
+//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality that every photo has, and
+//       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are
 //       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
 //       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
 //       2022). A provider's worth is fitted likewise, with providers as players

@@ -1,7 +1,8 @@
 // The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
 // kind is a row of the table in registry.c. The step, the field, the evaluator, the adjoint and the costs loop over
-// that table (parts.h, step_effects.h) and name no effect. A function left NULL does nothing; what an effect has is
-// created, and its functions are called, only where its specialization constant is not 0 (decision 7).
+// that table (parts.h, step_effects.h) and name an effect only where it changes their own passes. A function left NULL
+// does nothing; what an effect has is created, and its functions are called, only where its specialization constant is
+// not 0 (decision 7).
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
