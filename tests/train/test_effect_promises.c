@@ -1,5 +1,5 @@
-// What every effect promises, by tables: off it takes no room and no effect changes where the field begins; bits do not
-// depend on batches or parts; validation sees the field alone; it is refused by name where it cannot be.
+// The promises of every effect, as tables: off it takes no room and no effect changes where the field begins; bits do
+// not depend on batches or parts; validation sees the field alone; it is refused by name where it cannot be.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

@@ -81,7 +81,7 @@ static void assert_same_credits(const struct vw_lasting_credit *a, const struct 
     }
 }
 
-// Of what a backward pass predicts and what retrainings measure.
+// Asserts that predictions of a backward pass correlate with what retrainings measure by at least `pearson`.
 static void assert_agree(const double *predicted, const double *measured, uint32_t count, double pearson) {
     double seen = vw_pearson(predicted, measured, count);
     if (!(seen >= pearson)) {

@@ -7,7 +7,7 @@
 
 static const struct vw_batch_room tiny_steps = {.pixels_per_step = 8, .bytes_per_step = 400, .batch_bytes = 1 << 20};
 
-// What batches grow to when a step takes `step_s`, and the batch with number `stalled` (0: none) is asked for late.
+// Returns what submissions grow to when a step takes `step_s` and number `stalled` (0: none) is asked for late.
 static uint32_t grown(const struct vw_batch_room *room, double step_s, uint32_t stalled) {
     struct vw_photo_order schedule = {0};
     vw_photo_order_set_batches(&schedule, room, 0);
