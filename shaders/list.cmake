@@ -1,21 +1,21 @@
 # Every compute shader that is embedded, in the order the data passes through them.
 viewworth_add_shader(rays/generate_rays)
-viewworth_add_shader(effects/mix_code)
-viewworth_add_shader(effects/convolve_photo) # of the effect appearance_encoder, as the eight that follow
-viewworth_add_shader(effects/convolve_photo VARIANT back DEFINE VW_BACK)
-viewworth_add_shader(effects/pool_photo)
-viewworth_add_shader(effects/spread_photo)
-viewworth_add_shader(effects/gradient_photo)
-viewworth_add_shader(effects/shrink_colours) # of its consistency loss, as the three that follow
-viewworth_add_shader(effects/spread_photo VARIANT codes DEFINE VW_CODES)
-viewworth_add_shader(effects/spread_colours DEFINE VW_BACK)
-viewworth_add_shader(effects/add_gradients)
-viewworth_add_shader(effects/predict_visibility) # of the effect, as three below
-viewworth_add_shader(effects/refresh_occupancy) # the four that skip empty space
-viewworth_add_shader(effects/refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
-viewworth_add_shader(effects/mark_samples)
-viewworth_add_shader(effects/place_rays)
-viewworth_add_shader(effects/list_samples)
+viewworth_add_shader(effects/appearance_code/mix_code)
+viewworth_add_shader(effects/appearance_encoder/convolve_photo) # of the effect appearance_encoder, as the eight that follow
+viewworth_add_shader(effects/appearance_encoder/convolve_photo VARIANT back DEFINE VW_BACK)
+viewworth_add_shader(effects/appearance_encoder/pool_photo)
+viewworth_add_shader(effects/appearance_encoder/spread_photo)
+viewworth_add_shader(effects/appearance_encoder/gradient_photo)
+viewworth_add_shader(effects/appearance_encoder/shrink_colours) # of its consistency loss, as the three that follow
+viewworth_add_shader(effects/appearance_encoder/spread_photo VARIANT codes DEFINE VW_CODES)
+viewworth_add_shader(effects/appearance_encoder/spread_colours DEFINE VW_BACK)
+viewworth_add_shader(effects/appearance_encoder/add_gradients)
+viewworth_add_shader(effects/visibility/predict_visibility) # of the effect, as three below
+viewworth_add_shader(effects/occupancy/refresh_occupancy) # the four that skip empty space
+viewworth_add_shader(effects/occupancy/refresh_occupancy VARIANT half DEFINE VW_HALF_GRID) # --table-precision float16, as the other two
+viewworth_add_shader(effects/occupancy/mark_samples)
+viewworth_add_shader(effects/occupancy/place_rays)
+viewworth_add_shader(effects/occupancy/list_samples)
 viewworth_add_shader(rays/place_samples) # --importance-samples
 viewworth_add_shader(field_hash/forward_field)
 viewworth_add_shader(field_hash/forward_field VARIANT half DEFINE VW_HALF_GRID)
@@ -24,36 +24,36 @@ viewworth_add_shader(field_mlp/multiply_layer)
 viewworth_add_shader(field_mlp/multiply_layer VARIANT back DEFINE VW_BACK)
 viewworth_add_shader(field_mlp/activate_samples)
 viewworth_add_shader(field_mlp/activate_samples VARIANT back DEFINE VW_BACK)
-viewworth_add_shader(effects/feed_transient) # of that effect alone, as the other two
-viewworth_add_shader(effects/feed_transient VARIANT features DEFINE VW_FEATURES)
+viewworth_add_shader(effects/transient/feed_transient) # of that effect alone, as the other two
+viewworth_add_shader(effects/transient/feed_transient VARIANT features DEFINE VW_FEATURES)
 viewworth_add_shader(rays/composite_rays)
-viewworth_add_shader(effects/fit_views)
+viewworth_add_shader(effects/appearance/fit_views)
 viewworth_add_shader(rays/reduce_views)
 viewworth_add_shader(rays/backward_rays)
 viewworth_add_shader(rays/backward_rays VARIANT effects DEFINE VW_RAY_EFFECTS) # sky, appearance, visibility
-viewworth_add_shader(effects/backward_transient)
-viewworth_add_shader(effects/backward_transient VARIANT effects DEFINE VW_RAY_EFFECTS)
+viewworth_add_shader(effects/transient/backward_transient)
+viewworth_add_shader(effects/transient/backward_transient VARIANT effects DEFINE VW_RAY_EFFECTS)
 viewworth_add_shader(field_hash/backward_field)
 viewworth_add_shader(field_hash/backward_field VARIANT transient DEFINE VW_TRANSIENT)
 viewworth_add_shader(networks/gradient_weights)
 viewworth_add_shader(networks/reduce_weights)
 viewworth_add_shader(networks/gradient_weights VARIANT layer DEFINE VW_LAYER)
 viewworth_add_shader(networks/reduce_weights VARIANT layer DEFINE VW_LAYER)
-viewworth_add_shader(effects/gradient_sky) # of the effect alone
-viewworth_add_shader(effects/gradient_visibility)
-viewworth_add_shader(effects/reduce_visibility)
+viewworth_add_shader(effects/sky/gradient_sky) # of the effect alone
+viewworth_add_shader(effects/visibility/gradient_visibility)
+viewworth_add_shader(effects/visibility/reduce_visibility)
 viewworth_add_shader(field_hash/scatter_grid)
 viewworth_add_shader(field_hash/scatter_grid VARIANT split DEFINE VW_SPLIT_ATOMICS) # where 64-bit atomics are missing
 viewworth_add_shader(field_hash/scatter_grid VARIANT walk DEFINE VW_WALK_LEVELS) # on CPUs of few cores
-viewworth_add_shader(effects/gradient_positions) # of the effect pose alone, as gradient_pose and update_pose
-viewworth_add_shader(effects/gradient_positions VARIANT half DEFINE VW_HALF_GRID)
-viewworth_add_shader(effects/gradient_pose)
+viewworth_add_shader(effects/pose/gradient_positions) # of the effect pose alone, as gradient_pose and update_pose
+viewworth_add_shader(effects/pose/gradient_positions VARIANT half DEFINE VW_HALF_GRID)
+viewworth_add_shader(effects/pose/gradient_pose)
 viewworth_add_shader(rays/reduce_loss)
-viewworth_add_shader(effects/update_transient)
-viewworth_add_shader(effects/update_appearance)
-viewworth_add_shader(effects/update_code)
-viewworth_add_shader(effects/update_pose)
-viewworth_add_shader(effects/update_visibility)
+viewworth_add_shader(effects/transient/update_transient)
+viewworth_add_shader(effects/appearance/update_appearance)
+viewworth_add_shader(effects/appearance_code/update_code)
+viewworth_add_shader(effects/pose/update_pose)
+viewworth_add_shader(effects/visibility/update_visibility)
 viewworth_add_shader(field_hash/update_grid)
 viewworth_add_shader(field_hash/update_grid VARIANT half DEFINE VW_HALF_GRID)
 viewworth_add_shader(networks/update_weights)

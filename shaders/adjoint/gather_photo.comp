@@ -1,8 +1,8 @@
 // The gradient by gain and bias of the step's photo: of the mean loss with its ridge, as update_appearance takes it,
 // and 0 for the other photos; or added to the adjoint by the backward pass, without the ridge, whose curvature is
 // small beside the rays'. One workgroup.
-#include "effects/appearance.glsl"
-#include "effects/photo_gradient.glsl"
+#include "effects/appearance/appearance.glsl"
+#include "effects/appearance_encoder/photo_gradient.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };

@@ -7,7 +7,7 @@
 //   M = (sum r r + FIT_RIDGE, sum r; sum r, n + FIT_RIDGE),  v = (sum r t + FIT_RIDGE, sum t)
 // so that with y = M^-1 (score's slope by a, by b) the slope by r of a ray with the error e = a r + b - t is -(y_a e +
 // a (y_a r + y_b)).
-#include "effects/appearance.glsl"
+#include "effects/appearance/appearance.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };

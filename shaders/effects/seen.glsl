@@ -5,11 +5,11 @@
 #include "rays/background.glsl"
 #ifdef VW_RAY_EFFECTS
 #define SEES_SKY
-#include "effects/appearance.glsl"
+#include "effects/appearance/appearance.glsl"
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };
 #endif
 #ifdef SEES_SKY
-#include "effects/sky.glsl"
+#include "effects/sky/sky.glsl"
 #endif
 
 vec3 backdrop_colour(vw_ray ray, uint ray_index, uvec4 key) {

@@ -2,7 +2,7 @@
 // weights and d_rows.
 #ifndef KERNELS_GLSL
 #define KERNELS_GLSL
-#include "effects/encoder.glsl"
+#include "effects/appearance_encoder/encoder.glsl"
 
 mat4 kernel_block(uint layer, uint tap, uint out4, uint in4) {
     uint at = ENCODER_COLUMN + column_of(layer) + block_of(layer, tap, out4, in4);

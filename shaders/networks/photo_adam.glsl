@@ -2,7 +2,7 @@
 // the optimiser of the field counts. Used by update passes of one workgroup.
 #ifndef PHOTO_ADAM_GLSL
 #define PHOTO_ADAM_GLSL
-#include "effects/appearance.glsl"
+#include "effects/appearance/appearance.glsl"
 #include "networks/adam.glsl"
 
 BUFFER(VW_SLOT_OVERFLOW) writeonly buffer Overflow { uint overflow; };

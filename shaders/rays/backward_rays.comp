@@ -16,7 +16,7 @@ BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
 PUSH uniform Push { vw_push_samples push; };
 
 #ifdef VW_RAY_EFFECTS
-#include "effects/visibility.glsl"
+#include "effects/visibility/visibility.glsl"
 BUFFER(VW_SLOT_VISIBILITY) buffer Visibility { vec2 visibility[]; };
 #endif
 

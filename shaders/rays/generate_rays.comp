@@ -2,7 +2,7 @@
 // effect pose has its say about the camera.
 #include "rays/background.glsl"
 #include "rays/camera.glsl"
-#include "effects/pose.glsl"
+#include "effects/pose/pose.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };

@@ -1,6 +1,6 @@
 // Validation errors, one workgroup per view, in an order that is fixed: each invocation sums every 64th ray, then the
 // first adds the 64 sums.
-#include "effects/appearance.glsl"
+#include "effects/appearance/appearance.glsl"
 #include "two_float.glsl"
 layout(local_size_x = 64) in;
 

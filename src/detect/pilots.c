@@ -9,9 +9,9 @@
 #include "base/statistics.h"
 #include "detect/occupied_share.h"
 #include "gpu/compute.h"
-#include "train/measure_views.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"
+#include "train/validation/measure_views.h"
 
 enum {
     HELD_OUT_EACH = 4, // one photo in so many

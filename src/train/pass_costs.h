@@ -8,7 +8,7 @@
 
 #include "train/step.h"
 #include "train/trainer.h"
-#include "train/validation.h"
+#include "train/validation/validation.h"
 
 struct vw_costed_passes { // all borrowed
     const struct vw_config *config;

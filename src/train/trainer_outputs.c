@@ -2,16 +2,16 @@
 // renders, measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
 #include <string.h>
 
-#include "train/checkpoint.h"
 #include "train/effects/kind.h"
 #include "train/effects/pose.h"
-#include "train/field_file.h"
+#include "train/files/checkpoint.h"
+#include "train/files/field_file.h"
 #include "train/identity.h"
-#include "train/measure_views.h"
 #include "train/pass_costs.h"
 #include "train/render.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
+#include "train/validation/measure_views.h"
 #include "viewworth/version.h"
 
 // ---- What it trains -------------------------------------------------------------------------------------------------

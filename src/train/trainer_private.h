@@ -7,7 +7,7 @@
 #include "train/probes/probes.h"
 #include "train/shared_submissions.h"
 #include "train/step.h"
-#include "train/validation.h"
+#include "train/validation/validation.h"
 
 // A trainer's part of the batch of the same index.
 struct vw_batch_slot {

@@ -1,6 +1,6 @@
 #include "fuzz/fuzz.h"
 
-#include "train/field_file.h"
+#include "train/files/field_file.h"
 
 enum { PARAM_BYTES = 16 };
 

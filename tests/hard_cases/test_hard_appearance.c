@@ -10,7 +10,7 @@
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer.h"
-#include "train/view_fit.h"
+#include "train/validation/view_fit.h"
 
 enum {
     WIDTH_PX = 12,

@@ -19,8 +19,8 @@ void reference_head_lay_out(uint32_t features, uint32_t width, uint32_t depth, u
 void reference_head_forward(const struct reference_head *head, const double *params, const double *features,
                             const double *code, double outputs[REFERENCE_HEAD_OUTPUTS]);
 
-// The loss of a ray of weight 1 (NeRF-W, equations 8 to 13; shaders/effects/transient.glsl says by what it is scaled).
-// `outputs`: of the head, five a sample. `photo`: NULL, or the gain and bias through which its colour is seen.
+// The loss of a ray of weight 1 (NeRF-W, equations 8 to 13; shaders/effects/transient/transient.glsl says by what it is
+// scaled). `outputs`: of the head, five a sample. `photo`: NULL, or the gain and bias through which its colour is seen.
 struct reference_transient_ray {
     const struct reference_point *points;
     const double (*outputs)[REFERENCE_HEAD_OUTPUTS];

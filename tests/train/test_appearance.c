@@ -6,8 +6,8 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/trainer_fixture.h"
-#include "train/code_fit.h"
 #include "train/trainer.h"
+#include "train/validation/code_fit.h"
 
 static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
 

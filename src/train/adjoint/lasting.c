@@ -10,7 +10,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "train/adjoint/lasting_private.h"
-#include "train/hashed_file.h"
+#include "train/files/hashed_file.h"
 
 static const double ADVANCE_SECONDS = 0.5;
 

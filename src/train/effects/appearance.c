@@ -1,6 +1,6 @@
 // The effect `appearance`: photos differ in exposure and white balance. Each train photo has a gain and a bias per
-// channel of the rendered colours (shaders/effects/appearance.glsl). Only training uses them: validation fits a gain
-// and a bias of its own to each view (shaders/effects/fit_views.comp), and rendering uses none.
+// channel of the rendered colours (shaders/effects/appearance/appearance.glsl). Only training uses them: validation
+// fits a gain and a bias of its own to each view (shaders/effects/appearance/fit_views.comp), and rendering uses none.
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"

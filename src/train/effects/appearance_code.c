@@ -1,5 +1,6 @@
 // The effect `appearance_code`: photos differ in light. Each train photo has a code of 48 numbers that enters the
-// colour network (shaders/effects/mix_code.comp). Only training uses codes; validation and rendering see the code 0.
+// colour network (shaders/effects/appearance_code/mix_code.comp). Only training uses codes; validation and rendering
+// see the code 0.
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/model.h"

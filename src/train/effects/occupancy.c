@@ -1,6 +1,6 @@
-// The effect `occupancy`: training leaves out samples in empty cells of the box (shaders/effects/occupancy.glsl);
-// validation never does. The kept samples of a chunk move together, by a prefix sum, so that the passes over them are
-// shorter:
+// The effect `occupancy`: training leaves out samples in empty cells of the box
+// (shaders/effects/occupancy/occupancy.glsl); validation never does. The kept samples of a chunk move together, by a
+// prefix sum, so that the passes over them are shorter:
 //   mark_samples: bits and counts per ray -> place_rays: where rays begin, how many workgroups -> list_samples: slot to
 //   sample
 // Every OCCUPANCY_STEPS steps the field is sampled to find what is empty; the result (VW_SLOT_OCCUPANCY) is part of the

@@ -1,5 +1,5 @@
 // The effect `pose`: a small correction of each training camera, a shift and a turn, all 0 at first
-// (shaders/effects/pose.glsl).
+// (shaders/effects/pose/pose.glsl).
 //   generate_rays: rays of the corrected camera -> ... -> gradient_positions: from the gradients by samples' encodings
 //   to those by their positions -> gradient_pose: force and torque of each ray -> update_pose: the photo's correction,
 //   lazily
@@ -86,7 +86,7 @@ const struct vw_effect_kind vw_effect_pose = {
 
 static double length_of(vw_float4 v) { return sqrt((double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z); }
 
-// Turns as shaders/effects/pose.glsl has them.
+// Turns as shaders/effects/pose/pose.glsl has them.
 static void add_correction(const struct vw_gpu_camera *camera, const struct vw_pose *pose, double share,
                            struct vw_camera_corrections *sum) {
     double unit = 1.0 / fmax(1.0, camera->reference.w), edges = length_of(pose->shift),

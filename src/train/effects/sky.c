@@ -1,4 +1,4 @@
-// The effect `sky`: a learned colour by direction serves as the field's background (shaders/effects/sky.glsl). Its
+// The effect `sky`: a learned colour by direction serves as the field's background (shaders/effects/sky/sky.glsl). Its
 // coefficients follow the field's weights, are mid grey at first, and move with them.
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"

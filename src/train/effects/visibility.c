@@ -1,6 +1,6 @@
 // The effect `visibility`: what covers the scene in one photo alone is left out of the loss, as much as a small
 // network of the pixel's place and of a code of the photo says so (HA-NeRF's image-dependent 2-D mask,
-// shaders/effects/visibility.glsl). update_weights moves the network with all other weights; codes are lazy.
+// shaders/effects/visibility/visibility.glsl). update_weights moves the network with all other weights; codes are lazy.
 //   predict_visibility: how visible each ray is -> backward_rays: the loss and its slope, times that ->
 //   gradient_visibility, reduce_visibility: the network's gradient -> update_visibility: the photo's code
 // Only training uses it. Lasting credit holds what is visible fixed: it leaves out how a step changes it for later

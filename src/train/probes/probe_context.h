@@ -4,10 +4,10 @@
 #define VIEWWORTH_TRAIN_PROBES_PROBE_CONTEXT_H
 
 #include "gpu/compute.h"
+#include "train/files/snapshot.h"
 #include "train/photo_order.h"
-#include "train/snapshot.h"
 #include "train/step.h"
-#include "train/validation.h"
+#include "train/validation/validation.h"
 #include "viewworth/types.h"
 
 struct vw_probe_context { // all borrowed

@@ -1,0 +1,28 @@
+#include "train/files/snapshot.h"
+
+enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_snapshot *snapshot) {
+    enum vw_status status = VW_OK;
+    snapshot->count = vw_step_training_state(step, snapshot->state);
+    for (uint32_t i = 0; i < snapshot->count && !status; i++)
+        status = vw_buffer_create(
+            step->field->gpu,
+            &(struct vw_buffer_params){.name = "snapshot", .size_bytes = vw_buffer_size_bytes(snapshot->state[i])},
+            &snapshot->copies[i]);
+    return status;
+}
+
+void vw_snapshot_destroy(struct vw_snapshot *snapshot) {
+    for (uint32_t i = 0; i < snapshot->count; i++) vw_buffer_destroy(&snapshot->copies[i]);
+}
+
+void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *batch) {
+    for (uint32_t i = 0; i < snapshot->count; i++)
+        vw_submission_copy(batch, snapshot->state[i], 0, snapshot->copies[i], 0,
+                           vw_buffer_size_bytes(snapshot->copies[i]));
+}
+
+void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *batch) {
+    for (uint32_t i = 0; i < snapshot->count; i++)
+        vw_submission_copy(batch, snapshot->copies[i], 0, snapshot->state[i], 0,
+                           vw_buffer_size_bytes(snapshot->copies[i]));
+}

@@ -1,0 +1,24 @@
+// Measures of how near the field comes to whole views: the passes of validation, on all their usable pixels or an even
+// share of them, through an evaluator of its own. The errors are summed in double on the host, in the order of the
+// pixels.
+#ifndef VIEWWORTH_TRAIN_VALIDATION_MEASURE_VIEWS_H
+#define VIEWWORTH_TRAIN_VALIDATION_MEASURE_VIEWS_H
+
+#include "train/field.h"
+#include "train/trainer.h"
+
+struct vw_measured_field { // all borrowed
+    struct vw_radiance_field *field;
+    const struct vw_scene *scene;
+    bool masks;        // mask files are obeyed
+    bool fits;         // a gain and a bias are fitted to a view's left half, and its right half is measured
+    bool allows_blank; // a view without usable pixels has errors of NaN; else it is a failure
+};
+
+// Measures views as vw_trainer_measure_views() says. The second does as vw_trainer_measure_whole() says.
+enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
+                                uint32_t pixels_max, struct vw_view_error *errors);
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+                                     struct vw_whole_view *whole);
+
+#endif
