@@ -9,7 +9,7 @@
 #include <float.h>
 
 #include "base/memory.h"
-#include "reference/pose.h"
+#include "reference/effects/pose.h"
 #include "reference/step_bench.h"
 
 enum { STEP = VW_OCCUPANCY_WARM_UP + 44, SAMPLES_MAX = 64 }; // where samples are skipped

@@ -3,8 +3,8 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "reference/effects/transient.h"
 #include "reference/step_bench.h"
-#include "reference/transient.h"
 
 enum { STEP = 3, SAMPLES_MAX = 32 };
 

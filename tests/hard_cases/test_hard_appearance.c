@@ -4,9 +4,9 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 #include "support/gpu_fixture.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
 #include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer.h"

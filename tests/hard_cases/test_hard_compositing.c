@@ -4,7 +4,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_step.h"
 
 // Of the light that the medium holds back: near an optical thickness of 0.03, where the series ends, 1 - exp(-tau) is
 // good to 1.3e-7 / 0.03, and the gradient takes its difference with what is behind.

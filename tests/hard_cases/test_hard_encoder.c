@@ -3,9 +3,9 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 #include "support/encoder_check.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/consistency.h"
 #include "train/effects/encoder.h"

@@ -3,8 +3,8 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 #include "support/synthetic_scene.h"
 
 static const struct step_case setup = {.name = "halves",

@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_step.h"
 #include "train/fields/mlp.h"
 
 // A share of the whole weight is a sum of floats near 1; a stratum's own weight magnifies what that is off by.

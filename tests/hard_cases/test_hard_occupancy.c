@@ -4,7 +4,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_step.h"
 
 enum { STEP = 300, REFRESHING_STEP = 320 };
 static const float DENSE = 10.0f;

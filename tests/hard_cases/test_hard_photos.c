@@ -5,9 +5,9 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 #include "image/image.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
 #include "support/synthetic_scene.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

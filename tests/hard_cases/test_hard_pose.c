@@ -3,10 +3,10 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "kernels/check.h"
-#include "reference/pose.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
+#include "kernels/checks/check.h"
+#include "reference/effects/pose.h"
 #include "support/synthetic_scene.h"
 
 static const struct step_case setup = {.name = "pose",

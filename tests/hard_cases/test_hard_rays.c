@@ -4,9 +4,9 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "hard_cases/hard_step.h"
 #include "scene/mask.h"
 #include "support/box_geometry.h"
-#include "support/hard_step.h"
 #include "train/pixels.h"
 
 static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen

@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_step.h"
 
 static const double UNSEEN =
     1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38

@@ -7,9 +7,9 @@
 #include "generate_errors.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
+#include "hard_cases/hard_case.h"
 #include "interface.h"
 #include "support/gpu_fixture.h"
-#include "support/hard_case.h"
 
 static const double SUM_TOLERANCE =
     0x1p-40; // relative: what a valuation asks for, since it subtracts nearly equal sums

@@ -5,8 +5,8 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 #include "support/synthetic_scene.h"
 
 static const struct step_case setup = {.name = "training",

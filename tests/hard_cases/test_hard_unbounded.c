@@ -5,8 +5,8 @@
 #include "train/fields/hash.h"
 
 #include "base/memory.h"
-#include "support/hard_run.h"
-#include "support/hard_step.h"
+#include "hard_cases/hard_run.h"
+#include "hard_cases/hard_step.h"
 
 static const double POSITION_TOLERANCE = 4e-7; // of the field's cube: eight roundings next to 1
 static const double DISTANCE_TOLERANCE = 2e-6; // relative: thirty roundings, of a sum over strata

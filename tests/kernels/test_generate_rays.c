@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 
 static const double LINE_TOLERANCE = 1e-6;  // box edges, as in check_rays.c
 static const double REPROJECTION_PX = 0.01; // what generate_rays is held to

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "gpu/shader_controls.h"
 #include "gpu/shaders.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
 
 enum { HEADER_WORDS = 5, OP_LOOP_MERGE = 246, CONTROL_WORD = 3, UNROLL = 1, DONT_UNROLL = 2, CASE_STRIDE = 5 };

@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
 
 static const struct step_case setup = {

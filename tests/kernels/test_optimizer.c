@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 
 enum { SILENT_STEPS = 10000, USUAL_QUANTA = 100000 };
 

@@ -9,7 +9,7 @@
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "gpu/spirv.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"

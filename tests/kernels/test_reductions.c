@@ -4,7 +4,7 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative, of the sums themselves

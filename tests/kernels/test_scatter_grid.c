@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "kernels/check.h"
+#include "kernels/checks/check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
 

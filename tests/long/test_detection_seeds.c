@@ -1,4 +1,4 @@
-// Detection on all recipes with three seeds each: two minutes; tests/train/test_detection.c has one of them.
+// Detection on all recipes with three seeds each: two minutes; tests/detect/test_detection.c has one of them.
 
 #include "support/cmocka_test.h"
 

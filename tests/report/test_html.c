@@ -1,5 +1,5 @@
 // report.html: what hostile texts, unknown numbers and empty runs become in it, and that it loads nothing. What a
-// browser makes of it is tests/cli/test_report.sh's.
+// browser makes of it is tests/report/test_report.sh's.
 #include "support/ledger_fixture.h"
 
 #include <jansson.h>

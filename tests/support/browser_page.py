@@ -1,4 +1,4 @@
-"""A page in a headless Chromium, for tests/cli/report_browser.py."""
+"""A page in a headless Chromium, for tests/report/report_browser.py."""
 import json
 import os
 import socket

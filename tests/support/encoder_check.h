@@ -2,8 +2,8 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_ENCODER_CHECK_H
 #define VIEWWORTH_TESTS_SUPPORT_ENCODER_CHECK_H
 
+#include "hard_cases/hard_case.h"
 #include "reference/step_bench.h"
-#include "support/hard_case.h"
 
 // The network's numbers in double, from a params block in floats; owned by the caller, as the next.
 double *encoder_network(const struct step_bench *bench, const float *params);

@@ -1,0 +1,105 @@
+#include "hard_cases/hard_case.h"
+#include "support/cmocka_test.h"
+
+#include "base/memory.h"
+#include "reference/step_bench.h"
+
+struct row {
+    const struct hard_case *hard_case;
+    void (*tear_down)(void);
+    struct hard_finding finding;
+};
+
+static void run_row(void **state) {
+    struct row *row = *state;
+    row->finding.where = row->hard_case->name;
+    row->hard_case->run(&row->finding);
+    if (!row->finding.compared) fail_msg("%s: nothing was compared", row->hard_case->name);
+    row->finding.passed = true;
+}
+
+static int tear_down_row(void **state) {
+    const struct row *row = *state;
+    if (row->tear_down) row->tear_down();
+    return 0;
+}
+
+static int text_width(const struct row *rows, size_t count, const char *heading,
+                      const char *(*text)(const struct row *)) {
+    size_t width = strlen(heading);
+    for (size_t i = 0; i < count; i++)
+        if (strlen(text(&rows[i])) > width) width = strlen(text(&rows[i]));
+    return (int)width;
+}
+
+static const char *name_of(const struct row *row) { return row->hard_case->name; }
+static const char *risk_of(const struct row *row) { return row->hard_case->risk; }
+static const char *quantity_of(const struct row *row) { return row->finding.quantity ? row->finding.quantity : ""; }
+
+static void print_table(const char *group, const struct row *rows, size_t count) {
+    int name = text_width(rows, count, "case", name_of), risk = text_width(rows, count, "what could go wrong", risk_of);
+    int quantity = text_width(rows, count, "nearest its tolerance", quantity_of);
+    printf("\nHard cases: %s\n%-*s | %-*s | %-*s | %-9s | %-9s | %-9s | %s\n", group, name, "case", risk,
+           "what could go wrong", quantity, "nearest its tolerance", "error", "tolerance", "compared", "verdict");
+    for (size_t i = 0; i < count; i++) {
+        const struct hard_finding *finding = &rows[i].finding;
+        printf("%-*s | %-*s | %-*s | %-9.2g | %-9.2g | %-9llu | %s\n", name, name_of(&rows[i]), risk, risk_of(&rows[i]),
+               quantity, quantity_of(&rows[i]), finding->error, finding->tolerance,
+               (unsigned long long)finding->compared, finding->passed ? "passes" : "FAILS");
+    }
+    fflush(stdout);
+}
+
+int hard_cases_run(const char *group, const struct hard_case *cases, size_t count, void (*tear_down)(void)) {
+    struct row *rows = vw_allocate(count, sizeof *rows);
+    struct CMUnitTest *tests = vw_allocate(count, sizeof *tests);
+    int failed = 1;
+    if (rows && tests) {
+        for (size_t i = 0; i < count; i++) {
+            rows[i] = (struct row){.hard_case = &cases[i], .tear_down = tear_down};
+            tests[i] = (struct CMUnitTest){
+                .name = cases[i].name, .test_func = run_row, .teardown_func = tear_down_row, .initial_state = &rows[i]};
+        }
+        failed = _cmocka_run_group_tests(group, tests, count, NULL, step_bench_teardown);
+        print_table(group, rows, count);
+    }
+    free(rows);
+    free(tests);
+    return failed;
+}
+
+// Returns the share of its tolerance that a finding uses up; infinite beyond it and for NaN.
+static double used_up(double error, double tolerance) {
+    if (error == 0.0) return 0.0;
+    return error <= tolerance ? error / tolerance : INFINITY;
+}
+
+void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected,
+                  double scale, double tolerance) {
+    double off = fabs(device - expected), error = off == 0.0 ? 0.0 : off / scale;
+    if (!isfinite(device) || !isfinite(expected)) error = INFINITY;
+    if (!finding->compared++ || used_up(error, tolerance) > used_up(finding->error, finding->tolerance)) {
+        finding->quantity = quantity;
+        finding->error = error;
+        finding->tolerance = tolerance;
+    }
+    if (!(error <= tolerance))
+        fail_msg("%s: %s[%llu] is %.9g on the device, %.9g by the reference: off by %.3g of %.3g, more than %.3g",
+                 finding->where, quantity, (unsigned long long)index, device, expected, off, scale, tolerance);
+}
+
+void hard_equal(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected) {
+    hard_compare(finding, quantity, index, device, expected, 1.0, 0.0);
+}
+
+void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected,
+                    size_t size_bytes) {
+    const unsigned char *a = device, *b = expected;
+    size_t i = 0;
+    while (i < size_bytes && a[i] == b[i]) i++;
+    hard_compare(finding, quantity, i, i < size_bytes ? a[i] : 0, i < size_bytes ? b[i] : 0, 1.0, 0.0);
+}
+
+void hard_require(struct hard_finding *finding, bool holds, const char *what) {
+    if (!holds) fail_msg("%s: this does not hold: %s", finding->where, what);
+}

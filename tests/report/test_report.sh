@@ -1,0 +1,294 @@
+#!/usr/bin/env bash
+# The report: that value writes it and report makes the same again, and what a browser makes of it. Takes the program's path; the browser is
+# headless Chromium, driven by report_browser.py.
+# label: once
+set -uo pipefail
+program=$(realpath "$1")
+root=$(cd "$(dirname "$0")/../.." && pwd)
+. "$root/tests/support/shell_test.sh"
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+scene=$root/scenes/toys.json
+tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
+    --device llvmpipe --quiet)
+synthetic=$(dirname "$program")/synthetic_ledger
+
+value() { # value OUT [OPTION]...
+    "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" "${@:2}" >"$folder/stdout" 2>"$folder/stderr" && return
+    cat "$folder/stderr"
+    return 1
+}
+report() { "$program" report --quiet "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matches
+    "${@:2}" && [[ $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^warning: .*($1)" "$folder/stderr" && return
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+refuses() { # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches
+    local code=0
+    report "${@:2}" || code=$?
+    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
+    echo "exit code $code:"
+    cat "$folder/stdout" "$folder/stderr"
+    return 1
+}
+
+# ---- Made with the run, and again ---------------------------------------------------------------------------------------
+
+check "value writes a report" value run --payout 10
+check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
+check "another seed" value other --seed 1 --no-thumbnails
+cp "$folder/run/report.html" "$folder/first.html"
+check "report makes the same again, from the ledger and the scene" eval 'report "$folder/run" &&
+    cmp "$folder/run/report.html" "$folder/first.html"'
+check "with thumbnails" grep -q 'data:image/webp;base64,UklGR' "$folder/first.html"
+check "without, when asked" eval '! grep -q "data:image/webp" "$folder/other/report.html"'
+check "--to writes elsewhere" report "$folder/run" --to "$folder/bare.html" --no-thumbnails
+check "and leaves OUT alone" cmp "$folder/run/report.html" "$folder/first.html"
+check "several folders make one page" report "$folder/run" "$folder/other" --to "$folder/both.html"
+check "their photos are in it once" test "$(grep -o 'data:image/webp' "$folder/both.html" | wc -l)" -eq \
+    "$(grep -o 'data:image/webp' "$folder/first.html" | wc -l)"
+check "--json says where" eval '"$program" report "$folder/run" --json --quiet | grep -q "\"report\": \"$folder/run/report.html\""'
+
+cp -r "$folder/run" "$folder/swept"
+check "a sweep of lasting credit" eval '"$program" lasting "$folder/swept" --device llvmpipe --quiet >"$folder/stdout" 2>&1'
+check "brings the gate and the horizon into the report" grep -qE '"gate":\{"image":\[[0-9].*"growth":\{"step":\[1,' \
+    "$folder/swept/report.html"
+cp "$folder/swept/report.html" "$folder/swept.html"
+check "and a report made again" eval 'report "$folder/swept" && cmp "$folder/swept/report.html" "$folder/swept.html"'
+
+cp -r "$folder/run" "$folder/blocked" && rm "$folder/blocked/report.html" && mkdir "$folder/blocked/report.html"
+check "a report that cannot be written is named: the command fails" eval \
+    '! value blocked --resume >/dev/null && grep -q "no report.*report.html.*viewworth report" "$folder/stderr"'
+check "its ledger is as it was" cmp "$folder/run/ledger.db" "$folder/blocked/ledger.db"
+check "new steps take an outdated report away" eval 'rmdir "$folder/blocked/report.html" && touch "$folder/blocked/report.html" &&
+    value blocked --resume --epochs 5 && [[ $(wc -c <"$folder/blocked/report.html") -gt 200000 ]]'
+
+# ---- What is missing or broken ------------------------------------------------------------------------------------------
+
+check "the run leaves a map and renders in OUT" test -s "$folder/run/map.json" -a -s "$folder/run/residuals.json"
+cp -r "$folder/run" "$folder/cut" && rm "$folder/cut/residuals.json"
+check "renders that a stop left out are made by --resume" value cut --resume
+check "with the bits of the run's own" cmp "$folder/cut/residuals.json" "$folder/run/residuals.json"
+check "no renders with --no-thumbnails" test ! -e "$folder/other/residuals.json" -a -s "$folder/other/map.json"
+check "nor in a report that goes without thumbnails" eval '! grep -q "\"picture\":" "$folder/bare.html"'
+cp -r "$folder/run" "$folder/mapped"
+# mapped PATTERN FILE SQL: map.json or residuals.json as SQLite's json functions change it is refused.
+mapped() {
+    sqlite3 :memory: "SELECT $3 FROM (SELECT CAST(readfile('$folder/run/$2') AS TEXT) AS j)" >"$folder/mapped/$2" &&
+        refuses "mapped/$2: $1" "$folder/mapped" && cp "$folder/run/$2" "$folder/mapped/$2"
+}
+check "a map of another scene" mapped 'is of another scene' map.json "json_set(j, '\$.scene_hash', 'x')"
+check "a map that lacks a camera" mapped 'positions: ' map.json "json_remove(j, '\$.positions[0]')"
+check "a direction that is text" mapped 'directions: ' map.json "json_set(j, '\$.directions[1]', '<img>')"
+check "points that are none" mapped 'points: ' map.json "json_set(j, '\$.points', 7)"
+check "half a point" mapped 'points: ' map.json "json_remove(j, '\$.points[0]')"
+check "a map that is no JSON" mapped 'line [0-9]+: ' map.json "'{'"
+check "renders of another scene" mapped 'is of another scene' residuals.json "json_remove(j, '\$.scene_hash')"
+check "a render of no photo" mapped 'image: ' residuals.json "json_set(j, '\$.photos[0].image', 28)"
+check "a render that is no picture" mapped 'picture: ' residuals.json "json_set(j, '\$.photos[1].picture', 'PHN2Zz48c2NyaXB0Pg==')"
+check "a render that is no base64" mapped 'picture: ' residuals.json "json_set(j, '\$.photos[0].picture', 'UklGRl\"onerror=')"
+check "a PSNR that is text" mapped 'psnr: ' residuals.json "json_set(j, '\$.photos[0].psnr', 'x')"
+rm "$folder/mapped/map.json" && ln -s ../run/map.json "$folder/mapped/map.json"
+check "a map that is a link" refuses 'mapped/map.json: is reached through a link' "$folder/mapped"
+check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/hostile" && "$synthetic" "$folder/large/ledger.db" 2000 &&
+    warns "without thumbnails.*scenes/none: no such scene" report "$folder/large"'
+check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'
+check "a folder that is not there" refuses 'nowhere: no such folder' "$folder/nowhere"
+mkdir "$folder/empty"
+check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$folder/run" "$folder/empty" --to "$folder/none.html"
+check "leaves no report" test ! -e "$folder/none.html"
+check "no folder at all" refuses 'OUT\.\.\. is missing'
+mkdir -p "$folder/compare/renders" "$folder/bench"
+printf '%s\n' scene,metric,method,value,ci_low,ci_high,count toys,lds/val_psnr,dv_psnr,0.62,0.4,0.8,200 toys,auc/harmful,dv_psnr,0.9,,,18 \
+    "toys,lds/val_psnr,''=x,0.5,,,200" >"$folder/bench/benchmark.csv"
+mkdir "$folder/costs"
+{
+    echo scene,metric,method,value,ci_low,ci_high,count
+    for row in dv_psnr:1:0.4 tmc_shapley_4N:120:0.6 tmc_shapley_10:10:0.1 '<b>_2:2:0.3' '=x:1e99:0.5' free:0:0.9; do
+        IFS=: read -r method cost value <<<"$row"
+        printf '%s\n' "toys,lds/test_psnr,\"$method\",$value,0.05,0.7,40" "toys,cost/trainings,\"$method\",$cost,,,1"
+    done
+    printf '%s\n' "toys,lds/test_psnr,noise ceiling,0.8,,,40" "toys,sign_accuracy/test_psnr,dv_psnr,0.7,,,9" \
+        toys,lds/val_psnr,dv_psnr,0.6,,,40
+} >"$folder/costs/benchmark.csv"
+check "a benchmark of methods that cost more" report "$folder/costs" --to "$folder/costs.html"
+hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
+photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
+compare_json() { # compare_json RENDER
+    cat <<JSON
+{"scene": "scenes/toys.json", "scene_hash": "$hash", "seeds": [0, 1], "downscale": 1, "epochs": 4, "lists": [
+  {"name": "all", "photos": ["$photo"], "outcomes": [{"seed": 0, "test_psnr": 18.0, "photo_count": 18}, {"seed": 1, "test_psnr": 18.1,
+   "photo_count": 18}], "mean": {"test_psnr": 18.05, "val_psnr": null}, "stderr": {"test_psnr": 0.05}},
+  {"name": "significant", "photos": [], "outcomes": [{"seed": 0, "test_psnr": 18.2, "photo_count": 9}, {"seed": 1, "test_psnr": 18.3,
+   "photo_count": 9}], "mean": {"test_psnr": 18.25}, "stderr": {"test_psnr": 0.1}}],
+ "pairs": [{"list": "significant", "against": "all", "measure": "test_psnr", "difference": 0.2, "stderr": 0.01, "ci_low": 0.1,
+   "ci_high": 0.3,
+  "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "test_l1", "difference": -0.2, "ci_low": -0.3, "ci_high": -0.1,
+   "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_l1", "difference": 0.1, "ci_low": 0.05, "ci_high": 0.2, "beyond_noise": true},
+  {"list": "significant", "against": "all", "measure": "val_psnr", "difference": 0.1, "ci_low": -0.1, "ci_high": 0.3,
+   "beyond_noise": false}],
+ "half_views": true,
+ "disagreements": [{"photo": "$photo", "in": ["all"], "not_in": ["significant"]}],
+ "renders": [{"view": "view_002", "split": "test", "file": "$1", "columns": ["photo", "all"]}]}
+JSON
+}
+check "a render for the comparison" "$program" render "$folder/run" --to "$folder/compare/renders/0.png" --device llvmpipe --quiet
+compare_json '../run/scores.csv' >"$folder/compare/compare.json"
+check "a comparison's render from elsewhere is refused" refuses 'compare.json: renders' "$folder/compare"
+compare_json 'renders/secret.png' >"$folder/compare/compare.json"
+cp "$folder/compare/renders/0.png" "$folder/secret.png"
+ln -s ../../secret.png "$folder/compare/renders/secret.png"
+check "nor one that a link leads to" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
+ln -sfn 0.png "$folder/compare/renders/secret.png"
+check "even one within the folder" refuses 'renders/secret.png: is reached through a link' "$folder/compare"
+cp "$folder/run/scores.csv" "$folder/compare/renders/secret.png" --remove-destination
+check "a render that is no picture" refuses 'renders/secret.png: is not a PNG file' "$folder/compare"
+rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secret.png"
+check "nor a file, which might never end" refuses 'renders/secret.png: is another kind of file' "$folder/compare"
+mkdir "$folder/linked"
+for name in benchmark.csv compare.json ledger.db; do
+    ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
+    check "$name that is a link to another folder" refuses "linked/$name: is reached through a link" "$folder/linked"
+    rm "$folder/linked/$name"
+done
+ln -s ../run "$folder/linked/seed_0"
+check "so is the folder of a seed" refuses "linked/seed_0: is reached through a link" "$folder/linked"
+# edited PATTERN SQL: compare.json as SQLite's json functions change it is refused.
+edited() {
+    compare_json 'renders/0.png' >"$folder/draft.json"
+    sqlite3 :memory: "SELECT $2 FROM (SELECT CAST(readfile('$folder/draft.json') AS TEXT) AS j)" >"$folder/compare/compare.json" &&
+        refuses "compare/compare.json: $1" "$folder/compare"
+}
+check "a comparison of nothing" edited 'the whole: .*scene' "'{}'"
+check "a comparison without lists" edited 'the whole: .*lists' "json_remove(j, '\$.lists')"
+check "a list without outcomes" edited 'lists: .*outcomes' "json_remove(j, '\$.lists[1].outcomes')"
+check "an outcome that is none" edited 'lists: ' "json_set(j, '\$.lists[0].outcomes[1]', NULL)"
+check "a measure that is no text" edited 'pairs: .*string' "json_set(j, '\$.pairs[0].measure', 3)"
+check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j, '\$.disagreements[0].in')"
+check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
+check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
+mkdir "$folder/edited"
+for name in benchmark tradeoff providers payout duplicates summary; do
+    printf 'scene,method,value,ci_low,ci_high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
+    check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
+    rm "$folder/edited/$name.csv"
+done
+echo '{"lists": [' >"$folder/compare/compare.json"
+check "a comparison that is no JSON" refuses 'compare/compare.json: line [0-9]+: ' "$folder/compare"
+compare_json 'renders/0.png' >"$folder/compare/compare.json"
+check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" \
+    --to "$folder/all.html"
+pictures() { grep -o 'data:image/webp' "$folder/$1" | wc -l; }
+check "which bring the thumbnails" test "$(pictures all.html)" -eq "$(pictures first.html)"
+check "of a comparison alone, those on which lists disagree" eval 'cd "$root" && report "$folder/compare" && [[ ! -s $folder/stderr ]]'
+check "are in it" test "$(pictures compare/report.html)" -eq 1
+mv "$folder/compare/report.html" "$folder/compared.html"
+check "unless asked not to" eval 'report "$folder/compare" --to "$folder/none.html" --no-thumbnails && [[ $(pictures none.html) -eq 0 ]]'
+sed -i 's/"downscale": 1/"downscale": 0/' "$folder/compare/compare.json"
+check "a divisor that there is not is a warning" warns 'out of range' report "$folder/compare"
+
+# ---- Runs that are there already, and ledgers of other photos -----------------------------------------------------------
+
+runs_of() { sed -n 's/.*id="data">//p' "$1" | grep -o '"run_id":' | wc -l; }
+check "a folder named twice is one run" eval 'report "$folder/run" "$folder/run/" --no-thumbnails --to "$folder/twice.html" &&
+    report "$folder/run" --no-thumbnails --to "$folder/once.html" && cmp "$folder/once.html" "$folder/twice.html"'
+mkdir "$folder/seeds" && cp -r "$folder/run" "$folder/seeds/seed_0"
+check "and so is that of a seed" report "$folder/seeds" "$folder/seeds/seed_0" "$folder/other" --no-thumbnails --to "$folder/twice.html"
+check "the page has two runs" test "$(runs_of "$folder/twice.html")" -eq 2
+cp -r "$folder/run" "$folder/padded" && rm "$folder/padded/map.json" "$folder/padded/residuals.json"
+sqlite3 "$folder/padded/ledger.db" "WITH RECURSIVE n(i) AS (SELECT 1000 UNION ALL SELECT i + 1 FROM n WHERE i < 31000)
+    INSERT INTO image (image_id, scene_hash, name, split, provider, sha256, ground_truth)
+    SELECT i, scene_hash, 'x' || i, 'excluded', provider, sha256, ground_truth FROM n, (SELECT * FROM image LIMIT 1)"
+check "a ledger of more photos than the scene has is a warning" warns 'padded: its ledger names other photos' report "$folder/padded"
+sqlite3 "$folder/padded/ledger.db" "DELETE FROM image WHERE image_id >= 1000; UPDATE image SET name = 'x' WHERE image_id = 3"
+check "so is one of others" warns 'padded: its ledger names other photos' report "$folder/padded"
+
+check "nothing is asked of the network" eval '! grep -qE "(src|href)=[\"'\'']?https?:|url\(|@import|<link|<iframe" \
+    "$folder/run/report.html" "$folder/hostile/report.html"'
+
+# ---- What accuracy costs in time ----------------------------------------------------------------------------------------
+
+# tradeoff NAME [KIND]: a folder as tradeoff writes it. Its configurations are the base, one parameter after another, and
+# full_resolution; the rows of a configuration are its methods. Without KIND: 11 configurations by 2 methods, no ground truth; "one": 1 by
+# 1; "many": 60 by 20; "hostile": texts that would run as scripts, and numbers that no axis can show.
+tradeoff() {
+    mkdir -p "$folder/$1"
+    awk -v kind="${2-}" 'BEGIN {
+        OFS = ","
+        print "configuration,parameter,value,base,epochs,steps,train_ms,value_ms,scoring_ratio,run_seconds,device_mib,val_psnr," \
+            "psnr_pareto_front,method,score_pareto_front,seed_pearson,seed_spearman,agreement_pearson,agreement_spearman," \
+            "all_pixels_pearson,all_pixels_spearman,auc,lds,lds_ci_low,lds_ci_high"
+        count = split("base: rays:125 rays:500 rays:2000 val-rays:256 val-rays:1024 val-rays:all effects:-sky accuracy:draft samples:8 " \
+            "full_resolution:all", configurations, " ")
+        if (kind == "one") count = 1
+        if (kind == "many") for (count = 1; count < 60; count++)
+            configurations[count + 1] = "parameter" int(count / 5) ":" 2 ^ (count % 5) + count
+        method_count = kind == "one" ? 1 : kind == "many" ? 20 : 2
+        for (p = 1; p <= count; p++)
+            for (m = 1; m <= method_count; m++) {
+                split(configurations[p], pair, ":")
+                parameter = pair[1]; value = pair[2]
+                configuration = p == 1 ? "base" : parameter "-" value
+                if (p == 1 && kind != "hostile") value = "\"rays 1000, samples 16\""
+                method = m == 1 ? "dv_psnr" : m == 2 ? "dv_loss" : "method_" m
+                seconds = 10 * p; agreement = value == "all" && parameter == "full_resolution" ? "" : 0.5 + 0.03 * p - 0.1 * (m - 1)
+                all_pixels = parameter == "val-rays" ? 0.9 : ""
+                lds = p == 1 ? "0.62,0.4,0.8" : ",,"
+                psnr = 20 + p / 4
+                if (kind == "hostile") {
+                    hurt = "<img src=x onerror=\"\"window.broken = 8\"\"></script><script>window.broken = 9</script>"
+                    configuration = "\"" hurt configuration "\""; parameter = "\"" hurt parameter "\""
+                    value = "\"__proto__" hurt value "\""
+                    method = "\"" hurt m "\""
+                    split("0 -1 1e308 nan x 1e-320 9 10 11 12 13", odd, " ")
+                    seconds = odd[p]; agreement = p == 8 ? "1e999" : p == 9 ? "-7" : agreement
+                    psnr = p == 2 ? "1e308" : p == 3 ? "-1e308" : psnr
+                }
+                print configuration, parameter, value, p == 1, 20, 1000, 8, 10 * p, 1.25, seconds, 300, psnr, p % 2, method, p % 3 == 0, \
+                    0.9, 0.8, agreement, agreement, all_pixels, all_pixels, "", lds
+            }
+    }' >"$folder/$1/tradeoff.csv"
+}
+tradeoff trade && mkdir -p "$folder/trade/configurations/base" && cp -r "$folder/run" "$folder/trade/configurations/base/seed_0"
+tradeoff trade_one one && tradeoff trade_many many && tradeoff trade_hostile hostile
+for name in trade trade_one trade_many trade_hostile; do
+    check "a page of $name" eval 'report "$folder/$name" && [[ ! -s $folder/stderr ]]'
+done
+check "shows none of the runs of its configurations" test "$(runs_of "$folder/trade/report.html")" -eq 0
+check "unless a run is named beside it" report "$folder/run" "$folder/trade" "$folder/trade_one" --to "$folder/traded.html" --no-thumbnails
+check "a tradeoff that lacks any column it needs" eval 'for column in configuration run_seconds psnr_pareto_front \
+    score_pareto_front lds_ci_high; do
+    sed "1s/\b$column\b/other/" "$folder/trade/tradeoff.csv" >"$folder/edited/tradeoff.csv" &&
+        refuses "edited/tradeoff.csv: lacks the column $column; make it again" "$folder/edited" || break
+done'
+mkdir "$folder/trade_linked" && ln -s ../trade/tradeoff.csv "$folder/trade_linked/tradeoff.csv"
+check "one that is a link to another folder" refuses 'trade_linked/tradeoff.csv: is reached through a link' "$folder/trade_linked"
+check "an empty one" eval ': >"$folder/edited/tradeoff.csv" && refuses "edited/tradeoff.csv: is empty; remove it" "$folder/edited"'
+check "one whose quotes are broken" eval '{ cat "$folder/trade/tradeoff.csv" && echo "\"open"; } >"$folder/edited/tradeoff.csv" &&
+    refuses "edited/tradeoff.csv:24: " "$folder/edited"'
+
+# ---- In a browser -------------------------------------------------------------------------------------------------------
+
+# unseen WHY: skips what is left, loudly.
+unseen() {
+    echo "SKIPPED: the report was not seen in a browser: $1"
+    [[ $failed -gt 0 ]] || exit 77
+    conclude
+}
+python=${PYTHON:-/usr/bin/python3}
+if ! [[ -x ${CHROMIUM:-/usr/bin/chromium} && -x ${CHROMEDRIVER:-/usr/bin/chromedriver} ]] ||
+    ! "$python" -c 'import selenium' 2>/dev/null; then
+    unseen "install chromium, chromium-driver and python3-selenium"
+fi
+seen=0
+while read -r verdict what; do
+    [[ $verdict != no ]] || unseen "there is $verdict $what"
+    check "$what" test "$verdict" = ok
+    seen=$((seen + 1))
+done < <(HOME=$folder XDG_CACHE_HOME=$folder "$python" "$root/tests/report/report_browser.py" "$folder")
+check "the browser looked at everything" test "$seen" -eq "$(grep -c '^@check' "$root/tests/report/report_browser.py")"
+conclude "$@"
