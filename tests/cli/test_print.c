@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/text.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "support/temporary_folder.h"
 #include "viewworth/log.h"

@@ -209,7 +209,7 @@ rule "only cli prints to stdout" src/experiment/injected.c '    printf("x");' --
 rule "  by any name" src/report/injected.c '    fputs(text, stdout);' -- \
     nowhere_but 'src/cli/\|src/main\.c' '\b(v?printf|puts|putchar)\(|[(,] *stdout\b|\bSTDOUT_FILENO\b' "${c_code[@]}" src include
 rule "commands print through cli/output/print.h" src/cli/commands/injected.c '    printf("%s", name);' -- \
-    nowhere_but 'src/cli/output/\(print\|json_output\|progress\)\.c\|src/cli/\(help\|manual\|run_program\)\.c\|src/main\.c' \
+    nowhere_but 'src/cli/output/\(print\|progress\)\.c\|src/cli/\(help\|manual\|run_program\)\.c\|src/main\.c' \
     '\b(v?printf|puts|putchar|fputs|fprintf|fwrite)\(' "${c_code[@]}" src/cli
 rule "the library leaves stderr alone" src/scene/injected.c '    fprintf(stderr, "x");' -- \
     nowhere_but 'src/cli/\|src/main\.c\|src/gpu/instance\.c\|src/image/decode/oiio_shim\.cpp' \

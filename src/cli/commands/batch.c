@@ -9,7 +9,7 @@
 #include "cli/commands/commands.h"
 #include "cli/device_list.h"
 #include "cli/interrupt.h"
-#include "cli/output/batch_output.h"
+#include "cli/output/results.h"
 #include "cli/parse_options.h"
 #include "viewworth/gpu.h"
 

@@ -2,7 +2,6 @@
 #include <stdlib.h>
 
 #include "cli/commands/commands.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "viewworth/gpu.h"
 

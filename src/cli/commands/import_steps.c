@@ -1,7 +1,6 @@
 #include <inttypes.h>
 
 #include "cli/commands/commands.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/imported/import_steps.h"
 

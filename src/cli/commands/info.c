@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "cli/commands/commands.h"
-#include "cli/output/scene_info_output.h"
+#include "cli/output/results.h"
 #include "cli/params.h"
 #include "detect/decide.h"
 #include "detect/verdict_cache.h"

@@ -2,10 +2,9 @@
 
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
-#include "cli/output/json_output.h"
-#include "cli/output/lasting_output.h"
 #include "cli/output/print.h"
 #include "cli/output/progress.h"
+#include "cli/output/results.h"
 #include "run/lasting/lasting_folder.h"
 #include "run/recorded/recorded_run.h"
 

@@ -4,7 +4,7 @@
 
 #include "batch/summary.h"
 #include "cli/commands/commands.h"
-#include "cli/output/batch_output.h"
+#include "cli/output/results.h"
 #include "run/out_lock.h"
 
 enum vw_status vw_command_merge(const struct vw_options *options) {

@@ -1,6 +1,5 @@
 
 #include "cli/commands/commands.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/recorded/render_view.h"
 

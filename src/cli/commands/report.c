@@ -3,7 +3,6 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/outputs/report_folder.h"
 

@@ -14,7 +14,7 @@
 #include "batch/child.h"
 #include "cli/interrupt.h"
 #include "cli/output/progress.h"
-#include "cli/output/run_output.h"
+#include "cli/output/results.h"
 #include "cli/params.h"
 #include "run/run.h"
 #include "run/together.h"

@@ -3,7 +3,6 @@
 
 #include "cli/commands/commands.h"
 #include "cli/interrupt.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "run/verify/verify.h"
 

@@ -3,7 +3,7 @@
 #include "cli/commands/commands.h"
 #include "cli/device_list.h"
 #include "cli/interrupt.h"
-#include "cli/output/worth_output.h"
+#include "cli/output/results.h"
 #include "experiment/worth.h"
 
 static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {

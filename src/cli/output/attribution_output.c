@@ -1,11 +1,9 @@
-#include "cli/output/attribution_output.h"
-#include "cli/output/print.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "base/json.h"
+#include "cli/output/print.h"
+#include "cli/output/results.h"
 #include "report/tables.h"
 
 enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10 }; // the tables have all
@@ -123,22 +121,20 @@ static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
                      vw_json_real(row->group_value), "providers", (json_int_t)row->provider_count);
 }
 
-bool vw_attribution_add_json(const struct vw_attribution *attribution, json_t *root) {
+void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root) {
     json_t *providers = json_array(), *payout = json_array(), *photos = json_array(), *duplicates = json_array();
-    int failed = 0;
     for (uint32_t i = 0; i < attribution->group_count; i++)
         vw_json_append(&providers, provider_to_json(&attribution->groups[i]));
+    for (uint32_t i = 0; i < attribution->duplicate_count; i++)
+        vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
     for (uint32_t i = 0; i < attribution->payout_count; i++)
         vw_json_append(&payout, payout_to_json(&attribution->payouts[i]));
     for (uint32_t i = 0; i < attribution->photo_count; i++)
         vw_json_append(&photos, photo_to_json(&attribution->photos[i]));
-    for (uint32_t i = 0; i < attribution->duplicate_count; i++)
-        vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
-    failed |= json_object_set_new(root, "providers", providers);
-    failed |= json_object_set_new(root, "duplicates", duplicates);
-    if (attribution->payout_count > 0) failed |= json_object_set_new(root, "payout", payout);
+    vw_json_set(root, "providers", providers);
+    vw_json_set(root, "duplicates", duplicates);
+    if (attribution->payout_count) vw_json_set(root, "payout", payout);
     else json_decref(payout);
-    if (attribution->photo_count > 0) failed |= json_object_set_new(root, "payout_photos", photos);
+    if (attribution->photo_count) vw_json_set(root, "payout_photos", photos);
     else json_decref(photos);
-    return !failed;
 }

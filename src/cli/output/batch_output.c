@@ -1,13 +1,11 @@
-#include "cli/output/batch_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 
 #include "base/clock.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "cli/output/progress.h"
+#include "cli/output/results.h"
 #include "viewworth/log.h"
 
 enum { LINE_BYTES = 160 };

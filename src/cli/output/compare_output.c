@@ -1,12 +1,10 @@
-#include "cli/output/compare_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
+#include "cli/output/results.h"
 
 enum { CELL_WIDTH = 18, NAME_WIDTH = 20 };
 

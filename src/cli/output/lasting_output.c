@@ -1,14 +1,12 @@
-#include "cli/output/lasting_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
+#include "cli/output/ranking.h"
+#include "cli/output/results.h"
 #include "ledger/find_image.h"
 #include "value/lasting_scores.h"
 
-enum { SHOWN_AT_EACH_END = 5 };
 static const double GROWTH_WORTH_A_WORD = 2; // growth of |lambda|; scenes that passed the gate stayed below it
 
 static const char *name_of(const struct vw_lasting_summary *summary, uint32_t image_id) {
@@ -16,26 +14,16 @@ static const char *name_of(const struct vw_lasting_summary *summary, uint32_t im
     return image ? image->name : "?";
 }
 
-static uint32_t count_shown(const struct vw_lasting_summary *summary) {
-    uint32_t half = summary->score_count > 1 ? summary->score_count / 2 : summary->score_count;
-    return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
-}
-
-static const struct vw_ledger_score *score_at(const struct vw_lasting_summary *summary, uint32_t place,
-                                              bool from_best) {
-    return &summary->scores[from_best ? place : summary->score_count - 1 - place];
+static struct vw_ranking ranking_of(const struct vw_lasting_summary *summary) {
+    return (struct vw_ranking){.scores = summary->scores,
+                               .count = summary->score_count,
+                               .images = summary->images,
+                               .image_count = summary->image_count};
 }
 
 static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } // not if it is NaN
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
-
-static void print_end(const struct vw_lasting_summary *summary, bool from_best) {
-    for (uint32_t i = 0; i < count_shown(summary); i++) {
-        const struct vw_ledger_score *score = score_at(summary, i, from_best);
-        vw_print("  %+9" VW_SCORE_DIGITS "f %s  %s\n", score->value, score->unit, name_of(summary, score->image_id));
-    }
-}
 
 static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
     if (growth->factor > GROWTH_WORTH_A_WORD)
@@ -71,25 +59,15 @@ static void print_gate(const struct vw_lasting_summary *summary) {
 }
 
 void vw_lasting_print(const struct vw_lasting_summary *summary) {
-    vw_print("highest lasting credit (lasting_psnr: what the steps on the photo leave at the end; only differences "
-             "mean something)\n");
-    print_end(summary, true);
-    vw_print("lowest lasting credit\n");
-    print_end(summary, false);
+    const struct vw_ranking ranking = ranking_of(summary);
+    vw_ranking_print(&ranking,
+                     "highest lasting credit (lasting_psnr: what the steps on the photo leave at the end; compare "
+                     "photos with each other, since zero has no meaning)",
+                     "lowest lasting credit");
     print_gate(summary);
 }
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
-
-static json_t *end_to_json(const struct vw_lasting_summary *summary, bool from_best) {
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < count_shown(summary); i++) {
-        const struct vw_ledger_score *score = score_at(summary, i, from_best);
-        vw_json_append(&array, json_pack("{s:s, s:s, s:o, s:s}", "name", name_of(summary, score->image_id), "method",
-                                         score->method, "value", vw_json_real(score->value), "unit", score->unit));
-    }
-    return array;
-}
 
 static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
     const struct vw_lasting_pass *sweep = &summary->sweep;
@@ -110,12 +88,13 @@ static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
 }
 
 json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary) {
+    const struct vw_ranking ranking = ranking_of(summary);
     const struct vw_lasting_pass *sweep = &summary->sweep;
     const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
-    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps",
-                     (json_int_t)sweep->step_count, "rays", (json_int_t)sweep->rays, "epochs",
-                     (json_int_t)sweep->epochs, "states", (json_int_t)sweep->states, "has_zero", 0, "growth", "factor",
-                     vw_json_real(growth.factor), "first_step", (json_int_t)growth.first_step, "last_step",
-                     (json_int_t)growth.last_step, "gate", gate_to_json(summary), "highest", end_to_json(summary, true),
-                     "lowest", end_to_json(summary, false));
+    return json_pack(
+        "{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps", (json_int_t)sweep->step_count, "rays",
+        (json_int_t)sweep->rays, "epochs", (json_int_t)sweep->epochs, "states", (json_int_t)sweep->states, "has_zero",
+        0, "growth", "factor", vw_json_real(growth.factor), "first_step", (json_int_t)growth.first_step, "last_step",
+        (json_int_t)growth.last_step, "gate", gate_to_json(summary), "highest",
+        vw_ranking_to_json(&ranking, VW_RANKING_HIGHEST), "lowest", vw_ranking_to_json(&ranking, VW_RANKING_LOWEST));
 }

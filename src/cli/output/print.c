@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/text.h"
-#include "viewworth/status.h"
 
 enum { TEXT_BYTES = 1024 };
 
@@ -64,4 +63,14 @@ void vw_print_shell_path(const char *path) {
         end = path + length + (path[length] == '\'');
     }
     vw_print("'");
+}
+
+enum vw_status vw_json_print(json_t *root) {
+    if (!root) return vw_fail(VW_ERROR_MEMORY, "out of memory for the JSON output");
+    // In ASCII, so that no name in it controls a terminal.
+    int failed = json_dumpf(root, stdout, JSON_INDENT(2) | JSON_ENSURE_ASCII);
+    json_decref(root);
+    if (failed || putchar('\n') == EOF)
+        return vw_fail(VW_ERROR_IO, "stdout: cannot write the JSON output; check where it goes");
+    return VW_OK;
 }

@@ -1,6 +1,12 @@
-// Printing of commands: all text for stdout passes through here, since names in it come from files of strangers.
+// Printing of commands: all text and JSON for stdout passes through here, since names in it come from files of
+// strangers.
 #ifndef VIEWWORTH_CLI_OUTPUT_PRINT_H
 #define VIEWWORTH_CLI_OUTPUT_PRINT_H
+
+#include <jansson.h>
+
+#include "base/json.h"
+#include "viewworth/status.h"
 
 // Digits after the point of every score that is printed.
 #define VW_SCORE_DIGITS ".4"
@@ -10,5 +16,9 @@
 void vw_print(const char *format, ...) __attribute__((format(printf, 1, 2)));
 // Prints a space and a path as a shell takes it: quoted where it must be, and not as an option.
 void vw_print_shell_path(const char *path);
+
+// Prints `root` and a line end, and drops the reference. NULL, which jansson returns when memory is short, is
+// VW_ERROR_MEMORY; VW_ERROR_IO: stdout cannot be written.
+enum vw_status vw_json_print(json_t *root);
 
 #endif

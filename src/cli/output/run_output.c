@@ -1,73 +1,147 @@
-#include "cli/output/run_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
-#include "cli/output/attribution_output.h"
-#include "cli/output/json_output.h"
-#include "cli/output/lasting_output.h"
-#include "cli/output/plan_output.h"
+#include "base/clock.h"
 #include "cli/output/print.h"
-#include "cli/output/probe_costs_output.h"
-#include "cli/output/profile_output.h"
-#include "cli/output/stability_output.h"
-#include "cli/output/validation_views_output.h"
+#include "cli/output/ranking.h"
+#include "cli/output/results.h"
 #include "detect/effects_text.h"
+#include "run/plan/accuracy_levels.h"
 
-enum { SHOWN_AT_EACH_END = 5 };
+// ---- Parts of a run -------------------------------------------------------------------------------------------------
 
-// The scores of vw_value_default_method, and `quality`, best first. Borrowed from the run.
-struct ranking {
-    const struct vw_ledger_score *scores, *qualities;
-    uint32_t count, quality_count;
-};
+static void print_plan(const struct vw_plan *plan, const struct vw_config *config) {
+    char text[VW_PRESET_TEXT_BYTES];
+    vw_preset_options(config, text);
+    if (vw_plan_keeps_time(plan))
+        vw_print("budget   %g s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
+    vw_print("again    the same bits by %s\n", text);
+}
 
-// Returns the quality of a photo, or NAN if it has none.
-static double quality_of(const struct ranking *ranking, uint32_t image_id) {
-    for (uint32_t i = 0; i < ranking->quality_count; i++)
-        if (ranking->qualities[i].image_id == image_id && ranking->qualities[i].visits)
-            return ranking->qualities[i].value;
-    return NAN;
+static void add_plan(const struct vw_plan *plan, const struct vw_config *config, json_t **root) {
+    char text[VW_PRESET_TEXT_BYTES];
+    vw_preset_options(config, text);
+    json_t *object = json_pack("{s:f, s:s}", "took_s", vw_now_s() - plan->started_s, "options", text);
+    if (object && json_object_update_missing(object, plan->record)) json_decref(object), object = NULL;
+    vw_json_set(root, json_object_get(plan->record, "budget_s") ? "budget" : "accuracy", object);
+}
+
+static void print_stability(const struct vw_stability *stability, double wanted, const struct vw_config *config) {
+    bool stable = vw_stability_reaches(stability, wanted);
+    if (stability->epochs < VW_STABILITY_EPOCHS_MIN) {
+        vw_print("not stable: %u epochs count, of which at least %d are wanted; take more --epochs\n",
+                 stability->epochs, VW_STABILITY_EPOCHS_MIN);
+        return;
+    }
+    vw_print("%s after epoch %u: scores rank as those of half the epochs did by %.3f or more at the last %d ends "
+             "(Spearman; wanted %g)%s\n",
+             stable ? "stable  " : "not stable", config->burn_in_epochs + stability->epochs, stability->correlation,
+             VW_STABILITY_ENDS, wanted, stable ? "" : "; take more --epochs");
+}
+
+static json_t *stability_to_json(const struct vw_stability *stability, double wanted) {
+    return json_pack("{s:b, s:i, s:i, s:o, s:f}", "stable", vw_stability_reaches(stability, wanted), "epochs",
+                     (int)stability->epochs, "earlier_epochs", (int)stability->earlier_epochs, "correlation",
+                     vw_json_real(stability->correlation), "wanted", wanted);
+}
+
+static void print_profile(const struct vw_profile *profile) {
+    const struct vw_gpu_peaks *peaks = &profile->peaks;
+    if (!profile->row_count) return;
+    vw_print("pass                              ms  share       MB    GB/s  of copy  mult-adds  G/s   of peak\n");
+    for (uint32_t i = 0; i < profile->row_count; i++) {
+        const struct vw_profile_row *row = &profile->rows[i];
+        char name[48];
+        snprintf(name, sizeof name, "%s%s%s", row->name, row->role ? ", " : "", row->role ? row->role : "");
+        vw_print("%-28s %7.3f  %4.1f%%  %7.2f  %6.2f  %5.0f %%", name, row->ms, 100 * row->share, 1e-6 * row->bytes,
+                 1e-9 * row->bytes_per_s, 100 * row->bytes_per_s / peaks->copy_bytes_per_s);
+        if (row->multiply_adds > 0)
+            vw_print("   %6.2f M  %5.1f     %5.0f %%", 1e-6 * row->multiply_adds, 1e-9 * row->multiply_adds_per_s,
+                     100 * row->multiply_adds_per_s / peaks->multiply_adds_per_s);
+        vw_print("\n");
+    }
+    vw_print("%-28s %7.3f         peaks: copy %.2f GB/s, multiply-adds %.1f G/s\n", "a step", profile->ms,
+             1e-9 * peaks->copy_bytes_per_s, 1e-9 * peaks->multiply_adds_per_s);
+}
+
+static json_t *row_to_json(const struct vw_profile_row *row) {
+    return json_pack("{s:s, s:s?, s:f, s:f, s:f, s:f, s:f, s:f}", "pass", row->name, "role", row->role, "ms", row->ms,
+                     "share", row->share, "bytes", row->bytes, "bytes_per_s", row->bytes_per_s, "multiply_adds",
+                     row->multiply_adds, "multiply_adds_per_s", row->multiply_adds_per_s);
+}
+
+static json_t *profile_to_json(const struct vw_profile *profile) {
+    json_t *passes = json_array();
+    for (uint32_t i = 0; i < profile->row_count; i++) vw_json_append(&passes, row_to_json(&profile->rows[i]));
+    return json_pack("{s:o, s:f, s:f, s:f}", "passes", passes, "ms", profile->ms, "copy_bytes_per_s",
+                     profile->peaks.copy_bytes_per_s, "multiply_adds_per_s", profile->peaks.multiply_adds_per_s);
+}
+
+static const char *name_of(const struct vw_validation_views *validation, uint32_t view) {
+    return validation->scene->views[view].name;
+}
+
+static const struct vw_view_distance *find_distance(const struct vw_validation_views *validation, uint32_t view) {
+    for (uint32_t i = 0; i < validation->distance_count; i++)
+        if (validation->distances[i].view == view) return &validation->distances[i];
+    return NULL;
+}
+
+// Returns the view whose removal changes the ranking most; NULL if that is unknown.
+static const struct vw_view_evidence *find_lowest(const struct vw_validation_views *validation) {
+    const struct vw_view_evidence *lowest = NULL;
+    for (uint32_t v = 0; vw_validation_views_have_matrix(validation) && v < validation->matrix.view_count; v++) {
+        const struct vw_view_evidence *view = &validation->views[v];
+        if (!isnan(view->without) && (!lowest || view->without < lowest->without)) lowest = view;
+    }
+    return lowest;
+}
+
+static void print_validation_views(const struct vw_validation_views *validation) {
+    const struct vw_view_evidence *lowest = find_lowest(validation);
+    if (lowest)
+        vw_print("validation photos  leaving one out, the ranking correlates %.3f or better with this one (lowest "
+                 "without %s)\n",
+                 lowest->without, name_of(validation, lowest->image_id));
+    if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
+}
+
+static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {
+    const struct vw_view_distance *distance = find_distance(validation, view->image_id);
+    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:o, s:b}", "name", name_of(validation, view->image_id),
+                     "psnr_end_db", vw_json_real(view->end_psnr), "agreement", vw_json_real(view->agreement),
+                     "ranking_without", vw_json_real(view->without), "disagrees", view->disagrees, "stays_low",
+                     view->stays_low, "distance", vw_json_real(distance ? distance->ratio : NAN), "far",
+                     distance && distance->far);
+}
+
+static void add_validation_views(const struct vw_validation_views *validation, json_t **root) {
+    bool known = vw_validation_views_have_matrix(validation);
+    json_t *views = json_array();
+    for (uint32_t v = 0; known && v < validation->matrix.view_count; v++)
+        vw_json_append(&views, view_to_json(validation, &validation->views[v]));
+    vw_json_set(root, "validation_views", views);
+    if (known) vw_json_set(root, "matrix", vw_json_string(validation->matrix_path));
+}
+
+static void print_probe_costs(const struct vw_probe_costs *costs) {
+    if (costs->same_state_steps > 0)
+        vw_print("same state   %" PRIu64 " probing steps from %" PRIu64 " states", costs->same_state_steps,
+                 costs->states);
+    if (costs->same_state_steps > 0 && isfinite(costs->same_state_s))
+        vw_print(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
+    if (costs->same_state_steps > 0) vw_print("\n");
+}
+
+static json_t *same_state_to_json(const struct vw_probe_costs *costs) {
+    if (!costs->same_state_steps) return NULL;
+    return json_pack("{s:I, s:I, s:o, s:o}", "states", (json_int_t)costs->states, "steps",
+                     (json_int_t)costs->same_state_steps, "seconds", vw_json_real(costs->same_state_s), "share",
+                     vw_json_real(costs->same_state_share));
 }
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
-
-// Returns how many photos to show at each end, so that none is shown at both unless it is the only one.
-static uint32_t count_shown(const struct ranking *ranking) {
-    uint32_t half = ranking->count > 1 ? ranking->count / 2 : ranking->count;
-    return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
-}
-
-static void print_photo(const struct vw_scene *scene, const struct vw_ledger_score *score, double quality) {
-    const struct vw_view *view = &scene->views[score->image_id];
-    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
-    if (isfinite(score->ci_low) && isfinite(score->ci_high))
-        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ", score->ci_low, score->ci_high);
-    vw_print("%s", score->unit);
-    if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
-    if (isfinite(quality)) vw_print("  quality %.2f", quality);
-    if (isfinite(score->resampling_stderr)) vw_print("  sampling ± %.4f", score->resampling_stderr);
-    vw_print("  %s", view->name);
-    if (view->ground_truth) vw_print(" (%s)", view->ground_truth);
-    vw_print("\n");
-}
-
-static void print_ranked(const struct vw_scene *scene, const struct ranking *ranking, uint32_t place) {
-    const struct vw_ledger_score *score = &ranking->scores[place];
-    print_photo(scene, score, quality_of(ranking, score->image_id));
-}
-
-static void print_ranking(const struct vw_scene *scene, const struct ranking *ranking) {
-    uint32_t shown = count_shown(ranking);
-    if (!shown) return;
-    vw_print("highest credit (%s: what the steps on the photo moved; 95 %% intervals of score and rank)\n",
-             vw_value_default_method);
-    for (uint32_t i = 0; i < shown; i++) print_ranked(scene, ranking, i);
-    vw_print("lowest credit\n");
-    for (uint32_t i = 0; i < shown; i++) print_ranked(scene, ranking, ranking->count - 1 - i);
-}
 
 static void print_noise_floor(const struct vw_noise_floor *floor) {
     vw_print(
@@ -79,19 +153,21 @@ static void print_noise_floor(const struct vw_noise_floor *floor) {
         floor->resampled_db, floor->resampled_l1, floor->resampled_count);
 }
 
-static void print_valued(const struct vw_run_results *results, const struct ranking *ranking) {
+static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     const struct vw_noise_floor *floor = &results->scoring.noise_floor;
-    print_ranking(results->scene, ranking);
+    vw_ranking_print(ranking,
+                     "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
+                     "lowest credit");
     if (results->lasting.sweep.step_count) vw_lasting_print(&results->lasting);
     vw_attribution_print(&results->attribution);
-    if (results->until_stable > 0) vw_stability_print(&results->stability, results->until_stable, results->config);
-    if (results->plan.record) vw_plan_print(&results->plan, results->config);
+    if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
+    if (results->plan.record) print_plan(&results->plan, results->config);
     if (results->config->noise_floor && floor->repeated_count > 0) print_noise_floor(floor);
     else if (results->config->noise_floor) vw_print("noise floor  no step was probed; take more --epochs\n");
-    vw_probe_costs_print(&results->probe_costs);
+    print_probe_costs(&results->probe_costs);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);
-    vw_validation_views_print(&results->validation);
+    print_validation_views(&results->validation);
     vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
              results->field_path);
     if (results->report_path) vw_print("report   %s\n", results->report_path);
@@ -105,26 +181,6 @@ static void print_trained(const struct vw_run_results *results) {
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
-static json_t *photo_to_json(const struct vw_scene *scene, const struct vw_ledger_score *score, double quality) {
-    const struct vw_view *view = &scene->views[score->image_id];
-    return json_pack("{s:s, s:s, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "name", view->name,
-                     "provider", view->provider, "ground_truth", view->ground_truth, "method", score->method, "value",
-                     vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
-                     "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
-                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high,
-                     "resampling_stderr", vw_json_real(score->resampling_stderr), "visits", (json_int_t)score->visits,
-                     "quality", vw_json_real(quality));
-}
-
-static json_t *photos_to_json(const struct vw_scene *scene, const struct ranking *ranking, bool from_best) {
-    json_t *array = json_array();
-    for (uint32_t i = 0; i < count_shown(ranking); i++) {
-        const struct vw_ledger_score *score = &ranking->scores[from_best ? i : ranking->count - 1 - i];
-        vw_json_append(&array, photo_to_json(scene, score, quality_of(ranking, score->image_id)));
-    }
-    return array;
-}
-
 static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
     return json_pack("{s:I, s:o, s:I, s:o, s:I, s:o, s:o}", "repeated_count", (json_int_t)floor->repeated_count,
                      "repeated_db", vw_json_real(floor->repeated_db), "zero_learning_rate_count",
@@ -134,57 +190,49 @@ static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
                      vw_json_real(floor->resampled_l1));
 }
 
-static json_t *run_to_json(const struct vw_run_results *results) {
-    json_t *profile = results->profile.row_count ? vw_profile_to_json(&results->profile) : NULL;
-    return json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s, s:s, s:o*}", "run_id", results->run_id, "scene",
-                     results->scene->path, "device", results->device->name, "driver", results->device->driver, "steps",
-                     (json_int_t)results->statistics.steps, "effects",
-                     vw_effects_to_json(results->effects, results->effect_count), "ledger", results->ledger_path,
-                     "field", results->field_path, "head", results->head, "profile", profile);
+static void add_values(const struct vw_run_results *results, const struct vw_ranking *ranking, json_t **root) {
+    const struct vw_step_statistics *statistics = &results->statistics;
+    vw_json_set(root, "scores", vw_json_string(results->scores_path));
+    if (results->report_path) vw_json_set(root, "report", vw_json_string(results->report_path));
+    vw_json_set(root, "val_psnr_start_db", vw_json_real(statistics->first_val_psnr_db));
+    vw_json_set(root, "val_psnr_end_db", vw_json_real(statistics->last_val_psnr_db));
+    if (results->config->noise_floor)
+        vw_json_set(root, "noise_floor", noise_floor_to_json(&results->scoring.noise_floor));
+    if (results->until_stable > 0)
+        vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
+    if (results->probe_costs.same_state_steps)
+        vw_json_set(root, "same_state", same_state_to_json(&results->probe_costs));
+    vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
+    vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
+    vw_attribution_add_json(&results->attribution, root);
+    add_validation_views(&results->validation, root);
+    if (results->lasting.sweep.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
+    if (results->plan.record) add_plan(&results->plan, results->config, root);
 }
 
-static json_t *values_to_json(const struct vw_run_results *results, const struct ranking *ranking) {
-    const struct vw_probe_costs *costs = &results->probe_costs;
-    json_t *noise_floor = results->config->noise_floor ? noise_floor_to_json(&results->scoring.noise_floor) : NULL;
-    json_t *stability =
-        results->until_stable > 0 ? vw_stability_to_json(&results->stability, results->until_stable) : NULL;
-    return json_pack("{s:s, s:s*, s:o, s:o, s:o*, s:o*, s:o*, s:o, s:o}", "scores", results->scores_path, "report",
-                     results->report_path, "val_psnr_start_db", vw_json_real(results->statistics.first_val_psnr_db),
-                     "val_psnr_end_db", vw_json_real(results->statistics.last_val_psnr_db), "noise_floor", noise_floor,
-                     "stability", stability, "same_state", vw_probe_costs_same_state_to_json(costs), "most_valuable",
-                     photos_to_json(results->scene, ranking, true), "least_valuable",
-                     photos_to_json(results->scene, ranking, false));
-}
-
-static bool add_values(const struct vw_run_results *results, const struct ranking *ranking, json_t *root) {
-    json_t *values = values_to_json(results, ranking);
-    bool added = !json_object_update(root, values) && vw_attribution_add_json(&results->attribution, root) &&
-                 vw_validation_views_add_json(&results->validation, root) &&
-                 (!results->lasting.sweep.step_count ||
-                  !json_object_set_new(root, "lasting", vw_lasting_to_json(&results->lasting))) &&
-                 (!results->plan.record || vw_plan_add_json(&results->plan, results->config, root));
-    json_decref(values);
-    return added;
+// Returns the results; without a table those of a run that trained only.
+static json_t *run_to_json(const struct vw_run_results *results, const struct vw_ranking *ranking) {
+    json_t *root = json_pack("{s:s, s:s, s:s, s:s, s:I, s:o, s:s, s:s, s:s}", "run_id", results->run_id, "scene",
+                             results->scene->path, "device", results->device->name, "driver", results->device->driver,
+                             "steps", (json_int_t)results->statistics.steps, "effects",
+                             vw_effects_to_json(results->effects, results->effect_count), "ledger",
+                             results->ledger_path, "field", results->field_path, "head", results->head);
+    if (results->profile.row_count) vw_json_set(&root, "profile", profile_to_json(&results->profile));
+    if (ranking) add_values(results, ranking, &root);
+    return root;
 }
 
 // ---- Both ----------------------------------------------------------------------------------------------------------
 
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json) {
     const struct vw_run_results *results = vw_run_get_results(run);
-    struct ranking ranking = {0};
+    struct vw_ranking ranking = {.scene = results->scene};
     enum vw_status status = trained_only ? VW_OK : vw_run_scores(run, NULL, &ranking.scores, &ranking.count);
     if (!status && !trained_only) status = vw_run_scores(run, "quality", &ranking.qualities, &ranking.quality_count);
     if (status) return status;
-    if (json) {
-        json_t *root = run_to_json(results);
-        if (root && !trained_only && !add_values(results, &ranking, root)) {
-            json_decref(root);
-            root = NULL;
-        }
-        return vw_json_print(root);
-    }
+    if (json) return vw_json_print(run_to_json(results, trained_only ? NULL : &ranking));
     if (trained_only) print_trained(results);
     else print_valued(results, &ranking);
-    if (results->profile.row_count) vw_profile_print(&results->profile);
+    print_profile(&results->profile);
     return VW_OK;
 }

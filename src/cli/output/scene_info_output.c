@@ -1,11 +1,9 @@
-#include "cli/output/scene_info_output.h"
-
+#include <inttypes.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "cli/output/estimate_output.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
+#include "cli/output/results.h"
 #include "detect/effects_text.h"
 
 // A camera and how many views share it.
@@ -88,6 +86,20 @@ static void print_points(const struct description *description) {
                  description->far_world, description->ranged_count);
 }
 
+static void print_estimate(const struct vw_estimate *estimate) {
+    vw_print("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
+    if (*estimate->missing) {
+        vw_print("estimate none: %s\n", estimate->missing);
+        return;
+    }
+    vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",
+             (double)estimate->device_bytes / 0x1p20, estimate->param_count);
+    vw_print("time     about %.3g s for the %" PRIu64
+             " steps of value with default options (%.3g ms per step, from %" PRIu64 " steps on %s)\n",
+             estimate->seconds_per_step * (double)estimate->steps, estimate->steps, 1e3 * estimate->seconds_per_step,
+             estimate->measured_steps, estimate->device);
+}
+
 static void print_text(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     const struct vw_box *box = &scene->box;
@@ -105,7 +117,7 @@ static void print_text(const struct description *description) {
                  scene->track_count);
     print_points(description);
     for (uint32_t i = 0; i < scene->note_count; i++) vw_print("note     %s\n", scene->notes[i]);
-    vw_estimate_print(&description->info->estimate);
+    print_estimate(&description->info->estimate);
     vw_print("\n%s\n", vw_effects_heading);
     for (uint32_t i = 0; i < description->info->effect_count; i++) {
         char line[VW_EFFECT_LINE_BYTES];
@@ -159,6 +171,17 @@ static json_t *depths_to_json(const struct description *description) {
                      "views", (json_int_t)description->ranged_count);
 }
 
+static json_t *estimate_to_json(const struct vw_estimate *estimate) {
+    if (*estimate->missing)
+        return json_pack("{s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes, "missing", estimate->missing);
+    return json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:I, s:s}", "host_bytes", (json_int_t)estimate->host_bytes,
+                     "device_bytes", (json_int_t)estimate->device_bytes, "params", (json_int_t)estimate->param_count,
+                     "steps", (json_int_t)estimate->steps, "seconds",
+                     estimate->seconds_per_step * (double)estimate->steps, "seconds_per_step",
+                     estimate->seconds_per_step, "measured_steps", (json_int_t)estimate->measured_steps, "device",
+                     estimate->device);
+}
+
 static json_t *to_json(const struct description *description) {
     const struct vw_scene *scene = description->scene;
     return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:b, s:I, s:I, s:I, s:o, s:o, s:o, s:o}", "scene", scene->path,
@@ -167,7 +190,7 @@ static json_t *to_json(const struct description *description) {
                      scene->has_alpha, "masks", (json_int_t)scene->masked_view_count, "points",
                      (json_int_t)scene->point_count, "tracks", (json_int_t)scene->track_count, "depths",
                      depths_to_json(description), "notes", notes_to_json(scene), "estimate",
-                     vw_estimate_to_json(&description->info->estimate), "effects",
+                     estimate_to_json(&description->info->estimate), "effects",
                      vw_effects_to_json(description->info->effects, description->info->effect_count));
 }
 

@@ -1,11 +1,9 @@
-#include "cli/output/tradeoff_output.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
+#include "cli/output/results.h"
 #include "viewworth/value.h"
 
 // ---- The table ----

@@ -1,11 +1,9 @@
-#include "cli/output/verified_selection_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
-#include "base/json.h"
 #include "cli/output/print.h"
+#include "cli/output/results.h"
 
 enum { FEW_PHOTOS = 4 }; // validation photos, below which intervals are too wide to prove much
 

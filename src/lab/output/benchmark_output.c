@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 
 // ---- The table ----

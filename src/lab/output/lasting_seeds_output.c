@@ -3,7 +3,6 @@
 #include <inttypes.h>
 #include <math.h>
 
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "value/lasting_scores.h"
 

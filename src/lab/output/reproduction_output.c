@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "cli/output/json_output.h"
 #include "cli/output/print.h"
 #include "lab/output/lasting_seeds_output.h"
 #include "viewworth/value.h"

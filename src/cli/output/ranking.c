@@ -1,0 +1,86 @@
+#include "cli/output/ranking.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/json.h"
+#include "cli/output/print.h"
+#include "ledger/find_image.h"
+
+enum { SHOWN_AT_EACH_END = 5 };
+
+// A row: a photo with its score. A number that is NaN, and a rank that is 0, is not shown.
+struct row {
+    const char *name, *provider, *ground_truth;
+    const struct vw_ledger_score *score;
+    double quality;
+};
+
+static double find_quality(const struct vw_ranking *ranking, uint32_t image_id) {
+    for (uint32_t i = 0; i < ranking->quality_count; i++) {
+        const struct vw_ledger_score *score = &ranking->qualities[i];
+        if (score->image_id == image_id && score->visits && !strcmp(score->method, "quality")) return score->value;
+    }
+    return NAN;
+}
+
+static struct row row_at(const struct vw_ranking *ranking, uint32_t place) {
+    const struct vw_ledger_score *score = &ranking->scores[place];
+    struct row row = {.name = "?", .score = score, .quality = find_quality(ranking, score->image_id)};
+    const struct vw_ledger_image *image = vw_ledger_find_image(ranking->images, ranking->image_count, score->image_id);
+    const struct vw_view *view = ranking->scene ? &ranking->scene->views[score->image_id] : NULL;
+    if (!view && !image) return row;
+    row.name = view ? view->name : image->name;
+    row.provider = view ? view->provider : image->provider;
+    row.ground_truth = view ? view->ground_truth : image->ground_truth;
+    return row;
+}
+
+static uint32_t count_at_each_end(const struct vw_ranking *ranking) {
+    uint32_t half = ranking->count > 1 ? ranking->count / 2 : ranking->count;
+    return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
+}
+
+static void print_row(const struct row *row) {
+    const struct vw_ledger_score *score = row->score;
+    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
+    if (isfinite(score->ci_low) && isfinite(score->ci_high))
+        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ", score->ci_low, score->ci_high);
+    vw_print("%s", score->unit);
+    if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
+    if (isfinite(row->quality)) vw_print("  quality %.2f", row->quality);
+    if (isfinite(score->resampling_stderr)) vw_print("  sampling ± %.4f", score->resampling_stderr);
+    vw_print("  %s", row->name);
+    if (row->ground_truth) vw_print(" (%s)", row->ground_truth);
+    vw_print("\n");
+}
+
+static json_t *row_to_json(const struct row *row) {
+    const struct vw_ledger_score *score = row->score;
+    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "name", row->name,
+                     "provider", row->provider, "ground_truth", row->ground_truth, "method", score->method, "value",
+                     vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
+                     "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
+                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high,
+                     "resampling_stderr", vw_json_real(score->resampling_stderr), "visits", (json_int_t)score->visits,
+                     "quality", vw_json_real(row->quality));
+}
+
+void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, const char *lowest) {
+    uint32_t shown = count_at_each_end(ranking);
+    for (uint32_t i = 0; i < 2 * shown; i++) {
+        struct row row = row_at(ranking, i < shown ? i : ranking->count - 1 - (i - shown));
+        if (i % shown == 0) vw_print("%s\n", i ? lowest : highest);
+        print_row(&row);
+    }
+}
+
+json_t *vw_ranking_to_json(const struct vw_ranking *ranking, enum vw_ranking_rows rows) {
+    uint32_t count = rows == VW_RANKING_ALL ? ranking->count : count_at_each_end(ranking);
+    json_t *array = json_array();
+    for (uint32_t i = 0; i < count; i++) {
+        struct row row = row_at(ranking, rows == VW_RANKING_LOWEST ? ranking->count - 1 - i : i);
+        vw_json_append(&array, row_to_json(&row));
+    }
+    return array;
+}

@@ -1,0 +1,29 @@
+// Photos ranked by a method's scores: the only place that prints scores of photos, as text and as JSON.
+#ifndef VIEWWORTH_CLI_OUTPUT_RANKING_H
+#define VIEWWORTH_CLI_OUTPUT_RANKING_H
+
+#include <jansson.h>
+#include <stdint.h>
+
+#include "viewworth/ledger.h"
+#include "viewworth/scene.h"
+
+// Borrows everything.
+struct vw_ranking {
+    const struct vw_ledger_score *scores; // those of one method, best first
+    uint32_t count;
+    const struct vw_scene *scene;         // names the photos; NULL: `images` do
+    const struct vw_ledger_image *images; // sorted by image_id
+    uint32_t image_count;
+    const struct vw_ledger_score *qualities; // scores, `quality` among them; NULL: quality is not shown
+    uint32_t quality_count;
+};
+
+enum vw_ranking_rows { VW_RANKING_ALL, VW_RANKING_HIGHEST, VW_RANKING_LOWEST };
+
+// Prints at most five photos at each end, each only once unless it is the only one, under the two headings.
+void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, const char *lowest);
+// Returns an array of the rows, the lowest first for VW_RANKING_LOWEST; NULL when memory is short.
+json_t *vw_ranking_to_json(const struct vw_ranking *ranking, enum vw_ranking_rows rows);
+
+#endif

@@ -1,0 +1,64 @@
+// The results of commands on stdout, as text or as one JSON object. A function that prints returns VW_ERROR_MEMORY, or
+// VW_ERROR_IO when stdout cannot be written; one that returns JSON returns NULL when memory is short.
+#ifndef VIEWWORTH_CLI_OUTPUT_RESULTS_H
+#define VIEWWORTH_CLI_OUTPUT_RESULTS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "batch/batch.h"
+#include "batch/slurm.h"
+#include "experiment/comparison_files.h"
+#include "experiment/kfold.h"
+#include "experiment/sweep/sweep.h"
+#include "experiment/verified_selection.h"
+#include "experiment/worth.h"
+#include "run/plan/estimate.h"
+#include "run/run.h"
+
+struct vw_scene_info {
+    const struct vw_scene *scene;
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    uint32_t effect_count;
+    struct vw_estimate estimate;
+};
+enum vw_status vw_scene_info_print(const struct vw_scene_info *info, bool json);
+
+// Prints a finished run, with its scores unless it trained only.
+enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json);
+enum vw_status vw_kfold_print(const struct vw_kfold *kfold, bool json);
+enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_accuracy, bool json);
+enum vw_status vw_comparison_print(const struct vw_comparison *comparison, bool json);
+enum vw_status vw_sweep_print(const struct vw_sweep *sweep, bool json);
+
+// Prints lasting credit: the photos at both ends, the gate, and the growth of the gradient.
+void vw_lasting_print(const struct vw_lasting_summary *summary);
+json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary);
+
+// Prints providers, payout and near-duplicates of a run.
+void vw_attribution_print(const struct vw_attribution *attribution);
+void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root);
+
+// Prints a table of the candidates of select --verify, and a sentence that names the choice and its reason.
+void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds);
+// Returns {candidates: [{name, photos, gain_db, ci_low, ci_high}], chosen}.
+json_t *vw_verified_selection_to_json(const struct vw_verified_selection *verified);
+
+// The display of a batch on stderr. All zero but for the first.
+struct vw_batch_display {
+    bool quiet;
+    double drawn_s, started_s; // private
+};
+// Shows a line for every job that ends; on a terminal also one that is updated in place. A vw_batch_progress whose
+// context is a struct vw_batch_display.
+void vw_batch_show(void *context, const struct vw_batch *batch, const struct vw_job *ended);
+void vw_batch_show_end(struct vw_batch_display *display);
+// Prints the table of jobs and the files that were written; no files if `runs` is NULL. VW_ERROR_MEMORY if `rows` is
+// NULL.
+enum vw_status vw_summary_print(const struct vw_summary_row *rows, uint32_t count, const struct vw_merged_runs *runs,
+                                const char *out, bool json);
+// Prints the jobs that were submitted to Slurm, and the place of their logs.
+enum vw_status vw_submitted_print(const struct vw_batch *batch, const struct vw_slurm_numbers *numbers, const char *out,
+                                  bool json);
+
+#endif
