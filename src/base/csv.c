@@ -1,6 +1,7 @@
 #include "base/csv.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -132,6 +133,20 @@ void vw_csv_write_real(FILE *stream, double value) {
         if (strtod(text, NULL) == value) break;
     }
     fputs(text, stream);
+}
+
+void vw_csv_print(FILE *stream, const char *pattern, ...) {
+    va_list fields;
+    va_start(fields, pattern);
+    for (; *pattern; pattern++) {
+        switch (*pattern) {
+        case 't': vw_csv_write_text(stream, va_arg(fields, const char *)); break;
+        case 'r': vw_csv_write_real(stream, va_arg(fields, double)); break;
+        case 'u': fprintf(stream, "%u", va_arg(fields, unsigned)); break;
+        default: fputc(*pattern, stream);
+        }
+    }
+    va_end(fields);
 }
 
 enum vw_status vw_csv_make_text(const char *path, vw_csv_printer *print, const void *context,

@@ -127,11 +127,7 @@ static enum vw_status print_columns(const struct vw_merged_run *run, char **colu
     const char *begin = strchr(run->job, '/'), *end = strrchr(run->job, '/'); // around the config, if it has one
     char *config = vw_format_text("%.*s", begin < end ? (int)(end - begin - 1) : 0, begin ? begin + 1 : "");
     FILE *stream = vw_text_stream_open(&text);
-    const char *const fields[] = {run->job, config, run->scene};
-    for (size_t i = 0; stream && i < VW_ARRAY_COUNT(fields); i++) {
-        vw_csv_write_text(stream, fields[i]);
-        fputc(',', stream);
-    }
+    if (stream) vw_csv_print(stream, "t,t,t,", run->job, config, run->scene);
     if (stream) fprintf(stream, "%" PRId64 ",", run->seed);
     enum vw_status status = vw_text_stream_close(&text, run->job, columns, &size_bytes);
     if (!status && !config) status = VW_ERROR_MEMORY;

@@ -27,13 +27,13 @@ struct table {
     uint32_t count;
 };
 
+// Prints the path of a run's report from OUT; nothing for a run elsewhere.
 static void print_report(FILE *stream, const char *out, const char *folder) {
     size_t length = strlen(out);
     while (length > 1 && out[length - 1] == '/') length--;
-    bool below = !strncmp(folder, out, length) && folder[length] == '/';
-    const char *path = folder + length + strspn(folder + length, "/");
-    if (below) vw_csv_write_text(stream, path);
-    if (below) fputs("/report.html", stream);
+    if (strncmp(folder, out, length) != 0 || folder[length] != '/') return;
+    vw_csv_write_text(stream, folder + length + strspn(folder + length, "/"));
+    fputs("/report.html", stream);
 }
 
 static void print_run(FILE *stream, const char *out, const struct vw_merged_run *run) {
@@ -41,11 +41,8 @@ static void print_run(FILE *stream, const char *out, const struct vw_merged_run 
         fputs(",,,,,,", stream);
         return;
     }
-    fprintf(stream, "%" PRIu32 ",%" PRIu64 ",%" PRIu32 ",", run->photos, run->steps, run->epochs);
-    vw_csv_write_real(stream, run->first_psnr);
-    fputc(',', stream);
-    vw_csv_write_real(stream, run->val_psnr);
-    fputc(',', stream);
+    fprintf(stream, "%" PRIu32 ",%" PRIu64 ",%" PRIu32, run->photos, run->steps, run->epochs);
+    vw_csv_print(stream, ",r,r,", run->first_psnr, run->val_psnr);
     print_report(stream, out, run->folder);
     fputc(',', stream);
 }
@@ -55,15 +52,13 @@ static void print_table(FILE *stream, const void *context) {
     fputs("job,state,exit_code,seconds,photos,steps,epochs,first_psnr,val_psnr,report,message\n", stream);
     for (uint32_t i = 0; i < table->count; i++) {
         const struct vw_summary_row *row = &table->rows[i];
-        vw_csv_write_text(stream, row->job);
-        fprintf(stream, ",%s,", row->state);
+        vw_csv_print(stream, "t,t,", row->job, row->state);
         if (row->exit_code >= 0) fprintf(stream, "%d", row->exit_code);
         fputc(',', stream);
         if (!isnan(row->seconds)) fprintf(stream, "%.1f", row->seconds);
         fputc(',', stream);
         print_run(stream, table->out, row->run);
-        vw_csv_write_text(stream, row->message);
-        fputc('\n', stream);
+        vw_csv_print(stream, "t\n", row->message);
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include "base/memory.h"
 #include "batch/jobs.h"
-#include "experiment/comparison_data.h"
+#include "experiment/comparison.h"
 #include "experiment/sweep/configurations.h"
 
 static const char *loss_choice(uint32_t choice) { return vw_loss_name((enum vw_loss)choice); }

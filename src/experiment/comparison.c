@@ -8,10 +8,9 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "experiment/comparison_files.h"
+#include "experiment/experiment.h"
 #include "experiment/retrain.h"
-#include "experiment/seed_runs.h"
-#include "experiment/side_by_side.h"
+#include "experiment/whole_views.h"
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 

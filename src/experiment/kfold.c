@@ -11,8 +11,8 @@
 #include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "experiment/experiment.h"
 #include "experiment/fold_scores.h"
-#include "experiment/run_group.h"
 #include "report/page.h"
 #include "report/tables.h"
 #include "run/out_lock.h"
@@ -366,11 +366,8 @@ static void print_list(FILE *stream, const void *context) {
     fputs("name,score\n", stream);
     for (uint32_t i = 0; i < work->kfold->score_count; i++) {
         const struct vw_ledger_score *score = &work->kfold->scores[i];
-        if (strcmp(score->method, vw_value_default_method) != 0) continue;
-        vw_csv_write_text(stream, work->kfold->session.scene->views[score->image_id].name);
-        fputc(',', stream);
-        vw_csv_write_real(stream, score->value);
-        fputc('\n', stream);
+        if (!strcmp(score->method, vw_value_default_method))
+            vw_csv_print(stream, "t,r\n", work->kfold->session.scene->views[score->image_id].name, score->value);
     }
 }
 

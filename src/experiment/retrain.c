@@ -106,17 +106,6 @@ void vw_retrainer_close(struct vw_retrainer *retrainer) {
     free(retrainer->left_out);
 }
 
-const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known) {
-    const char **labels = vw_allocate(retrainer->train_count, sizeof *labels);
-    *known = false;
-    for (uint32_t i = 0; labels && i < retrainer->train_count; i++) {
-        const char *ground_truth = retrainer->params.session->scene->views[retrainer->train_views[i]].ground_truth;
-        labels[i] = ground_truth ? ground_truth : "clean";
-        *known |= ground_truth != NULL;
-    }
-    return labels;
-}
-
 // Hashes the names of the photos, as a run's subset_hash does: an id does not depend on the order of the scene file.
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]) {
@@ -418,3 +407,37 @@ enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, con
     vw_retrainer_name(retrainer, retraining, id);
     return vw_retraining_store_find_views(retrainer->retrainings, id, views, view_count);
 }
+
+// ---- Of a recorded run ----
+
+enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const struct vw_device_choice *devices,
+                                        struct vw_session *session) {
+    enum vw_status status = vw_recorded_open_scene(recorded, devices->first ? devices->first : recorded->row.device);
+    if (!status) status = vw_recorded_check_images(recorded);
+    if (status) return status;
+    session->devices[0].gpu = recorded->gpu;
+    session->device_count = 1;
+    session->scene = recorded->scene;
+    session->effect_count = recorded->effect_count;
+    memcpy(session->effects, recorded->effects, sizeof session->effects);
+    status = vw_submissions_create(recorded->gpu, &session->devices[0].submissions);
+    return status ? status : vw_session_open_others(devices, false, session);
+}
+
+void vw_session_close_recorded(struct vw_session *session) {
+    session->scene = NULL;
+    session->devices[0].gpu = NULL;
+    vw_session_close(session);
+}
+
+struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps) {
+    struct vw_config config = recorded->config;
+    // A budget or --until-stable may have ended the run before all of its epochs.
+    uint32_t last = steps->record_count ? steps->records[steps->record_count - 1].epoch : 0;
+    if (last < config.epochs) config.epochs = last + 1;
+    config.vary = VW_VARY_ALL; // seeds of a run of `reproduce --vary` change less
+    config.base_seed = 0;
+    return config;
+}
+
+uint64_t vw_first_seed_after(uint64_t own) { return own < (uint64_t)INT64_MAX - UINT32_MAX ? own + 1 : 0; }

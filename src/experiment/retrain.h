@@ -10,8 +10,10 @@
 #include "base/interrupt.h"
 #include "experiment/whole_views.h"
 #include "ledger/retraining_store.h"
+#include "run/recorded/recorded_run.h"
 #include "run/session.h"
 #include "viewworth/train.h"
+#include "viewworth/value.h"
 
 // Number of ends of epochs over which the target of scores is averaged: a constant learning rate does not settle.
 enum { VW_TRUTH_EPOCHS = 4 };
@@ -52,11 +54,6 @@ void vw_retrainer_close(struct vw_retrainer *retrainer);
 void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                        char id[VW_HASH_HEX_BYTES]);
 
-// Lists the ground-truth label of every photo that may be trained on: "clean", or what corrupts it; `known` tells
-// whether the scene has any label. The array is owned by the caller, NULL when memory is short; the texts are the
-// scene's.
-const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known);
-
 // Makes retrainings; a vw_retrain_function whose `context` is the retrainer. The views of a retraining are scene
 // indices; without any, the untrained field is measured. Makes several at a time (see src/train/shared_submissions.h)
 // on every device of the session, each with the result that it has alone. After a failure, and when the interrupt is
@@ -68,5 +65,18 @@ enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrain
 // VW_ERROR_MISMATCH when the store lacks one.
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,
                                        struct vw_retrain_view *views, uint32_t view_count);
+
+// ---- Retraining the photos of a recorded run ----
+
+// Opens a session on devices (the first NULL: the run's), scene and effects of the run. Returns VW_ERROR_INPUT for a
+// scene that has changed. Close it also after a failure, before the run, which owns the scene and the first device.
+enum vw_status vw_session_open_recorded(struct vw_recorded_run *recorded, const struct vw_device_choice *devices,
+                                        struct vw_session *session);
+void vw_session_close_recorded(struct vw_session *session);
+// Returns the run's config with the epochs that its steps took.
+struct vw_config vw_config_of_retrainings(const struct vw_recorded_run *recorded, const struct vw_value_input *steps);
+// Returns the first of 2^32 seeds without the run's own: trainings with that one would favour what its scores select.
+// All retrainings, now or later, count from here.
+uint64_t vw_first_seed_after(uint64_t own);
 
 #endif

@@ -9,31 +9,26 @@
 #include "viewworth/log.h"
 
 static const struct {
-    const char *name, *method; // as users see them
-    struct vw_selection_params params;
+    const char *name, *method; // method NULL: several
+    enum vw_selection_rule rule;
+    double percent;
 } rules[] = {
-    {"without-outliers", "dv_psnr, dv_loss, quality", {.rule = VW_SELECT_OUTLIERS}},
-    {"without-outliers:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_OUTLIERS}},
-    {"without-outliers:dv_loss", "dv_loss", {.method = "dv_loss", .rule = VW_SELECT_OUTLIERS}},
-    {"without-outliers:quality", "quality", {.method = "quality", .rule = VW_SELECT_OUTLIERS}},
-    {"not-harmful", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_NOT_HARMFUL}},
-    {"positive", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_POSITIVE}},
-    {"top:90%:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},
-    {"top:75%:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true}},
-    {"top:50%:dv_psnr", "dv_psnr", {.method = "dv_psnr", .rule = VW_SELECT_TOP, .amount = 50, .percent = true}},
-    {"top:90%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},
-    {"top:75%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 75, .percent = true}},
-    {"top:50%:quality", "quality", {.method = "quality", .rule = VW_SELECT_TOP, .amount = 50, .percent = true}},
-    {"without-outliers:lasting_psnr", "lasting_psnr", {.method = "lasting_psnr", .rule = VW_SELECT_OUTLIERS}},
-    {"top:90%:lasting_psnr",
-     "lasting_psnr",
-     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 90, .percent = true}},
-    {"top:75%:lasting_psnr",
-     "lasting_psnr",
-     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 75, .percent = true}},
-    {"top:50%:lasting_psnr",
-     "lasting_psnr",
-     {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 50, .percent = true}},
+    {"without-outliers", NULL, VW_SELECT_OUTLIERS, 0},
+    {"without-outliers:dv_psnr", "dv_psnr", VW_SELECT_OUTLIERS, 0},
+    {"without-outliers:dv_loss", "dv_loss", VW_SELECT_OUTLIERS, 0},
+    {"without-outliers:quality", "quality", VW_SELECT_OUTLIERS, 0},
+    {"not-harmful", "dv_psnr", VW_SELECT_NOT_HARMFUL, 0},
+    {"positive", "dv_psnr", VW_SELECT_POSITIVE, 0},
+    {"top:90%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 90},
+    {"top:75%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 75},
+    {"top:50%:dv_psnr", "dv_psnr", VW_SELECT_TOP, 50},
+    {"top:90%:quality", "quality", VW_SELECT_TOP, 90},
+    {"top:75%:quality", "quality", VW_SELECT_TOP, 75},
+    {"top:50%:quality", "quality", VW_SELECT_TOP, 50},
+    {"without-outliers:lasting_psnr", "lasting_psnr", VW_SELECT_OUTLIERS, 0},
+    {"top:90%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 90},
+    {"top:75%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 75},
+    {"top:50%:lasting_psnr", "lasting_psnr", VW_SELECT_TOP, 50},
 };
 _Static_assert(VW_ARRAY_COUNT(rules) < VW_CANDIDATES_MAX, "one more is all photos");
 
@@ -134,10 +129,13 @@ enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_
                            "the ledger has no scores; value the photos first, with --epochs larger than --burn-in");
     enum vw_status status = add_all(scorings, candidates);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
-        struct vw_candidate made = {.name = rules[r].name, .method = rules[r].method};
+        struct vw_candidate made = {.name = rules[r].name,
+                                    .method = rules[r].method ? rules[r].method : "dv_psnr, dv_loss, quality"};
+        const struct vw_selection_params params = {
+            .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
         bool fits = false;
-        if (!has_method(scorings, rules[r].params.method)) continue;
-        status = apply(scorings, &rules[r].params, &made, &fits);
+        if (!has_method(scorings, rules[r].method)) continue;
+        status = apply(scorings, &params, &made, &fits);
         if (!status && fits) status = add(candidates, &made);
         else if (!status) vw_log_info("list     %s: keeps fewer than 2 photos and is left out", rules[r].name);
         free_candidate(&made);

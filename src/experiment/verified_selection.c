@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
-#include "experiment/retrain_run.h"
 #include "run/out_lock.h"
 #include "run/scoring.h"
 #include "viewworth/log.h"

@@ -29,4 +29,8 @@ enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t
                                       const struct vw_saved_views *saved, const char *retraining_id,
                                       struct vw_view_error *errors, double *ssims);
 
+// Writes to `to` the photo of the first of some saved pictures of one view, then the render of each. VW_ERROR_INPUT
+// when a picture is of another size, or cannot be read.
+enum vw_status vw_side_by_side_write(const char *to, char *const *pictures, uint32_t count);
+
 #endif

@@ -9,7 +9,6 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "experiment/retrain.h"
-#include "experiment/retrain_run.h"
 #include "experiment/worth_plan.h"
 #include "report/page.h"
 #include "run/imported/imported_run.h"

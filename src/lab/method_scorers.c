@@ -11,7 +11,7 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "base/word_list.h"
-#include "experiment/seed_runs.h"
+#include "experiment/experiment.h"
 #include "lab/methods/gradient_scores.h"
 #include "viewworth/log.h"
 

@@ -7,7 +7,7 @@
 #include "base/csv.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "experiment/seed_runs.h"
+#include "experiment/experiment.h"
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"

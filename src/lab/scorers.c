@@ -5,9 +5,10 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "experiment/seed_runs.h"
+#include "experiment/experiment.h"
 #include "lab/baselines.h"
 #include "lab/evaluation/evaluation.h"
+#include "lab/evaluation/sweep_evaluation.h"
 #include "lab/methods/consistent_residual.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"

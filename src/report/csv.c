@@ -39,32 +39,15 @@ static enum vw_status collect_rows(const char *path, const struct vw_ledger_scor
 }
 
 // Prints a further field; an empty one for 0.
-static void print_rank(FILE *stream, uint32_t rank) {
-    if (rank) fprintf(stream, ",%u", rank);
-    else fputc(',', stream);
-}
+static void print_rank(FILE *stream, uint32_t rank) { vw_csv_print(stream, rank ? ",u" : ",", rank); }
 
 static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
-    vw_csv_write_text(stream, row->image->name);
-    fputc(',', stream);
-    vw_csv_write_text(stream, row->image->provider);
-    fputc(',', stream);
-    vw_csv_write_text(stream, row->score->method);
-    fputc(',', stream);
-    vw_csv_write_real(stream, row->score->value);
-    fputc(',', stream);
-    vw_csv_write_text(stream, row->score->unit);
-    fputc(',', stream);
-    vw_csv_write_real(stream, row->score->standard_error);
-    fprintf(stream, ",%u,%u,", row->score->visits, rank);
-    vw_csv_write_real(stream, row->score->ci_low);
-    fputc(',', stream);
-    vw_csv_write_real(stream, row->score->ci_high);
-    print_rank(stream, row->score->rank_ci_low);
-    print_rank(stream, row->score->rank_ci_high);
-    fputc(',', stream);
-    vw_csv_write_real(stream, row->score->resampling_stderr);
-    fputc('\n', stream);
+    const struct vw_ledger_score *score = row->score;
+    vw_csv_print(stream, "t,t,t,r,t,r,u,u,r,r", row->image->name, row->image->provider, score->method, score->value,
+                 score->unit, score->standard_error, score->visits, rank, score->ci_low, score->ci_high);
+    print_rank(stream, score->rank_ci_low);
+    print_rank(stream, score->rank_ci_high);
+    vw_csv_print(stream, ",r\n", score->resampling_stderr);
 }
 
 struct table {

@@ -19,16 +19,6 @@ struct table {
     uint32_t image_count;
 };
 
-static void write_text(FILE *stream, const char *text) {
-    vw_csv_write_text(stream, text);
-    fputc(',', stream);
-}
-
-static void write_real(FILE *stream, double value) {
-    vw_csv_write_real(stream, value);
-    fputc(',', stream);
-}
-
 void vw_amount_to_text(uint64_t cents, char text[VW_AMOUNT_BYTES]) {
     snprintf(text, VW_AMOUNT_BYTES, "%" PRIu64 ".%02" PRIu64, cents / 100, cents % 100);
 }
@@ -40,12 +30,8 @@ static void print_providers(FILE *stream, const void *context) {
     fputs("provider,method,value,unit,stderr,photos,rank\n", stream);
     for (uint32_t i = 0; i < table->count; i++) {
         rank = i > 0 && strcmp(groups[i].method, groups[i - 1].method) == 0 ? rank + 1 : 1;
-        write_text(stream, groups[i].provider);
-        write_text(stream, groups[i].method);
-        write_real(stream, groups[i].value);
-        write_text(stream, groups[i].unit);
-        write_real(stream, groups[i].standard_error);
-        fprintf(stream, "%u,%u\n", groups[i].photo_count, rank);
+        vw_csv_print(stream, "t,t,r,t,r,u,u\n", groups[i].provider, groups[i].method, groups[i].value, groups[i].unit,
+                     groups[i].standard_error, groups[i].photo_count, rank);
     }
 }
 
@@ -65,13 +51,9 @@ static void print_payout(FILE *stream, const void *context) {
     for (uint32_t i = 0; i < table->count; i++) {
         char amount[VW_AMOUNT_BYTES];
         vw_amount_to_text(payouts[i].cents, amount);
-        write_text(stream, payouts[i].group->provider);
-        write_text(stream, payouts[i].group->method);
-        write_real(stream, payouts[i].group->value);
-        write_text(stream, payouts[i].group->unit);
-        fprintf(stream, "%u,", payouts[i].group->photo_count);
-        write_real(stream, payouts[i].share);
-        fprintf(stream, "%s\n", amount);
+        const struct vw_provider_score *group = payouts[i].group;
+        vw_csv_print(stream, "t,t,r,t,u,r,t\n", group->provider, group->method, group->value, group->unit,
+                     group->photo_count, payouts[i].share, amount);
     }
 }
 
@@ -91,13 +73,8 @@ static void print_payout_photos(FILE *stream, const void *context) {
     for (uint32_t i = 0; i < table->count; i++) {
         char amount[VW_AMOUNT_BYTES];
         vw_amount_to_text(photos[i].cents, amount);
-        write_text(stream, photos[i].image->name);
-        write_text(stream, photos[i].image->provider);
-        write_text(stream, photos[i].score->method);
-        write_real(stream, photos[i].score->value);
-        write_text(stream, photos[i].score->unit);
-        write_real(stream, photos[i].share);
-        fprintf(stream, "%s\n", amount);
+        vw_csv_print(stream, "t,t,t,r,t,r,t\n", photos[i].image->name, photos[i].image->provider,
+                     photos[i].score->method, photos[i].score->value, photos[i].score->unit, photos[i].share, amount);
     }
 }
 
@@ -116,17 +93,11 @@ static void print_duplicates(FILE *stream, const void *context) {
     fputs("group,name,split,provider,similarity,method,value,unit,stderr,group_value\n", stream);
     for (uint32_t i = 0; i < table->count; i++) {
         const struct vw_ledger_score *score = rows[i].score;
-        fprintf(stream, "%u,", rows[i].group);
-        write_text(stream, rows[i].image->name);
-        write_text(stream, rows[i].image->split);
-        write_text(stream, rows[i].image->provider);
-        write_real(stream, rows[i].similarity);
-        write_text(stream, score ? score->method : NULL);
-        write_real(stream, score ? score->value : NAN);
-        write_text(stream, score ? score->unit : NULL);
-        write_real(stream, score ? score->standard_error : NAN);
-        vw_csv_write_real(stream, rows[i].group_value);
-        fputc('\n', stream);
+        vw_csv_print(stream, "u,t,t,t,r,", rows[i].group, rows[i].image->name, rows[i].image->split,
+                     rows[i].image->provider, rows[i].similarity);
+        if (score) vw_csv_print(stream, "t,r,t,r,", score->method, score->value, score->unit, score->standard_error);
+        else fputs(",,,,", stream);
+        vw_csv_print(stream, "r\n", rows[i].group_value);
     }
 }
 
@@ -147,16 +118,8 @@ static double mean_of(const double *row, uint32_t count) {
 
 static void print_matrix_row(FILE *stream, const struct vw_ledger_image *photo, const char *measure, const char *unit,
                              const double *row, uint32_t view_count, double mean, double standard_error) {
-    write_text(stream, photo->name);
-    write_text(stream, photo->provider);
-    write_text(stream, measure);
-    write_text(stream, unit);
-    write_real(stream, mean);
-    vw_csv_write_real(stream, standard_error);
-    for (uint32_t v = 0; v < view_count; v++) {
-        fputc(',', stream);
-        vw_csv_write_real(stream, row[v]);
-    }
+    vw_csv_print(stream, "t,t,t,t,r,r", photo->name, photo->provider, measure, unit, mean, standard_error);
+    for (uint32_t v = 0; v < view_count; v++) vw_csv_print(stream, ",r", row[v]);
     fputc('\n', stream);
 }
 
@@ -164,10 +127,8 @@ static void print_matrix(FILE *stream, const void *context) {
     const struct table *table = context;
     const struct vw_matrix *matrix = table->rows;
     fputs("name,provider,measure,unit,mean,jackknife_stderr", stream);
-    for (uint32_t v = 0; v < matrix->view_count; v++) {
-        fputc(',', stream);
-        vw_csv_write_text(stream, vw_ledger_find_image(table->images, table->image_count, matrix->views[v])->name);
-    }
+    for (uint32_t v = 0; v < matrix->view_count; v++)
+        vw_csv_print(stream, ",t", vw_ledger_find_image(table->images, table->image_count, matrix->views[v])->name);
     fputc('\n', stream);
     for (uint32_t p = 0; p < matrix->photo_count; p++) {
         const struct vw_ledger_image *photo =

@@ -1,7 +1,7 @@
 // Paired comparison: cases with known means, errors and intervals.
 #include "support/cmocka_test.h"
 
-#include "experiment/comparison_data.h"
+#include "experiment/comparison.h"
 #include "value/evaluation/paired_comparison.h"
 
 #define ROUNDING 1e-12 // of a few sums of numbers near 20

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
-#include "experiment/retrain_run.h"
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
 #include "support/ledger_sql.h"

@@ -8,7 +8,7 @@
 
 #include "batch/batch.h"
 #include "batch/slurm.h"
-#include "experiment/comparison_files.h"
+#include "experiment/comparison.h"
 #include "experiment/kfold.h"
 #include "experiment/sweep/sweep.h"
 #include "experiment/verified_selection.h"

@@ -4,7 +4,7 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "experiment/seed_runs.h"
+#include "experiment/experiment.h"
 #include "experiment/sweep/state.h"
 #include "experiment/sweep/sweep.h"
 #include "run/scoring.h"

@@ -9,7 +9,7 @@
 #include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
-#include "experiment/seed_runs.h"
+#include "experiment/experiment.h"
 #include "experiment/sweep/state.h"
 #include "run/outputs/report_folder.h"
 #include "viewworth/log.h"

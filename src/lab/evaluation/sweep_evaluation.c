@@ -41,6 +41,17 @@ static void take_metrics(const struct vw_metrics *evaluated, struct vw_sweep_met
     if (lds) metric->lds = lds->value, metric->lds_ci_low = lds->ci_low, metric->lds_ci_high = lds->ci_high;
 }
 
+const char **vw_retrainer_list_labels(const struct vw_retrainer *retrainer, bool *known) {
+    const char **labels = vw_allocate(retrainer->train_count, sizeof *labels);
+    *known = false;
+    for (uint32_t i = 0; labels && i < retrainer->train_count; i++) {
+        const char *ground_truth = retrainer->params.session->scene->views[retrainer->train_views[i]].ground_truth;
+        labels[i] = ground_truth ? ground_truth : "clean";
+        *known |= ground_truth != NULL;
+    }
+    return labels;
+}
+
 static enum vw_status evaluate(void *context, const struct vw_retrainer *retrainer,
                                const struct vw_score_tables *tables, struct vw_sweep_metrics *metrics) {
     const struct vw_sweep_evaluation *of = context;

@@ -1,8 +1,128 @@
-// A comparison as JSON. Where memory is short everything becomes NULL (base/json.h).
+// The findings of a comparison: statistics over its trainings, and the files of OUT. Where memory is short JSON becomes
+// NULL (base/json.h).
+#include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 
+#include "base/csv.h"
+#include "base/file.h"
 #include "base/json.h"
-#include "experiment/comparison_files.h"
+#include "experiment/comparison.h"
+
+const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison, uint32_t list) {
+    return comparison->results + (size_t)list * comparison->training_count;
+}
+
+const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list,
+                                              uint32_t training) {
+    uint32_t valuation = training / comparison->params->common.seeds;
+    return valuation ? &comparison->other_sets[valuation - 1].lists[list] : &comparison->sets.lists[list];
+}
+
+bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list) {
+    const struct vw_photo_set *first = &comparison->sets.lists[list];
+    return first->random || (first->by_scores && comparison->params->valuation_seeds);
+}
+
+// Fills in the means of the trainings of every valuation, or the trainings if the lists do not depend on valuations.
+// Returns how many there are.
+static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_quality quality,
+                             double samples[]) {
+    const struct vw_retrain_result *results = vw_comparison_results(comparison, list);
+    uint32_t seeds = comparison->params->valuation_seeds ? comparison->params->common.seeds : 1,
+             count = comparison->training_count / seeds;
+    for (uint32_t i = 0; i < count; i++)
+        samples[i] = vw_quality_average(&results[(size_t)i * seeds], seeds, quality).mean;
+    return count;
+}
+
+struct vw_quality_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
+                                          enum vw_quality quality) {
+    double samples[VW_COMPARISON_SAMPLES_MAX];
+    return vw_samples_average(samples, take_samples(comparison, list, quality, samples));
+}
+
+struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
+                                                     const struct vw_set_pair *pair, enum vw_quality quality) {
+    double samples[VW_COMPARISON_SAMPLES_MAX], against[VW_COMPARISON_SAMPLES_MAX];
+    uint32_t count = take_samples(comparison, pair->list, quality, samples);
+    take_samples(comparison, pair->against, quality, against);
+    return vw_samples_compare(samples, against, count);
+}
+
+// ---- CSV ----
+
+static void print_measures(FILE *stream) {
+    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
+        fprintf(stream, ",%s", vw_quality_name(quality));
+    fputc('\n', stream);
+}
+
+static void print_outcomes(FILE *stream, const void *context) {
+    const struct vw_comparison *comparison = context;
+    fputs("list,seed,photo_count,epochs", stream);
+    print_measures(stream);
+    for (uint32_t l = 0; l < comparison->sets.count; l++)
+        for (uint32_t s = 0; s < comparison->training_count; s++) {
+            const struct vw_photo_set *list = vw_comparison_list(comparison, l, s);
+            vw_csv_print(stream, "t,", list->name);
+            fprintf(stream, "%" PRIu64 ",%u,%u", comparison->params->common.config->seed + s, list->count,
+                    list->epochs);
+            for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
+                vw_csv_print(stream, ",r", vw_quality_of(&vw_comparison_results(comparison, l)[s], quality));
+            fputc('\n', stream);
+        }
+}
+
+static void print_pair(FILE *stream, const struct vw_comparison *comparison, const struct vw_set_pair *pair,
+                       enum vw_quality quality) {
+    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
+    vw_csv_print(stream, "t,t,t,r,r,r,r,t\n", comparison->sets.lists[pair->list].name,
+                 comparison->sets.lists[pair->against].name, vw_quality_name(quality), paired.difference,
+                 paired.standard_error, paired.ci_low, paired.ci_high, paired.beyond_noise ? "true" : "false");
+}
+
+static void print_pairs(FILE *stream, const void *context) {
+    const struct vw_comparison *comparison = context;
+    fputs("list,against,measure,difference,stderr,ci_low,ci_high,beyond_noise\n", stream);
+    for (uint32_t p = 0; p < comparison->pair_count; p++)
+        for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
+            print_pair(stream, comparison, &comparison->pairs[p], quality);
+}
+
+static void print_one_sided(FILE *stream, const struct vw_comparison *comparison, const struct vw_photo_set *has,
+                            const struct vw_photo_set *has_not) {
+    for (uint32_t i = 0; i < has->count; i++)
+        if (!vw_photo_set_has(has_not, has->views[i]))
+            vw_csv_print(stream, "t,t,t\n", comparison->session.scene->views[has->views[i]].name, has->name,
+                         has_not->name);
+}
+
+static void print_disagreements(FILE *stream, const void *context) {
+    const struct vw_comparison *comparison = context;
+    const struct vw_photo_sets *sets = &comparison->sets;
+    fputs("photo,in,not_in\n", stream);
+    for (uint32_t a = 0; a < sets->count; a++)
+        for (uint32_t b = 0; b < sets->count; b++)
+            if (!vw_comparison_varies(comparison, a) && !vw_comparison_varies(comparison, b))
+                print_one_sided(stream, comparison, &sets->lists[a], &sets->lists[b]);
+}
+
+static enum vw_status write_table(const struct vw_comparison *comparison, const char *name, vw_csv_printer *print) {
+    char *path = vw_path_join(comparison->params->common.out, name);
+    enum vw_status status = path ? vw_csv_write_file(path, print, comparison) : VW_ERROR_MEMORY;
+    free(path);
+    return status;
+}
+
+enum vw_status vw_comparison_write_csv(const struct vw_comparison *comparison) {
+    enum vw_status status = write_table(comparison, "compare.csv", print_outcomes);
+    if (!status) status = write_table(comparison, "pairs.csv", print_pairs);
+    if (!status) status = write_table(comparison, "disagreements.csv", print_disagreements);
+    return status;
+}
+
+// ---- JSON ----
 
 static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t seed, uint32_t photo_count) {
     json_t *object = json_pack("{s:I, s:I}", "seed", (json_int_t)seed, "photo_count", (json_int_t)photo_count);
