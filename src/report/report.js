@@ -10,7 +10,7 @@ const scoresOf = (one, method = chosen.method) => one.scores[method];
 const unitOf = one => (scoresOf(one) || {unit: ''}).unit;
 const shortUnit = unit => unit === 'mean absolute error' ? 'MAE' : unit;
 
-// Runs of one scene show the same photos, so that their scores can stand side by side.
+// Lists the runs of the chosen run's scene: they show the same photos, so that their scores can stand side by side.
 const siblings = () => runs.filter(other => other.run.scene_hash === run().run.scene_hash);
 
 function nameOfRun(one) {
@@ -32,7 +32,7 @@ function nameButton(one, image) {
   return button;
 }
 
-// A photo with its name and what is known of it, for a cell.
+// Makes the content of a cell: a photo with its name and facts.
 function photoCell(one, image, more = []) {
   const lines = more.filter(Boolean).map(text => element('small', {}, text));
   return element('div', {class: 'photo'}, thumbnailOf(one, image), element('div', {}, nameButton(one, image), ...lines));
@@ -40,7 +40,7 @@ function photoCell(one, image, more = []) {
 
 // ---- Rows of photos -----------------------------------------------------------------------------------------------------
 
-// Every photo of the run with its score by a method, most valuable first. Rank 1 is the most valuable; ties go by name.
+// Ranks all photos of the run by a method, most valuable first: rank 1 is the most valuable, and ties go by name.
 function photoRows(one, method = chosen.method) {
   const {name = [], split, provider, ground_truth} = one.images, scores = scoresOf(one, method);
   const rows = name.map((text, image) => ({image, name: text, split: split[image], provider: provider[image],
@@ -86,7 +86,7 @@ function fillTitle() {
 
 function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }
 
-// Whether scores by the chosen method may be compared with 0.
+// Says whether scores by the chosen method may be compared with 0.
 function hasZero() { return data.methods.some(method => method.name === chosen.method && method.has_zero); }
 
 function fillTiles() {
@@ -145,7 +145,7 @@ function fillControls() {
   byId('controls').hidden = !boxes.length;
 }
 
-// The method stays, where the run has scores by it.
+// Chooses a run, and keeps the method where that run has scores by it.
 function chooseRun(place) {
   const methods = methodsOf(runs[place]).map(method => method.name);
   Object.assign(chosen, {run: place, provider: '*', text: '', advice: '*', photo: null});
@@ -239,13 +239,13 @@ function fillRanking() {
 
 // ---- Distribution -------------------------------------------------------------------------------------------------------
 
-// The least of 1, 2 and 5 times a power of ten that is not below.
+// Rounds up to 1, 2 or 5 times a power of ten.
 function roundUp(width) {
   const power = 10 ** Math.floor(Math.log10(width));
   return power * [1, 2, 5, 10].find(factor => factor * power >= width * (1 - 1e-9));
 }
 
-// Bins of equal width, one of which begins at zero.
+// Makes bins of equal width, one of which begins at zero.
 function binsOf(values) {
   const low = Math.min(...values, 0), high = Math.max(...values, 0);
   const wanted = Math.min(40, Math.max(10, Math.ceil(2 * Math.sqrt(values.length))));
@@ -255,7 +255,7 @@ function binsOf(values) {
   return {bins, decimals: Math.max(0, -Math.floor(Math.log10(width) + 1e-9))};
 }
 
-// Negative scores are hatched, so that they are told apart in grey as well.
+// Draws the hatching of negative scores, which tells them apart in grey as well.
 function hatched(name) {
   const tile = document.createElement('canvas'), pen = tile.getContext('2d');
   tile.width = tile.height = 8;
@@ -321,7 +321,7 @@ function fillTraining() {
 
 // ---- Repair -------------------------------------------------------------------------------------------------------------
 
-// The mean of some photos' curves, with the error that follows from theirs.
+// Averages the curves of some photos, with the error that follows from theirs.
 function meanCurve(curves) {
   const at = (key, k) => curves.map(curve => curve[key][k]).filter(known);
   const steps = run().repair.steps.map((_, k) => k);
@@ -329,7 +329,7 @@ function meanCurve(curves) {
     stderr: steps.map(k => Math.sqrt(at('stderr', k).reduce((sum, error) => sum + error ** 2, 0)) / at('stderr', k).length)};
 }
 
-// Kinds of photos where they are known; otherwise the tenths of the ranking at both ends.
+// Divides photos by kind where kinds are known, otherwise into the tenths at both ends of the ranking.
 function repairGroups(ranked) {
   const {photos, kinds} = run().repair;
   if (kinds.length) return kinds.map(kind => ({label: kind.kind + ' (' + plural(kind.photos, 'photo') + ')', ...kind}));
@@ -358,7 +358,7 @@ function drawRepair(lines) {
   });
 }
 
-// A photo of the reader's choice beside the groups; the one with the lowest score where no kinds are known.
+// Draws the curves of the groups and of a photo that the reader chooses: first the lowest-scored one, where no kinds are known.
 function fillRepair() {
   const {repair, images} = run();
   byId('repair').hidden = !repair;
@@ -376,7 +376,7 @@ function fillRepair() {
 
 function pairsOf(list) { return list.flatMap((a, i) => list.slice(i + 1).map(b => [a, b])); }
 
-// The photos that both runs have scored by the chosen method.
+// Lists the photos that both runs have scored by the chosen method.
 function pointsOf([a, b]) {
   const inB = valuesByName(b), groundTruths = new Map(a.images.name.map((name, i) => [name, a.images.ground_truth[i]]));
   return [...valuesByName(a)].filter(([name]) => inB.has(name))
@@ -432,7 +432,7 @@ function fillAgreement() {
 
 // ---- All of it ----------------------------------------------------------------------------------------------------------
 
-// What hangs on the method, on the run, and on neither.
+// Draws the sections that depend on the method; fillRun those of the run, too, and fill all of them.
 function fillScored() {
   fillControls();
   fillTiles();

@@ -17,7 +17,7 @@ const COST = 'cost/trainings'; // in trainings on all photos
 // "tmc_shapley_4N" is tmc_shapley with the budget 4N.
 const familyOf = method => method.replace(/_\d*N?(\/\d+)?$/, '');
 
-// The methods that have a cost and a value of the metric, as families: [{name, points: [{x, y, low, high, name}]}], by cost.
+// Sorts the methods that have a cost and a value of the metric into families: [{name, points: [{x, y, low, high, name}]}], by cost.
 function familiesOf(cells, methods, metric) {
   const families = new Map();
   for (const method of methods) {
@@ -30,7 +30,7 @@ function familiesOf(cells, methods, metric) {
   return [...families].map(([name, points]) => ({name, points: points.sort((a, b) => a.x - b.x)}));
 }
 
-// Upright lines from the lower to the upper end, with gaps between.
+// Makes upright lines from the lower to the upper end, with gaps between them.
 const whiskersOf = points => points.filter(point => known(point.low) && known(point.high))
   .flatMap(({x, low, high}) => [{x, y: low}, {x, y: high}, {x, y: null}]);
 
@@ -65,7 +65,7 @@ function drawValidity(id, cells, methods, {metric, title, means}) {
 
 // ---- The tables ---------------------------------------------------------------------------------------------------------
 
-// A row per method and a column per metric of the chosen group: "lds/val_psnr" is val_psnr of lds.
+// Fills a row per method and a column per metric of the chosen group: "lds/val_psnr" is val_psnr of lds.
 function benchmarkTable(records, group) {
   const cells = new Map(), names = [], methods = [];
   for (const row of records) {

@@ -11,7 +11,8 @@ function mixed(stops, place) {
   return 'rgb(' + stops[first].map((part, c) => Math.round(part + (stops[first + 1][c] - part) * (at - first))).join(',') + ')';
 }
 
-// Around zero where scores have one. One outlier would make all others alike: full colour stands at the 98th percentile.
+// Returns the scale of colours, around zero where scores have one. One outlier would make all others alike: full colour stands at the
+// 98th percentile.
 function scoreColours(rows) {
   const values = rows.map(row => row.value).filter(known).sort((a, b) => a - b), diverging = hasZero();
   const at = share => values[Math.round(share * (values.length - 1))] ?? 0;
@@ -35,7 +36,7 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const triple = (list, i) => list.slice(3 * i, 3 * i + 3);
 function unit(a) { const length = Math.sqrt(dot(a, a)); return a.map(part => part / length); }
 
-// Up, and two level directions, the first along which the cameras spread most, so that the side view is wide.
+// Finds up and two level directions: the first is that along which the cameras spread most, so that the side view is wide.
 function axesOf(map, positions) {
   const up = unit(map.up), a = unit(cross(up, Math.abs(up[0]) < .8 ? [1, 0, 0] : [0, 1, 0])), b = cross(up, a);
   const along = positions.map(p => [dot(p, a), dot(p, b)]), middle = [0, 1].map(c => mean(along.map(p => p[c])));
@@ -50,7 +51,7 @@ function rangeOf(values, share) {
   return sorted.length ? [place(share), place(1 - share)] : [];
 }
 
-// Cameras and points along three axes, and a square that holds all cameras and nearly all points; null where nothing is known.
+// Places cameras and points along three axes, in a square that holds all cameras and nearly all points; null where none is known.
 function makeLayout({map}) {
   if (!map) return null;
   const cut = list => Array.from({length: Math.floor(list.length / 3)}, (_, i) => triple(list, i));
@@ -75,7 +76,7 @@ function layoutOf(one) {
 const CAMERA_KINDS = [['train', 'photos to train on', 'circle'], ['val', 'validation photos', 'rect'], ['test', 'test photos', 'triangle']];
 const TICK_PX = 12;
 
-// Where each camera looks, and a ring around the chosen one.
+// Draws the direction in which each camera looks, and a ring around the chosen one.
 function cameraMarks(layout, x, y) {
   return {id: 'cameras', beforeDatasetsDraw(chart) {
     const pen = chart.ctx, {scales} = chart;
@@ -128,7 +129,7 @@ function drawMapView(id, title, layout, rows, colours, y) {
   });
 }
 
-// A photo with its score and rank in a line.
+// Makes a line of a photo with its score and rank.
 function toldPhoto(row) {
   const scored = known(row.value) ? signed(row.value, decimalsFor([row.value])) + ' ' + shortUnit(unitOf(run())) + ', rank ' + row.rank :
     'no score';
@@ -156,7 +157,7 @@ function fillMap() {
   if (layoutOf(run())) whenSeen('map', drawMap);
 }
 
-// The arrow keys go through the photos in the order of the ranking.
+// Lets the arrow keys go through the photos in the order of the ranking.
 function stepThroughPhotos(event) {
   const step = {ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key];
   if (event.key === 'Enter') return choosePhoto(run(), chosen.photo);
@@ -206,7 +207,7 @@ function photoScores(one, image) {
   return plainTable(['score', 'value', '95 % interval', 'rank', 'rank interval', 'overlaps'], lines, [1, 2, 3, 4, 5]);
 }
 
-// What the photo's steps moved on each validation photo; of a validation photo, which photos moved it.
+// Tells how the photo's steps changed each validation photo; for a validation photo, which photos changed it.
 function photoMoved(one, image) {
   const {matrix} = one, row = matrix ? matrix.photo.indexOf(image) : -1, column = matrix ? matrix.view.indexOf(image) : -1;
   if (row < 0 && column < 0) return null;
@@ -236,7 +237,7 @@ function photoResidual(one, image) {
     element('p', {class: 'quiet'}, missing));
 }
 
-// Bars by epoch, and their running sum.
+// Draws bars by epoch and their running sum.
 function drawCredit(one, image) {
   const {credit} = one, row = credit ? credit.rows[image] : null;
   emptyChart('photo-credit');
@@ -271,7 +272,7 @@ function drawPhoto() {
   drawCredit(one, image);
 }
 
-// Its photo stays as long as the run does; first it is the one with the lowest score, which is worth a look.
+// Shows one photo, which stays as long as the run does: first the one with the lowest score.
 function fillPhoto() {
   const ranked = photoRows(run()).filter(row => known(row.value));
   byId('photo').hidden = !run().images.name;

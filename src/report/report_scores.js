@@ -1,19 +1,19 @@
 'use strict';
-// What a reader can do, which photos cannot be told apart, and credit beside lasting credit beside worth.
+// The sections on advice, on photos that cannot be told apart, and on credit beside lasting credit beside worth.
 
 const WORDS = {dv_psnr: 'credit', lasting_psnr: 'lasting credit', worth_psnr: 'worth'};
 function wordFor(method) { return WORDS[method] ? WORDS[method] + ' (' + method + ')' : method; }
 
 // ---- Photos that cannot be told apart -----------------------------------------------------------------------------------
 
-// How many of a sorted list lie below a value.
+// Counts the values of a sorted list that lie below a value.
 function countBelow(sorted, value) {
   let low = 0, high = sorted.length;
   while (low < high) { const middle = (low + high) >> 1; if (sorted[middle] < value) low = middle + 1; else high = middle; }
   return low;
 }
 
-// By image: with how many other photos' intervals its own overlaps.
+// Counts for each photo how many intervals of other photos overlap its own.
 function overlapsOf(rows) {
   const bounded = rows.filter(row => known(row.ci_low) && known(row.ci_high));
   const sorted = key => bounded.map(row => row[key]).sort((a, b) => a - b);
@@ -22,7 +22,7 @@ function overlapsOf(rows) {
     countBelow(highs, row.ci_low) - 1]));
 }
 
-// A sentence on how many pairs of photos are indistinguishable.
+// Makes a sentence on how many pairs of photos cannot be told apart.
 function toldOverlaps(overlaps) {
   const count = overlaps.size, pairs = count * (count - 1) / 2;
   if (!pairs) return '';
@@ -36,13 +36,13 @@ function toldOverlaps(overlaps) {
 const ADVICE = ['removable', 'irreplaceable', 'look'];
 const ADVICE_NAMES = 5;
 
-// Of a run with a gate: whether retrainings bear out what lasting credit predicts.
+// Says whether the retrainings of a run with a gate confirm what lasting credit predicts.
 function passesGate({gate}) { return known(gate.correlation) && gate.correlation >= gate.least; }
 
 // The gate speaks of lasting credit alone.
 function isRefuted(one) { return one.advice.basis === 'lasting_psnr' && one.gate !== null && !passesGate(one); }
 
-// Retrainings have to show that worth tells photos apart here, before it says which can be left out.
+// Says whether no retraining has shown yet that worth tells photos apart here: then nothing is said of leaving photos out.
 function isUnshown(one) { return one.advice.basis === 'worth_psnr' && !one.advice.tested; }
 
 function advisedPhotos(one, key) { return key !== 'look' && (isRefuted(one) || isUnshown(one)) ? [] : one.advice[key]; }
@@ -55,7 +55,7 @@ function adviceOf(one, image) {
   return ADVICE.filter(key => advisedPhotos(one, key).includes(image)).map(key => adviceText(one, key)).join(', ');
 }
 
-// How well worth, or a score of its prior, predicts retrainings that it does not know.
+// Says how well worth, or a score of its prior, predicts retrainings that it does not know.
 function accuracyOf({accuracy}, i) {
   return fixed(accuracy.spearman[i], 2) + ' (' + fixed(accuracy.ci_low[i], 2) + ' to ' + fixed(accuracy.ci_high[i], 2) + ')';
 }
@@ -152,7 +152,7 @@ function fillScoresTable(one, methods) {
   scoresTable.setRows(images.filter(image => methods.some(({name}) => known(rowOf.get(name).get(image).value))));
 }
 
-// Shown where there is more than credit.
+// Draws the table of credits, where there is more than one kind.
 function fillScores() {
   const one = run(), shown = ['worth_psnr', 'lasting_psnr'].filter(name => one.scores[name]);
   byId('scores').hidden = !shown.length;
@@ -180,7 +180,7 @@ function emptyChart(id) {
   byId(id).replaceChildren();
 }
 
-// Points are {x, y, label}; the line is that of equality, or the least squares where x and y are in other units.
+// Draws points {x, y, label} and the line of equality, or that of least squares where x and y are in different units.
 function drawPredicted(id, {points, line, label, across, up, caption}) {
   const decimals = decimalsFor(points.flatMap(point => [point.x, point.y]));
   drawChart(id, {shape: 'square', label, caption,
@@ -229,7 +229,7 @@ function drawGrowth({growth}) {
   });
 }
 
-// The straight line through the points that is nearest in y.
+// Fits the straight line that is nearest to the points in y.
 function leastSquares(points) {
   const x = points.map(point => point.x), y = points.map(point => point.y), meanX = mean(x), meanY = mean(y);
   const slope = mean(x.map((value, i) => (value - meanX) * (y[i] - meanY))) / mean(x.map(value => (value - meanX) ** 2));
@@ -248,7 +248,7 @@ function drawRetrainings({retrainings}, method) {
       ', rho = ' + fixed(rho, 2) + (method === 'worth_psnr' ? '. Worth was fitted to these very retrainings.' : '.')});
 }
 
-// Shown where there is something to compare with.
+// Draws the section, where there is something to compare with.
 function fillTrust() {
   const one = run(), points = gatePoints(one);
   const methods = one.retrainings ? Object.keys(one.retrainings.means) : [], entries = methods.map(name => [name, wordFor(name)]);

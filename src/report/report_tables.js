@@ -5,7 +5,7 @@
 
 const number = text => text === '' || text === undefined ? NaN : Number(text);
 
-// The rows of a CSV file as objects by its header.
+// Returns the rows of a CSV file as objects with its header as keys.
 function recordsOf({content: {header, rows}}) {
   return rows.map(row => Object.fromEntries(header.map((name, i) => [name, row[i] ?? ''])));
 }
@@ -14,7 +14,7 @@ function tablesNamed(file) { return data.documents.filter(one => one.kind === 't
 
 // ---- The jobs of a batch ------------------------------------------------------------------------------------------------
 
-// Only what batch itself writes becomes a link: the table may be a stranger's.
+// Makes a link only of paths that batch itself writes: the table may be a stranger's.
 function reportLink(path) {
   return /^[\w-]+(\/[\w-]+)*\/report\.html$/.test(path) ? element('a', {href: path}, 'report') : '';
 }
@@ -97,7 +97,7 @@ function fillDuplicates() {
 
 const HELPS_RGB = [0, 114, 178], HARMS_RGB = [213, 94, 0];
 
-// From white to full colour; the text stays legible on either.
+// Colours a cell from white to full colour, with text that can be read on either.
 function heatCell(value, largest, text, hint) {
   const cell = element('td', {class: 'number', title: hint}, text);
   const strength = known(value) ? Math.min(1, Math.abs(value) / largest) : 0, full = value < 0 ? HARMS_RGB : HELPS_RGB;
@@ -107,7 +107,7 @@ function heatCell(value, largest, text, hint) {
   return cell;
 }
 
-// Most cells would be white beside one outlier: full colour stands at the 98th percentile.
+// Returns the value that has full colour, the 98th percentile: beside one outlier most cells would be white.
 function fullColour(values) {
   const sizes = values.flat().filter(known).map(Math.abs).sort((a, b) => a - b);
   return sizes.length ? sizes[Math.floor(.98 * (sizes.length - 1))] || sizes[sizes.length - 1] || 1 : 1;
@@ -214,7 +214,7 @@ const measureName = name => {
 };
 const measureDigits = name => (MEASURES.find(one => one[0] === name.split('_')[1]) || [0, 0, 4])[2];
 
-// Those that some list has; PSNR on the test photos comes first, since it alone was neither trained on nor used to select.
+// Lists the measures that some list has. PSNR on the test photos comes first: it alone was neither trained on nor used to select.
 function measuresOf(compare) {
   return ['test', 'val'].flatMap(split => MEASURES.map(([measure]) => split + '_' + measure))
     .filter(name => compare.lists.some(list => known((list.mean || {})[name])));
@@ -231,7 +231,7 @@ function listsTable(compare, names) {
   return plainTable(['list', 'photos', ...names.map(measureName)], rows, [1, ...names.map((_, i) => i + 2)]);
 }
 
-// Seeds as points, their mean as a bar.
+// Draws seeds as points and their mean as a bar.
 function drawLists(id, compare, name) {
   const lists = compare.lists.filter(list => known((list.mean || {})[name])), digits = measureDigits(name);
   const pointsOfList = list => list.outcomes.filter(one => known(one[name])).map(one => ({x: list.name, y: one[name], seed: one.seed}));
@@ -282,7 +282,8 @@ function pairsTable(compare, pairs) {
   return place;
 }
 
-// A photo's picture is the run's, where the page has a run of the scene, or else one of the document's own.
+// Makes the table of photos that lists differ in. A photo's picture is the run's, where the page has a run of the scene, or else one
+// of the document's own.
 function disagreementsTable(compare, thumbnails) {
   const place = element('div'), one = runs.find(other => other.run.scene_hash === compare.scene_hash && other.thumbnails !== null);
   const imageOf = row => one ? one.images.name.indexOf(row.photo) : -1;

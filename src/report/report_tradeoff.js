@@ -14,7 +14,7 @@ const LONGEST_NAME = 24; // characters of a name in a chart: tables and tooltips
 
 const clipped = (text, length = LONGEST_NAME) => text.length > length ? text.slice(0, length - 1) + '…' : text;
 
-// An edited file may hold any number. One that no axis can show counts as unknown; a logarithmic axis shows drawable ones only.
+// Turns a number that no axis can show into an unknown one: an edited file may hold any.
 const bounded = value => Math.abs(value) < 1e9 ? value : NaN;
 const drawable = value => value > 1e-6 && value < 1e9;
 
@@ -26,7 +26,8 @@ function timeOf(seconds) {
 
 // ---- Configurations and methods -------------------------------------------------------------------------------------------------
 
-// Rows by configuration and method: {rows, methods, configurations}, where configurations are the first rows of each, in the order of the
+// Sorts rows by configuration and method: {rows, methods, configurations}, where configurations are the first rows of each, in the
+// order of the
 // file.
 function tradeoffOf(table) {
   const rows = recordsOf(table).map(row => ({...row, base: row.base === '1', psnr_pareto_front: row.psnr_pareto_front === '1',
@@ -38,7 +39,7 @@ function tradeoffOf(table) {
     configurations: [...configurations.values()]};
 }
 
-// A row per configuration: that of the method, or, when it has none, the columns that do not depend on the method.
+// Returns a row per configuration: that of the method, or, when it has none, the columns that do not depend on the method.
 function rowsOfMethod({rows, configurations}, method) {
   const scored = new Map(rows.filter(row => row.method === method).map(row => [row.configuration, row]));
   const names = [...TRADEOFF_MEASURES.map(one => one.key), 'all_pixels_pearson', 'lds_ci_low', 'lds_ci_high'];
@@ -56,7 +57,7 @@ function tradeoffSummary({configurations, methods}) {
 
 // ---- Axes ---------------------------------------------------------------------------------------------------------------
 
-// Places to write at on a logarithmic axis: 1, 2 and 5 times powers of ten, powers alone over many, finer steps within less than one.
+// Chooses the ticks of a logarithmic axis: 1, 2 and 5 times powers of ten, powers alone over many, finer steps within less than one.
 function logTicks(low, high) {
   const first = Math.floor(Math.log10(low)), last = Math.ceil(Math.log10(high)), stride = Math.ceil((last - first) / 8);
   const between = factors => {
@@ -71,7 +72,7 @@ function logTicks(low, high) {
   return ticks;
 }
 
-// A logarithmic axis around the values, which are positive.
+// Makes a logarithmic axis around the values, which are positive.
 function logAxis(title, values) {
   const low = Math.min(...values) / 1.15, high = Math.max(...values) * 1.15;
   return axis(title, {type: 'logarithmic', min: low, max: high,
@@ -81,14 +82,15 @@ function logAxis(title, values) {
 
 // ---- Time against quality -----------------------------------------------------------------------------------------------
 
-// Colour and shape of a parameter together are its own: there are more parameters than colours.
+// Returns the colour and shape of a parameter, which only together are its own: there are more parameters than colours.
 function parameterStyle(place) {
   const shape = POINTS[(place + Math.floor(place / PALETTE.length)) % POINTS.length], tint = PALETTE[place % PALETTE.length];
   return {pointStyle: shape, borderColor: tint, backgroundColor: tint, radius: 5, hoverRadius: 7,
     borderWidth: /cross|star/.test(shape) ? 2 : 1};
 }
 
-// Configurations over their time, by the column `key`. `front` is the column that marks the Pareto front, which a line joins, or empty;
+// Draws configurations over their time, by the column `key`. `front` is the column that marks the Pareto front, which a line joins, or
+// empty;
 // `about` begins the caption.
 function drawCost({id, rows, key, title, digits, front, about = ''}) {
   const shown = rows.filter(row => drawable(row.run_seconds) && known(row[key]));
@@ -127,7 +129,7 @@ function parametersOf({configurations}) {
   return [...values.keys()].filter(parameter => values.get(parameter).size > 1);
 }
 
-// Places of values on an axis: numbers by their logarithm, then words ("all"), a step apart.
+// Places values on an axis: numbers by their logarithm, then words ("all"), a step apart.
 function placesOf(values) {
   const numbers = values.filter(text => drawable(number(text))).sort((a, b) => number(a) - number(b));
   const ends = numbers.map(text => Math.log10(number(text))), span = ends.length > 1 ? ends[ends.length - 1] - ends[0] : 0;
@@ -146,13 +148,13 @@ function valueAxis(parameter, {places, step}) {
       callback: value => labels.get(value) ?? ''}});
 }
 
-// The base's value of a parameter, from its list of all: "rays 500, samples 32, ...". '' where the list lacks it.
+// Returns the base's value of a parameter, from its list of all: "rays 500, samples 32, ...". '' where the list lacks it.
 function valueOfBase(base, parameter) {
   const part = base.value.split(', ').find(text => text.startsWith(parameter + ' '));
   return part ? part.slice(parameter.length + 1) : '';
 }
 
-// The values of a parameter against one column, with the base as a dashed line; `also` is a second column, {key, title}.
+// Draws the values of a parameter against one column, with the base as a dashed line; `also` is a second column, {key, title}.
 function drawParameter({id, rows, parameter, key, title, digits, log = false, also, caption}) {
   const fits = row => log ? drawable(row[key]) : known(row[key]);
   const base = rows.find(row => row.base), own = base ? valueOfBase(base, parameter) : '';

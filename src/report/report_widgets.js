@@ -1,10 +1,10 @@
 'use strict';
-// What the sections of the report are made of: elements, numbers, sortable tables in pages, and charts with their table behind them.
+// Parts of which the sections of the report are made: elements, numbers, sortable tables in pages, charts with their table behind them.
 // Texts from the data become text nodes and attributes, never markup.
 
 // ---- Elements -----------------------------------------------------------------------------------------------------------
 
-// element('td', {class: 'number', title: '...'}, child, ...): children are nodes or texts.
+// Makes an element: element('td', {class: 'number', title: '...'}, child, ...), whose children are nodes or texts.
 function element(tag, attributes, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes || {})) if (value !== undefined && value !== false) node.setAttribute(name, value);
@@ -23,7 +23,7 @@ function byId(id) { return document.getElementById(id); }
 
 function show(id) { byId(id).hidden = false; }
 
-// A labelled select box; entries are [value, text].
+// Makes a labelled select box; entries are [value, text].
 function selectBox(id, label, entries, chosen, onChange) {
   const select = element('select', {id}, ...entries.map(([value, text]) => element('option', {value}, text)));
   select.value = chosen;
@@ -41,7 +41,7 @@ function searchBox(id, label, onInput) {
 
 const known = value => typeof value === 'number' && Number.isFinite(value);
 
-// Two decimals, or as many as give the largest of the values three digits.
+// Chooses two decimals, or as many as give the largest of the values three digits.
 function decimalsFor(values) {
   let largest = 0;
   for (const value of values) if (known(value)) largest = Math.max(largest, Math.abs(value));
@@ -67,7 +67,7 @@ function plural(count, noun) { return grouped(count) + ' ' + noun + (count === 1
 
 function mean(values) { return values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : NaN; }
 
-// Pearson's correlation of the pairs of which both are known.
+// Computes Pearson's correlation of the pairs of which both are known.
 function pearson(a, b) {
   const places = a.map((_, i) => i).filter(i => known(a[i]) && known(b[i]));
   const meanA = mean(places.map(i => a[i])), meanB = mean(places.map(i => b[i]));
@@ -80,7 +80,7 @@ function pearson(a, b) {
   return aa > 0 && bb > 0 ? ab / Math.sqrt(aa * bb) : NaN;
 }
 
-// From 1 for the smallest; equal values share the mean of their ranks.
+// Ranks values from 1 for the smallest; equal values share the mean of their ranks.
 function ranksOf(values) {
   const order = values.map((_, i) => i).sort((a, b) => values[a] - values[b]), ranks = [];
   for (let first = 0; first < order.length;) {
@@ -110,7 +110,8 @@ function compareKeys(a, b) {
   return typeof a === 'string' ? collator.compare(a, b) : a - b;
 }
 
-// A table that is sorted by clicking its headers, shown page by page. A column is {title, key: row -> number or text to sort by, cell:
+// Makes a table that is sorted by clicking its headers, shown page by page. A column is {title, key: row -> number or text to sort by,
+// cell:
 // row -> text or node, or a td of its own, number: true to align right, class, hint, descending: true where the first click puts the
 // largest first}. `sort` is the column to begin with; null: the order given.
 class SortedTable {
@@ -189,7 +190,7 @@ class SortedTable {
   }
 }
 
-// A table of texts that is shown whole, without sorting. Rows are arrays of texts or nodes; `numbers` are the columns to align right.
+// Makes a table of texts that is shown whole, without sorting. Rows are arrays of texts or nodes; `numbers` are the columns to align right.
 function plainTable(header, rows, numbers = []) {
   const kind = place => numbers.includes(place) ? 'number' : undefined;
   return element('div', {class: 'scroll'}, element('table', {},
@@ -198,7 +199,7 @@ function plainTable(header, rows, numbers = []) {
       cell instanceof HTMLTableCellElement ? cell : element('td', {class: kind(i)}, cell)))))));
 }
 
-// The table behind a chart, made when it is opened.
+// Makes the table behind a chart, when it is opened.
 function tableBehind(title, header, makeRows, numbers) {
   const details = element('details', {}, element('summary', {}, title));
   details.addEventListener('toggle', () => {
@@ -209,7 +210,8 @@ function tableBehind(title, header, makeRows, numbers) {
 
 // ---- Intervals ----------------------------------------------------------------------------------------------------------
 
-// The scale that intervals share: it spans zero and nearly all of their ends. One far outlier would squeeze all others to a dot: what lies
+// Makes the scale that intervals share: it spans zero and nearly all of their ends. One far outlier would squeeze all others to a dot:
+// what lies
 // beyond is drawn up to an arrow at the edge.
 function intervalScale(rows) {
   const ends = rows.flatMap(row => [row.value, row.ci_low, row.ci_high]).filter(known).sort((a, b) => a - b);
@@ -218,7 +220,7 @@ function intervalScale(rows) {
   return high > low ? {low, high} : {low: -1, high: 1};
 }
 
-// A dot (positive) or a square (negative) with its error bar around it, and zero dashed. `harms` is given where less is better.
+// Draws a dot (positive) or a square (negative) with its error bar around it, and zero dashed. `harms` is given where less is better.
 function intervalBar({value, ci_low: low, ci_high: high, harms = value < 0}, scale, title) {
   const at = end => Math.min(154, Math.max(6, 6 + 148 * (end - scale.low) / (scale.high - scale.low)));
   const kind = harms ? 'harms' : 'helps', ends = known(low) && known(high) ? [low, high] : [value, value];
