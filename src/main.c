@@ -18,7 +18,7 @@ static const struct vw_command commands[] = {
      "An effect is an optional part of image formation, for example a sky or lens distortion. A scene calls for an "
      "effect if its files tell so, or if short trainings with it gain more than 0.1 dB over others without. The "
      "command prints the gain with its standard error, and what a step costs more, for a run with these options.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_INFO | VW_OPTIONS_JSON, vw_command_info},
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_JSON, vw_command_info},
     {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
@@ -71,10 +71,9 @@ static const struct vw_command commands[] = {
      "mean absolute error) back over all steps. Adds the scores lasting_psnr and lasting_loss to the ledger, "
      "scores.csv and the report. Compare photos with each other; zero has no meaning.\n"
      "A gate checks it: short trainings make the steps on six photos longer and shorter, and the change is compared "
-     "with the predicted one. The command prints a warning if they disagree. The same command resumes a sweep that "
-     "was stopped, and only prints one that is finished. With --lasting-matrix, matrix.csv also has lasting credit by "
-     "validation photo. Uses the run's device unless --device is "
-     "given. " NEEDS_SCENE_FOLDER,
+     "with the predicted one. The command prints a warning if they disagree. The same command resumes a backward "
+     "pass that was stopped, and only prints the scores of a finished one. With --lasting-matrix, matrix.csv also has "
+     "lasting credit by validation photo. Uses the run's device unless --device is given. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_lasting},
     {USE, "select", "OUT", "Write a list of the photos worth training on",
      "--verify is recommended: it trains on the lists of several rules, judges each on validation photos that did not "

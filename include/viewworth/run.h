@@ -27,13 +27,13 @@ struct vw_run_state {
     uint32_t epoch, epochs;     // epoch counts from 0
     double val_psnr_db;         // value of the last validated step on disk; NaN: unknown
     bool finished;              // all steps are taken
-    bool sweeping;              // the sweep for lasting credit: its own steps, replayed and swept
+    bool sweeping;              // the backward pass of lasting credit: its own steps, replayed and followed back
 };
 
 // Called before the first and after every batch of steps, and at the end. Returning false asks the run to stop.
 typedef bool vw_run_progress(void *context, const struct vw_run_state *state);
 
-// Fields of vw_config that `preset` and `budget_s` leave as they are.
+// Fields of vw_config that `accuracy` and `budget_s` leave as they are.
 enum {
     VW_EXPLICIT_RAYS = 1,
     VW_EXPLICIT_SAMPLES = 2,
@@ -59,8 +59,8 @@ struct vw_run_params {
     bool resume;                    // continue the run in `out`, or extend it by more epochs; start when there is none
     bool train_only;                // neither validation nor scores
     double until_stable;            // stop at an epoch's end once scores are this stable, below 1; 0: never
-    const char *preset;             // "draft", "quick", "standard" or "reference"; NULL: config as it is
-    double budget_s;                // choose preset and epochs so that all ends within this time; 0: no budget
+    const char *accuracy;           // the level: "draft", "quick", "standard" or "reference"; NULL: config as it is
+    double budget_s;                // choose the level and epochs so that all ends within this time; 0: no budget
     uint32_t explicit_fields;       // VW_EXPLICIT_*
     const char *payout;             // an amount to divide among the providers, "99.50"; NULL: none
     struct vw_lasting_options lasting;

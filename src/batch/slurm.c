@@ -11,11 +11,7 @@
 #include "base/text_stream.h"
 #include "batch/child.h"
 
-enum { ANSWER_BYTES = 65536, TEXT_BYTES_MAX = 256 };
-
-static const char digits[] = "0123456789",
-                  words[] = "0123456789_.,-abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ",
-                  times[] = "0123456789:-";
+enum { ANSWER_BYTES = 65536 };
 
 // The absolute places that a job needs, wherever it begins; all owned.
 struct places {
@@ -47,11 +43,9 @@ static void write_array(FILE *stream, const struct vw_batch *batch) {
     }
 }
 
-static void write_head(FILE *stream, const struct vw_slurm_params *params, const char *name, const char *log) {
+static void write_head(FILE *stream, const char *name, const char *log) {
     fprintf(stream, "#!/bin/bash\n# Made by viewworth batch --slurm, which makes it again.\n");
     fprintf(stream, "#SBATCH --job-name=%s\n#SBATCH --output=%s\n#SBATCH --open-mode=append\n", name, log);
-    if (params->partition) fprintf(stream, "#SBATCH --partition=%s\n", params->partition);
-    if (params->time_limit) fprintf(stream, "#SBATCH --time=%s\n", params->time_limit);
 }
 
 static void write_command(FILE *stream, const struct vw_slurm_params *params, const struct places *places) {
@@ -69,10 +63,9 @@ static void write_command(FILE *stream, const struct vw_slurm_params *params, co
 }
 
 static void write_job(FILE *stream, const struct vw_slurm_params *params, const struct places *places) {
-    write_head(stream, params, "viewworth", "slurm-%a.log");
+    write_head(stream, "viewworth", "slurm-%a.log");
     fputs("#SBATCH --requeue\n#SBATCH --signal=B:USR1@90\n#SBATCH --array=", stream);
     write_array(stream, params->batch);
-    if (params->gpus) fprintf(stream, "\n#SBATCH --gpus=%" PRIu32, params->gpus);
     fputc('\n', stream);
     write_command(stream, params, places);
     fputs(" --job \"$SLURM_ARRAY_TASK_ID\" &\n"
@@ -91,7 +84,7 @@ static void write_job(FILE *stream, const struct vw_slurm_params *params, const 
 }
 
 static void write_merge(FILE *stream, const struct vw_slurm_params *params, const struct places *places) {
-    write_head(stream, params, "viewworth-merge", "slurm-merge.log");
+    write_head(stream, "viewworth-merge", "slurm-merge.log");
     write_command(stream, params, places);
     fputs(" --merge-only\n", stream);
 }
@@ -122,7 +115,7 @@ static enum vw_status read_number(char *answer, int code, char number[VW_SLURM_N
     while (length && answer[length - 1] == '\n') answer[--length] = 0;
     const char *line = strrchr(answer, '\n');
     line = line ? line + 1 : answer;
-    size_t count = strspn(line, digits);
+    size_t count = strspn(line, "0123456789");
     if (code || !count || count >= VW_SLURM_NUMBER_BYTES) {
         vw_text_make_line(answer);
         return vw_fail(VW_ERROR_IO, "sbatch: exit code %d: %.200s; correct what it names, and submit again", code,
@@ -176,14 +169,6 @@ static enum vw_status submit_all(const struct vw_slurm_params *params, const str
     return status;
 }
 
-// ---- What it is given ---------------------------------------------------------------------------------------------
-
-// Refuses text that could end a line of a script.
-static enum vw_status check_text(const char *option, const char *text, const char *letters, const char *what) {
-    if (!text || (*text && strlen(text) <= TEXT_BYTES_MAX && strspn(text, letters) == strlen(text))) return VW_OK;
-    return vw_fail(VW_ERROR_USAGE, "%s takes %s", option, what);
-}
-
 static enum vw_status find_places(const struct vw_slurm_params *params, struct places *places) {
     *places = (struct places){.folder = realpath(".", NULL),
                               .jobs_path = realpath(params->jobs_path, NULL),
@@ -197,10 +182,7 @@ static enum vw_status find_places(const struct vw_slurm_params *params, struct p
 enum vw_status vw_slurm_submit(const struct vw_slurm_params *params, struct vw_slurm_numbers *numbers) {
     struct places places = {0};
     *numbers = (struct vw_slurm_numbers){0};
-    enum vw_status status = check_text("--partition", params->partition, words, "letters, digits and _ . , -");
-    if (!status)
-        status = check_text("--time-limit", params->time_limit, times, "minutes, or HOURS:MINUTES:SECONDS, as sbatch");
-    if (!status) status = vw_folder_create(params->out);
+    enum vw_status status = vw_folder_create(params->out);
     if (!status) status = find_places(params, &places);
     if (!status) status = submit_all(params, &places, numbers);
     free(places.folder);

@@ -14,10 +14,7 @@ enum { VW_SLURM_NUMBER_BYTES = 32 };
 struct vw_slurm_params {
     const struct vw_batch *batch; // result of vw_batch_look(): the jobs that are not done are submitted
     const char *jobs_path, *out, *program;
-    const char *devices;    // as --devices takes them; NULL: the preferred one of a node
-    const char *partition;  // letters, digits and _ . , -; NULL: the cluster's default
-    const char *time_limit; // per job: digits and : -, as sbatch takes it; NULL: the partition's
-    uint32_t gpus;          // that a job asks for
+    const char *devices; // as --devices takes them; NULL: the preferred one of a node
 };
 
 // The numbers that sbatch gave; `array` is empty where all jobs are done.
@@ -27,7 +24,7 @@ struct vw_slurm_numbers {
 
 // Writes OUT/slurm_job.sh and OUT/slurm_merge.sh and submits them. A job whose time limit is near saves what it has and
 // queues itself again; one that was preempted, or whose node was lost, is queued again by Slurm; each then resumes.
-// VW_ERROR_USAGE for texts that sbatch would not take; VW_ERROR_IO with sbatch's own message.
+// Partition, GPUs and time limit come from sbatch's environment variables. VW_ERROR_IO with sbatch's own message.
 enum vw_status vw_slurm_submit(const struct vw_slurm_params *params, struct vw_slurm_numbers *numbers);
 
 #endif

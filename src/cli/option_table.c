@@ -15,10 +15,8 @@ static const char *table_precision_choice(uint32_t choice) {
     return vw_table_precision_name((enum vw_table_precision)choice);
 }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
-static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
-_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t) &&
-                   sizeof(enum vw_background_form) == sizeof(uint32_t) &&
+_Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_background_form) == sizeof(uint32_t) &&
                    sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
                    sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
@@ -55,14 +53,9 @@ const struct vw_option vw_option_table[] = {
      OPTION(FLAG, merge_only)},
     {"slurm", NULL,
      "Submit the jobs that are not done to a Slurm cluster, as an array of batch --job K, and one that merges when all "
-     "have ended; jobs that reach the time limit or are preempted resume",
+     "have ended; jobs that reach the time limit or are preempted resume. Partition, GPUs and time limit come from "
+     "sbatch's variables, such as SBATCH_PARTITION, SBATCH_GPUS and SBATCH_TIMELIMIT",
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(FLAG, slurm), COMMON},
-    {"partition", "NAME", "Partition of --slurm", VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, partition),
-     DEFAULT("the cluster's")},
-    {"gpus", "N", "GPUs that each job of --slurm asks for", VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, gpus),
-     RANGE(1, 64), DEFAULT("none")},
-    {"time-limit", "TIME", "Time limit of each job of --slurm, as sbatch takes it: minutes, or HOURS:MINUTES:SECONDS",
-     VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(TEXT, time_limit), DEFAULT("the partition's")},
     {"resume", NULL, "Continue the run in --out, or extend it if --epochs is larger; start a new run if there is none",
      VW_OPTIONS_OUT, VW_SECTION_MAIN, OPTION(FLAG, resume), COMMON},
     {"to", "PATH",
@@ -76,8 +69,11 @@ const struct vw_option vw_option_table[] = {
      "run's configuration, and keep all photos unless a list is better on validation photos that did not select it; "
      "up to 25 lists with --seeds trainings each. The same command resumes",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
-    {"seeds", "K", "Number of trainings of each list with --verify, one per seed", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
-     OPTION(COUNT, verify_seeds), RANGE(2, 50), COMMON},
+    {"seeds", "K",
+     "Number of trainings of each list (compare, select --verify) or configuration (tradeoff), one per seed; seeds "
+     "count up from --seed",
+     VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
+     COMMON, DEFAULT("3, of select 2")},
     {"without-outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
      "and keep all others; with --method by that score alone (the rule without any of these options)",
@@ -105,16 +101,6 @@ const struct vw_option vw_option_table[] = {
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
      DEFAULT("dv_psnr; of without-outliers dv_psnr, dv_loss and quality")},
-    {"seeds", "K",
-     "Number of trainings of each list, one per seed (with --valuation-seeds of each valuation); seeds count up from "
-     "--seed",
-     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50), COMMON},
-    {"valuation-seeds", "K",
-     "Value the scene K times, with other seeds and in OUT/seed_N, and select the lists by each in turn, in place of "
-     "--scores: intervals are over valuations and hold the noise of selection",
-     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, valuation_seeds), RANGE(2, VW_VALUATIONS_MAX)},
-    {"seeds", "K", "Number of runs of each configuration, one per seed; seeds count up from --seed",
-     VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(2, 50), COMMON},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",
@@ -127,10 +113,6 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},
     {"parameters", "LIST", "Parameters to change, with commas between: " VW_SWEEP_PARAMETERS, VW_OPTIONS_TRADEOFF,
      VW_SECTION_MAIN, OPTION(TEXT, parameters), COMMON, DEFAULT("all")},
-    {"measure", NULL,
-     "Take four times as many steps in each pilot, the short trainings that measure what effects gain, for narrower "
-     "intervals",
-     VW_OPTIONS_INFO, VW_SECTION_MAIN, OPTION(FLAG, measure), COMMON},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
     {"providers", "FILE.csv", "Who supplied each photo (CSV header: name,provider)",
@@ -151,7 +133,7 @@ const struct vw_option vw_option_table[] = {
     {"until-confidence", "R",
      "Stop before that number of retrainings when the lower end of the interval of worth's correlation with "
      "retrainings left out reaches R, below 1; checked after every 8; 0: never",
-     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_accuracy), COMMON},
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
@@ -193,16 +175,10 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
-    {"huber-length", "X", "Colour difference beyond which --loss huber is linear; colours reach from 0 to 1",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.huber_length)},
-    {"beta-min", "X", "Least uncertainty of a colour with the effect transient, a standard deviation; NeRF-W has 0.03",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.beta_min)},
     {"consistency-weight", "X",
      "Weight of the consistency loss beside the effect appearance_encoder: what is rendered with a photo's code has "
      "that code again; HA-NeRF has 0.001; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.consistency_weight)},
-    {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
-     VW_SECTION_TRAINING, CHOICE(config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),
      DEFAULT("0.003, with --field mlp 0.0005")},
     {"learning-rate-decay", "X",
@@ -248,12 +224,11 @@ const struct vw_option vw_option_table[] = {
     {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
      VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step")},
     {"lasting-matrix", NULL,
-     "Also follow back the PSNR of each validation photo on its own: lasting credit by validation photo in matrix.csv, "
-     "and among the candidates of select --verify. Each validation photo adds up to half the time of a sweep without",
+     "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select --verify also "
+     "tries lists by it. Each validation photo adds up to half the time of a backward pass",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix)},
     {"no-gate", NULL,
-     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter; "
-     "the sweep then stays without that check",
+     "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter",
      VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.no_gate)},
 
     // The field.

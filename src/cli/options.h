@@ -35,8 +35,8 @@ struct vw_options {
     uint32_t corrupt;
     struct vw_config config;
     const char *out;
-    bool resume, profile, measure;
-    uint32_t seeds;    // number of runs
+    bool resume, profile;
+    uint32_t seeds;    // number of runs; select has a default of its own
     uint32_t kfold;    // 0: train and validation photos stay what they are
     uint32_t together; // trainings in a submission; 0: by the device
     struct vw_lasting_options lasting;
@@ -44,16 +44,15 @@ struct vw_options {
     const char *payout;
     double until_stable;         // 0: take all epochs
     uint32_t worth, retrainings; // retrainings in all: of value, of worth
-    double until_accuracy;       // 0: make all of them
+    double until_confidence;     // 0: make all of them
     const char *accuracy, *budget;
     enum vw_option_preset preset;
     const char *expect;
     uint32_t replay_steps;
-    const char *parameters; // names of what a sweep changes
+    const char *parameters; // names of those that tradeoff changes
     const char *view;
     const char *to;
     bool verify, without_outliers, positive, significant, not_harmful;
-    uint32_t verify_seeds; // trainings of every list that --verify tries
     const char *top, *drop;
     const char *method; // the method that selects photos
     struct vw_texts lists;
@@ -65,8 +64,6 @@ struct vw_options {
     uint32_t per_device; // processes at a time
     uint32_t job;        // the only one to run, from 1; 0: all
     bool merge_only, slurm;
-    const char *partition, *time_limit; // Slurm's
-    uint32_t gpus;                      // that each job asks Slurm for
     bool json, quiet, help, help_all;
     const struct vw_program *program; // private: whose options these are
     uint64_t given[2];                // private: a bit per option of the program
@@ -74,7 +71,7 @@ struct vw_options {
 
 // The options of a command line that has none. The config's are vw_config_default.
 #define VW_OPTIONS_DEFAULT                                                                                             \
-    { .downscale = 1, .per_device = 1, .seeds = 3, .verify_seeds = 2, .views = 2 }
+    { .downscale = 1, .per_device = 1, .seeds = 3, .views = 2 }
 
 // Groups of options that commands take. Every command takes VW_OPTIONS_ALWAYS.
 enum {
@@ -85,7 +82,6 @@ enum {
     VW_OPTIONS_VIEW = 16,
     VW_OPTIONS_JSON = 32,
     VW_OPTIONS_VERIFY = 128,
-    VW_OPTIONS_INFO = 256,
     VW_OPTIONS_ALWAYS = 512,
     VW_OPTIONS_IMPORT = 2048,     // --out, which is required, and the training options that scores depend on
     VW_OPTIONS_ONE_RUN = 8192,    // commands that make a single run
@@ -96,7 +92,7 @@ enum {
     VW_OPTIONS_REPORT = 262144,
     VW_OPTIONS_THUMBNAILS = 524288, // commands that write a report
     VW_OPTIONS_TRADEOFF = 1048576,
-    VW_OPTIONS_LASTING = 4194304, // commands that may sweep a run for lasting credit
+    VW_OPTIONS_LASTING = 4194304, // commands that may compute lasting credit
     VW_OPTIONS_WORTH = 8388608,
     VW_OPTIONS_BATCH = 16777216,
     VW_OPTIONS_MERGE = 33554432,

@@ -64,7 +64,7 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .out = options->out,
         .resume = options->resume,
         .until_stable = options->until_stable,
-        .preset = options->accuracy,
+        .accuracy = options->accuracy,
         .explicit_fields = list_explicit_fields(options),
         .payout = options->payout,
         .lasting = options->lasting,

@@ -19,7 +19,7 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
-// With until_accuracy, whether it is reached is asked after so many retrainings; the ledger gets them in such groups.
+// With until_confidence, whether it is reached is asked after so many retrainings; the ledger gets them in such groups.
 enum { GROUP = 8 };
 
 struct work {
@@ -103,8 +103,8 @@ static enum vw_status summarise(struct work *work, bool *reached) {
     const struct vw_worth_input input = vw_scoring_worth_input(&work->result->scoring);
     enum vw_status status = vw_worth_summarise(&input, &work->result->summary);
     const struct vw_worth_summary *summary = &work->result->summary;
-    *reached = summary->claim_count && work->params->until_accuracy > 0 &&
-               summary->claims[0].accuracy.ci_low >= work->params->until_accuracy;
+    *reached = summary->claim_count && work->params->until_confidence > 0 &&
+               summary->claims[0].accuracy.ci_low >= work->params->until_confidence;
     return status;
 }
 
@@ -115,11 +115,11 @@ static enum vw_status retrain(struct work *work) {
     bool reached = false;
     enum vw_status status = VW_OK;
     work->retrainer.planned = most - scoring->retraining_count;
-    if (work->params->until_accuracy > 0) status = summarise(work, &reached);
+    if (work->params->until_confidence > 0) status = summarise(work, &reached);
     while (!status && !reached && scoring->retraining_count < most) {
         uint32_t next = (scoring->retraining_count / GROUP + 1) * GROUP;
         status = add_group(work, next < most ? next : most);
-        if (!status && work->params->until_accuracy > 0) status = summarise(work, &reached);
+        if (!status && work->params->until_confidence > 0) status = summarise(work, &reached);
     }
     return status;
 }
@@ -228,7 +228,7 @@ static enum vw_status make(struct work *work) {
 
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
     uint64_t cents;
-    if (params->until_accuracy < 0 || !(params->until_accuracy < 1))
+    if (params->until_confidence < 0 || !(params->until_confidence < 1))
         return vw_fail(VW_ERROR_USAGE, "--until-confidence: must lie from 0 to below 1");
     enum vw_status status = params->payout ? vw_attribution_read_payout(params->payout, NULL, &cents) : VW_OK;
     return status;

@@ -1,13 +1,16 @@
 #include "lab/options.h"
 
 #include "base/memory.h"
+#include "experiment/comparison_data.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"
 #include "viewworth/train.h"
 
 static const char *vary_choice(uint32_t choice) { return vw_vary_name((enum vw_vary)choice); }
+static const char *optimizer_choice(uint32_t choice) { return vw_optimizer_name((enum vw_optimizer)choice); }
 
-_Static_assert(sizeof(enum vw_vary) == sizeof(uint32_t), "VW_OPTION_CHOICE stores 32 bits");
+_Static_assert(sizeof(enum vw_vary) == sizeof(uint32_t) && sizeof(enum vw_optimizer) == sizeof(uint32_t),
+               "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) VW_OPTION_FIELD(struct vw_lab_options, type, field)
 #define CHOICE(field, name_of, last) OPTION(CHOICE, field), .choice_name = name_of, .choice_count = (uint32_t)(last) + 1
@@ -58,6 +61,17 @@ const struct vw_option vw_lab_option_table[] = {
      .words = "all none gain"},
     {"corrupt", "N", "Number of train photos to corrupt, each by one of five defects, as ground truth for scores",
      VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(COUNT, common.corrupt), VW_OPTION_RANGE(0, 1000000)},
+    {"valuation-seeds", "K",
+     "Value the scene K times, with other seeds and in OUT/seed_N, and select the lists by each in turn, in place of "
+     "--scores; every list then has --seeds trainings per valuation, and the intervals are over valuations and contain "
+     "the noise of selection",
+     VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, common.valuation_seeds), VW_OPTION_RANGE(2, VW_VALUATIONS_MAX)},
+    {"huber-length", "X", "Colour difference beyond which --loss huber is linear; colours reach from 0 to 1",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, common.config.huber_length)},
+    {"beta-min", "X", "Least uncertainty of a colour with the effect transient, a standard deviation; NeRF-W has 0.03",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, common.config.beta_min)},
+    {"optimizer", NULL, "Optimiser; lazy-adam leaves grid entries without a gradient unchanged", VW_OPTIONS_TRAINING,
+     VW_SECTION_TRAINING, CHOICE(common.config.optimizer, optimizer_choice, VW_OPTIMIZER_SGD)},
     {"noise-floor", NULL,
      "Also estimate measurement noise by repeated validation, steps of learning rate 0 and resampled pixels",
      VW_LAB_PROBES, VW_SECTION_SCORES, OPTION(FLAG, common.config.noise_floor)},

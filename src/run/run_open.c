@@ -40,13 +40,14 @@ static enum vw_status check_params(const struct vw_run_params *params) {
         return vw_fail(VW_ERROR_USAGE, "vw_run_params.out is missing: name the folder for the results");
     enum vw_status status = params->config ? vw_config_check(params->config) : VW_OK;
     if (!status) status = vw_stop_rules_check(params->until_stable);
-    if (!status && params->preset) status = vw_preset_check(params->preset);
+    if (!status && params->accuracy) status = vw_accuracy_check(params->accuracy);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->preset || params->budget_s > 0 || params->payout ||
+        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout ||
          params->lasting.wanted))
-        status = vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, preset, budget_s, payout and "
-                                         "lasting, which need validation: leave them out");
+        status =
+            vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, accuracy, budget_s, payout and "
+                                    "lasting, which need validation: leave them out");
     if (!status && params->lasting.wanted) status = vw_lasting_check_config(params->config);
     return status ? status : check_decay(params);
 }
@@ -206,8 +207,9 @@ enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **r
 
 enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run) {
-    if (params && (params->preset || params->budget_s > 0))
-        return vw_fail(VW_ERROR_USAGE, "runs that share a session take no preset and no budget: set their config");
+    if (params && (params->accuracy || params->budget_s > 0))
+        return vw_fail(VW_ERROR_USAGE,
+                       "runs that share a session take neither an accuracy level nor a budget: set their config");
     return make_run(params, session, device, run);
 }
 

@@ -47,9 +47,6 @@ runs_on() { squeue --noheader --states=running --nodelist="$1" | grep -q .; }
 # ---- What is refused before anything is submitted --------------------------------------------------------------------------------
 
 refused() { fails 2 "$1" "$program" batch "$folder/jobs.json" --out "$folder/refused" "${@:2}" && [[ ! -e $folder/refused ]]; }
-check "a partition that ends its line" refused '--partition takes letters' --slurm --partition $'all\n#SBATCH --uid=0'
-check "a time limit that is none" refused '--time-limit takes minutes' --slurm --time-limit soon
-check "options of Slurm without it" refused 'are of --slurm' --gpus 1
 check "one job of an array" refused 'leave out --job' --slurm --job 2
 check "a cluster that does not answer" eval 'SLURM_CONF=$folder/none fails 1 "sbatch: exit code" "$program" batch "$folder/jobs.json" \
     --out "$folder/silent" --slurm'
@@ -87,7 +84,8 @@ jobs_file 2048 400 0 '{"name": "a", "scene": "1.json"}'
 limited_run() { [[ $(sqlite3 -readonly "$folder/limited/a/seed-0/ledger.db" "SELECT $1" 2>/dev/null) == 1 ]]; } # it may not make one
 has_begun() { limited_run 'count(*) > 50 FROM step'; }
 is_stopped() { limited_run "status = 'interrupted' FROM run"; }
-check "a job with a limit, on the partition that was named" batch limited --slurm --time-limit 30 --partition half
+limited() { SBATCH_TIMELIMIT=30 SBATCH_PARTITION=half batch limited --slurm; }
+check "a job with the limit and the partition that the environment names" limited
 check "has both" eval '[[ $(squeue --noheader --array --name=viewworth --Format=partition,timelimit | tr -s " ") == "half 30:00 " ]]'
 number=$(awk '/^array/ {print $2 + 0}' "$folder/stdout")
 check "begins" until_true has_begun

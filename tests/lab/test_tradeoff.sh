@@ -111,7 +111,7 @@ check "an edited measurement is refused" fails 1 'tradeoff.db: measurement val_p
 
 # ---- What is refused, before anything is written ----
 
-for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "--seeds takes a whole number, 2 to 50|--seeds 1" \
+for wrong in "--parameters: \"ray\" is none of rays|--parameters rays,ray" "agreement between seeds needs two --seeds or more|--seeds 1" \
     "leaves no epoch after --burn-in|--epochs 1" "the 4 seeds from it on pass|--seed 9223372036854775807"; do
     # shellcheck disable=SC2086
     check "refused: ${wrong#*|}" fails 2 "${wrong%%|*}" sweep_it none ${wrong#*|}

@@ -374,7 +374,7 @@ TEST_WITHIN(wrong_params_are_refused_by_name, set_up, tear_down) {
     params.out = NULL;
     assert_refused(&params, "vw_run_params.out");
     params = good;
-    params.preset = "best";
+    params.accuracy = "best";
     assert_refused(&params, "\"best\" is not one of draft");
     params = good;
     params.budget_s = 1;

@@ -102,10 +102,7 @@ static enum vw_status submit(const struct vw_options *options, const struct vw_j
                                                            .jobs_path = options->operand,
                                                            .out = options->out,
                                                            .program = "/proc/self/exe",
-                                                           .devices = options->devices,
-                                                           .partition = options->partition,
-                                                           .time_limit = options->time_limit,
-                                                           .gpus = options->gpus},
+                                                           .devices = options->devices},
                                  &numbers);
     if (!status) status = vw_submitted_print(&batch, &numbers, options->out, options->json);
     vw_batch_free(&batch);
@@ -113,8 +110,6 @@ static enum vw_status submit(const struct vw_options *options, const struct vw_j
 }
 
 static enum vw_status check_together(const struct vw_options *options) {
-    if (!options->slurm && (options->partition || options->time_limit || options->gpus))
-        return vw_fail(VW_ERROR_USAGE, "--partition, --gpus and --time-limit are of --slurm; add it");
     if (options->slurm &&
         (options->job || options->merge_only || options->together || vw_options_have(options, "per-device")))
         return vw_fail(VW_ERROR_USAGE,

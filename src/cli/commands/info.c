@@ -9,8 +9,6 @@
 #include "run/devices.h"
 #include "viewworth/log.h"
 
-enum { LONG_FORM = 4 }; // times the steps of a pilot
-
 // Opens the device. Without one there is neither a pilot run nor an estimate; that fails only if --device asked for
 // one.
 static enum vw_status open_device(const struct vw_options *options, struct vw_gpu **gpu, struct vw_estimate *estimate) {
@@ -38,14 +36,10 @@ enum vw_status vw_command_info(const struct vw_options *options) {
     struct vw_gpu *gpu = NULL;
     struct vw_scene *scene = NULL;
     struct vw_scene_info info = {0};
-    struct vw_config config = options->config;
     enum vw_status status = open_scene(options, &gpu, &scene);
     if (!status && scene->missing) vw_log_warning("%s: %s", scene->path, scene->missing);
     if (!status) status = open_device(options, &gpu, &info.estimate);
-    if (!status && options->measure && !gpu)
-        status = vw_fail(VW_ERROR_NO_DEVICE, "--measure: %s", info.estimate.missing);
-    if (!status && options->measure) config.pilot_steps = LONG_FORM * vw_pilot_steps(scene, &config);
-    if (!status) status = vw_effects_decide_cached(gpu, scene, &config, info.effects, &info.effect_count);
+    if (!status) status = vw_effects_decide_cached(gpu, scene, &options->config, info.effects, &info.effect_count);
     if (!status) vw_estimate_run(&options->config, scene, gpu, info.effects, info.effect_count, &info.estimate);
     info.scene = scene;
     if (!status) status = vw_scene_info_print(&info, options->json);

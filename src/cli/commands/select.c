@@ -18,6 +18,8 @@
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
+enum { SEEDS_DEFAULT = 2 }; // fewer than elsewhere, because --verify trains many lists
+
 struct selection_job {
     const struct vw_options *options;
     struct vw_selection_params params;
@@ -35,11 +37,17 @@ static enum vw_status read_amount(const char *option, const char *text, struct v
                    option, text);
 }
 
+static uint32_t seeds_of(const struct vw_options *options) {
+    return vw_options_have(options, "seeds") ? options->seeds : SEEDS_DEFAULT;
+}
+
 // Refuses, before hours of training, options that do not fit together and files that cannot be written.
 static enum vw_status check_verify(const struct vw_options *options, int rule_count) {
     if (rule_count || options->method)
         return vw_fail(VW_ERROR_USAGE, "select: --verify tries rules and methods itself; leave out %s, or --verify",
                        rule_count ? "the rule" : "--method");
+    if (seeds_of(options) < 2)
+        return vw_fail(VW_ERROR_USAGE, "select: --verify needs two --seeds or more, for an interval");
     if (vw_file_exists(options->to) && !vw_folder_exists(options->to))
         return vw_fail(VW_ERROR_USAGE, "--to %s: exists; name a new file, or remove that one", options->to);
     return VW_OK;
@@ -192,7 +200,7 @@ static enum vw_status verify(struct selection_job *job) {
     enum vw_status status = vw_device_list_read(job->options, &devices);
     const struct vw_verified_selection_params params = {.run = &job->run,
                                                         .devices = vw_device_list_choose(job->options, &devices),
-                                                        .seeds = job->options->verify_seeds,
+                                                        .seeds = seeds_of(job->options),
                                                         .together = job->options->together,
                                                         .interrupt = vw_interrupt_watch()};
     if (!status) status = vw_verified_selection_make(&params, &job->verified);
@@ -207,7 +215,7 @@ static enum vw_status print(const struct selection_job *job) {
                        "photo is good, so that this rule drops a third of a clean scene; leave --positive out to drop "
                        "only outliers");
     if (job->options->json) return vw_json_print(to_json(job));
-    if (job->options->verify) vw_verified_selection_print(&job->verified, job->options->verify_seeds);
+    if (job->options->verify) vw_verified_selection_print(&job->verified, seeds_of(job->options));
     print_text(job);
     return VW_OK;
 }

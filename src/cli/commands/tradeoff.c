@@ -10,6 +10,8 @@ enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct v
     enum vw_status status = vw_device_list_read(options, &devices);
     struct vw_sweep_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
                                      .evaluator = evaluator};
+    if (!status && options->seeds < 2)
+        status = vw_fail(VW_ERROR_USAGE, "tradeoff: agreement between seeds needs two --seeds or more");
     if (!status) status = vw_sweep_parameters_parse(options->parameters, &params.parameters);
     if (status) return status;
     struct vw_sweep sweep;

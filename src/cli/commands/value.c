@@ -74,7 +74,7 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     if (options->together && !options->worth && !several)
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
-    if (options->until_accuracy != 0 && !options->worth)
+    if (options->until_confidence != 0 && !options->worth)
         return vw_fail(VW_ERROR_USAGE,
                        "--until-confidence is for retrainings; give it with --worth M, or leave it out");
     if (several) return vw_value_jobs(options, seeds);

@@ -9,7 +9,7 @@
 static struct vw_worth_run_params params_of(const struct vw_options *options, const char *out, uint32_t retrainings) {
     return (struct vw_worth_run_params){.out = out,
                                         .retrainings = retrainings,
-                                        .until_accuracy = options->until_accuracy,
+                                        .until_confidence = options->until_confidence,
                                         .together = options->together,
                                         .report = options->report,
                                         .payout = options->payout};
@@ -29,7 +29,7 @@ enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out
     params.devices = vw_device_list_choose(options, &devices);
     params.interrupt = vw_interrupt_watch();
     status = vw_worth_run_make(&params, &result);
-    if (!status) status = vw_worth_print(&result, options->until_accuracy, options->json);
+    if (!status) status = vw_worth_print(&result, options->until_confidence, options->json);
     vw_worth_run_free(&result);
     return status;
 }

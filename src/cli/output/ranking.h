@@ -10,7 +10,7 @@
 
 // Borrows everything.
 struct vw_ranking {
-    const struct vw_ledger_score *scores; // those of one method, best first
+    const struct vw_ledger_score *scores; // the scores of one method, best first
     uint32_t count;
     const struct vw_scene *scene;         // names the photos; NULL: `images` do
     const struct vw_ledger_image *images; // sorted by image_id

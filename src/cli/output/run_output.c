@@ -12,16 +12,16 @@
 // ---- Parts of a run -------------------------------------------------------------------------------------------------
 
 static void print_plan(const struct vw_plan *plan, const struct vw_config *config) {
-    char text[VW_PRESET_TEXT_BYTES];
-    vw_preset_options(config, text);
+    char text[VW_ACCURACY_TEXT_BYTES];
+    vw_accuracy_options(config, text);
     if (vw_plan_keeps_time(plan))
         vw_print("budget   %g s; this command took %.1f s\n", plan->budget_s, vw_now_s() - plan->started_s);
     vw_print("again    the same bits by %s\n", text);
 }
 
 static void add_plan(const struct vw_plan *plan, const struct vw_config *config, json_t **root) {
-    char text[VW_PRESET_TEXT_BYTES];
-    vw_preset_options(config, text);
+    char text[VW_ACCURACY_TEXT_BYTES];
+    vw_accuracy_options(config, text);
     json_t *object = json_pack("{s:f, s:s}", "took_s", vw_now_s() - plan->started_s, "options", text);
     if (object && json_object_update_missing(object, plan->record)) json_decref(object), object = NULL;
     vw_json_set(root, json_object_get(plan->record, "budget_s") ? "budget" : "accuracy", object);

@@ -35,7 +35,7 @@ static void print_claims(const struct vw_worth_summary *summary) {
                  "runs\n");
 }
 
-static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_accuracy) {
+static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_confidence) {
     const struct vw_worth_summary *summary = &result->summary;
     if (result->prior)
         vw_print("worth without retrainings is its prior alone: %s, whose level is unknown; --retrainings M measures\n",
@@ -48,9 +48,9 @@ static void print_text(const struct vw_worth_run *result, const struct vw_rankin
     vw_ranking_print(ranking, "highest worth", "lowest worth");
     if (!result->prior && ranking->count) print_signs(ranking);
     if (summary->claim_count) print_claims(summary);
-    if (summary->claim_count && until_accuracy > 0)
-        vw_print("target   %.2f is %s\n", until_accuracy,
-                 summary->claims[0].accuracy.ci_low >= until_accuracy ? "reached" : "not reached");
+    if (summary->claim_count && until_confidence > 0)
+        vw_print("target   %.2f is %s\n", until_confidence,
+                 summary->claims[0].accuracy.ci_low >= until_confidence ? "reached" : "not reached");
     vw_attribution_print(&result->attribution);
     vw_print("ledger   %s\n", result->recorded.ledger_path);
     if (result->scores_path) vw_print("scores   %s\n", result->scores_path);
@@ -96,7 +96,7 @@ static json_t *to_json(const struct vw_worth_run *result, const struct vw_rankin
 
 // ---- Both ----------------------------------------------------------------------------------------------------------
 
-enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_accuracy, bool json) {
+enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_confidence, bool json) {
     const struct vw_scoring *scoring = &result->scoring;
     struct vw_ledger_score *scores = NULL;
     struct vw_ranking ranking = {.images = scoring->input.images, .image_count = scoring->input.image_count};
@@ -104,7 +104,7 @@ enum vw_status vw_worth_print(const struct vw_worth_run *result, double until_ac
                                            result->prior ? result->prior : vw_worth_method, &scores, &ranking.count);
     ranking.scores = scores;
     if (!status && json) status = vw_json_print(to_json(result, &ranking));
-    else if (!status) print_text(result, &ranking, until_accuracy);
+    else if (!status) print_text(result, &ranking, until_confidence);
     free(scores);
     return status;
 }

@@ -1,5 +1,5 @@
-// The time budget of a run: pure functions of measured times. They choose the preset and the number of epochs, never a
-// bit of a step.
+// The time budget of a run: pure functions of measured times. They choose the accuracy level and the number of epochs,
+// never a bit of a step.
 #ifndef VIEWWORTH_RUN_PLAN_BUDGET_H
 #define VIEWWORTH_RUN_PLAN_BUDGET_H
 
@@ -12,7 +12,7 @@
 enum vw_status vw_budget_parse(const char *text, double *budget_s);
 enum vw_status vw_budget_check(double budget_s); // VW_ERROR_USAGE unless 10 s to 1000 h
 
-// A preset that may be chosen.
+// An accuracy level that may be chosen.
 struct vw_budget_candidate {
     double step_s;   // seconds that a step takes, validation included
     uint32_t epochs; // that it wants: it is chosen only where these fit, and burn-in and one

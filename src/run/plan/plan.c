@@ -62,31 +62,30 @@ static enum vw_status read_record(const char *json, struct vw_plan *plan) {
 // ---- A new run -----------------------------------------------------------------------------------------------------
 
 static void log_plan(const struct vw_plan *plan, const struct vw_config *config) {
-    char text[VW_PRESET_TEXT_BYTES], lead[40];
+    char text[VW_ACCURACY_TEXT_BYTES], lead[40];
     const char *trade_off = text_of(plan->record, "trade_off");
     snprintf(lead, sizeof lead, plan->budget_s > 0 ? "budget   %g s: " : "accuracy ", plan->budget_s);
-    vw_preset_options(config, text);
+    vw_accuracy_options(config, text);
     vw_log_info("%s%s (%s)", lead, text_of(plan->record, "preset"), text);
     if (plan->budget_s > 0)
         vw_log_info("         about %u epochs at %.3g ms a step", plan->epochs_planned, 1e3 * plan->step_s);
     if (*trade_off) vw_log_info("         trade-off: %s", trade_off);
 }
 
-static enum vw_status choose_preset(const struct vw_run_params *params, struct vw_config *config,
-                                    struct vw_plan *plan) {
-    const struct vw_preset *preset = vw_preset_find(params->preset);
-    vw_preset_apply_beside(preset, params->explicit_fields, config);
+static enum vw_status choose_level(const struct vw_run_params *params, struct vw_config *config, struct vw_plan *plan) {
+    const struct vw_accuracy_level *level = vw_accuracy_find(params->accuracy);
+    vw_accuracy_apply_beside(level, params->explicit_fields, config);
     enum vw_status status = vw_config_check(config);
     if (!status)
-        status = write_record(plan, json_pack("{s:s, s:s, s:s}", "accuracy", preset->name, "preset", preset->name,
-                                              "trade_off", preset->trade_off));
+        status = write_record(plan, json_pack("{s:s, s:s, s:s}", "accuracy", level->name, "preset", level->name,
+                                              "trade_off", level->trade_off));
     if (!status) log_plan(plan, config);
     return status;
 }
 
 // Times the first steps of a trainer without burn-in, so that probes are timed as well.
-static enum vw_status measure(const struct vw_config *preset, const struct vw_session *session, double *step_s) {
-    struct vw_config config = *preset;
+static enum vw_status measure(const struct vw_config *level, const struct vw_session *session, double *step_s) {
+    struct vw_config config = *level;
     struct vw_estimate estimate = {0};
     config.epochs = EPOCHS_MOST;
     config.burn_in_epochs = 0;
@@ -115,8 +114,8 @@ void vw_plan_estimate_finish(const struct vw_scene *scene, bool no_thumbnails, s
 struct choice {
     const struct vw_run_params *params;
     const struct vw_session *session;
-    const struct vw_config *config;  // without a preset
-    const struct vw_preset *presets; // cheapest first
+    const struct vw_config *config;         // without a level
+    const struct vw_accuracy_level *levels; // cheapest first
     uint32_t count;
     struct vw_budget_candidate candidates[CANDIDATES_MAX];
     struct vw_budget_plan chosen;
@@ -148,8 +147,8 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && choice->chosen.candidate + 1 >= i && i < choice->count && i < CANDIDATES_MAX; i++) {
         struct vw_config config = *choice->config;
-        vw_preset_apply_beside(&choice->presets[i], choice->params->explicit_fields, &config);
-        uint32_t wanted = choice->presets[i].budget_epochs;
+        vw_accuracy_apply_beside(&choice->levels[i], choice->params->explicit_fields, &config);
+        uint32_t wanted = choice->levels[i].budget_epochs;
         struct vw_budget_candidate *candidate = &choice->candidates[i];
         *candidate = (struct vw_budget_candidate){.epochs = wanted < plan->epochs_most ? wanted : plan->epochs_most};
         if (!is_worth_measuring(choice, i, plan, begun_s)) return VW_OK;
@@ -166,13 +165,13 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
 }
 
 static enum vw_status record_plan(const struct choice *choice, struct vw_config *config, struct vw_plan *plan) {
-    const struct vw_preset *preset = &choice->presets[choice->chosen.candidate];
-    vw_preset_apply_beside(preset, choice->params->explicit_fields, config);
+    const struct vw_accuracy_level *level = &choice->levels[choice->chosen.candidate];
+    vw_accuracy_apply_beside(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
-    return write_record(plan, json_pack("{s:s*, s:f, s:s, s:f, s:I, s:I, s:s}", "accuracy", choice->params->preset,
-                                        "budget_s", plan->budget_s, "preset", preset->name, "step_s", plan->step_s,
+    return write_record(plan, json_pack("{s:s*, s:f, s:s, s:f, s:I, s:I, s:s}", "accuracy", choice->params->accuracy,
+                                        "budget_s", plan->budget_s, "preset", level->name, "step_s", plan->step_s,
                                         "epochs_planned", (json_int_t)config->epochs, "epochs_most",
-                                        (json_int_t)plan->epochs_most, "trade_off", preset->trade_off));
+                                        (json_int_t)plan->epochs_most, "trade_off", level->trade_off));
 }
 
 static void warn_of_few_epochs(const struct choice *choice, const struct vw_plan *plan) {
@@ -180,9 +179,10 @@ static void warn_of_few_epochs(const struct choice *choice, const struct vw_plan
     if (choice->chosen.candidate > 0 || epochs >= choice->config->burn_in_epochs + EPOCHS_WORTH_IT ||
         epochs >= plan->epochs_most)
         return;
-    vw_log_warning("--budget %gs: there is time for about %u epochs of the cheapest preset, which say little about "
-                   "photos; allow more",
-                   plan->budget_s, epochs);
+    vw_log_warning(
+        "--budget %gs: there is time for about %u epochs of the cheapest accuracy level, which say little about "
+        "photos; allow more",
+        plan->budget_s, epochs);
 }
 
 static enum vw_status choose_budget(const struct vw_run_params *params, struct vw_session *session,
@@ -191,7 +191,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
         .scene = params->scene, .devices.first = params->device, .timers = params->profile};
     const struct vw_config base = *config;
     struct choice choice = {.params = params, .session = session, .config = &base, .count = 1};
-    choice.presets = params->preset ? vw_preset_find(params->preset) : vw_presets(&choice.count);
+    choice.levels = params->accuracy ? vw_accuracy_find(params->accuracy) : vw_accuracy_levels(&choice.count);
     plan->epochs_most = params->explicit_fields & VW_EXPLICIT_EPOCHS ? config->epochs : EPOCHS_MOST;
     enum vw_status status = vw_check_scored_epochs(plan->epochs_most, config->burn_in_epochs);
     if (!status) status = vw_session_open(&of_session, session);
@@ -212,7 +212,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
 static enum vw_status check_same_choice(const struct vw_run_params *params, const struct vw_plan *plan) {
     const char *accuracy = text_of(plan->record, "accuracy");
     bool same = params->budget_s == 0 || params->budget_s == plan->budget_s;
-    same &= !params->preset || (accuracy && strcmp(accuracy, params->preset) == 0);
+    same &= !params->accuracy || (accuracy && strcmp(accuracy, params->accuracy) == 0);
     if (same) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
                    "--resume: the run in %s was made with another --accuracy or --budget, or without: leave both out "
@@ -220,18 +220,18 @@ static enum vw_status check_same_choice(const struct vw_run_params *params, cons
                    params->out);
 }
 
-// Takes the recorded preset, except for explicit fields; vw_run_row_check_same checks those.
+// Takes the recorded level, except for explicit fields; vw_run_row_check_same checks those.
 static enum vw_status take_recorded_config(const struct vw_run_params *params, const struct vw_ledger_run *run,
                                            struct vw_config *config) {
     struct vw_config recorded;
     enum vw_status status = vw_config_from_json(run->config_json, &recorded);
-    const struct vw_preset preset = {.rays = recorded.rays,
-                                     .samples = recorded.samples,
-                                     .val_rays = recorded.val_rays,
-                                     .log2_table = recorded.log2_table,
-                                     .width = recorded.width,
-                                     .epochs = recorded.epochs};
-    if (!status) vw_preset_apply_beside(&preset, params->explicit_fields, config);
+    const struct vw_accuracy_level level = {.rays = recorded.rays,
+                                            .samples = recorded.samples,
+                                            .val_rays = recorded.val_rays,
+                                            .log2_table = recorded.log2_table,
+                                            .width = recorded.width,
+                                            .epochs = recorded.epochs};
+    if (!status) vw_accuracy_apply_beside(&level, params->explicit_fields, config);
     return status;
 }
 
@@ -275,7 +275,7 @@ enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledg
     plan->budget_s = params->budget_s;
     if (vw_file_exists(ledger_path)) return take_recorded(params, ledger_path, config, plan);
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);
-    return params->preset ? choose_preset(params, config, plan) : VW_OK;
+    return params->accuracy ? choose_level(params, config, plan) : VW_OK;
 }
 
 void vw_plan_free(struct vw_plan *plan) {

@@ -27,7 +27,7 @@ struct vw_plan {
 };
 
 // Chooses, and writes the choice into `config` and `plan`. plan->started_s is set, the rest zero. Opens the session and
-// decides effects where steps have to be measured. Does nothing where neither preset nor budget_s is given and the
+// decides effects where steps have to be measured. Does nothing where neither accuracy nor budget_s is given and the
 // ledger, where it exists, records no choice. VW_ERROR_USAGE where the params contradict each other or the recorded
 // choice, and where the time is too short.
 enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledger_path, struct vw_session *session,
