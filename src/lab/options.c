@@ -1,7 +1,7 @@
 #include "lab/options.h"
 
 #include "base/memory.h"
-#include "experiment/comparison_data.h"
+#include "experiment/comparison.h"
 #include "lab/methods/gradient_list.h"
 #include "lab/methods/registry.h"
 #include "viewworth/train.h"
