@@ -27,7 +27,7 @@ struct vw_run_state {
     uint32_t epoch, epochs;     // epoch counts from 0
     double val_psnr_db;         // value of the last validated step on disk; NaN: unknown
     bool finished;              // all steps are taken
-    bool sweeping;              // the backward pass of lasting credit: its own steps, replayed and followed back
+    bool backward;              // the backward pass of lasting credit: its own steps, replayed and followed back
 };
 
 // Called before the first and after every batch of steps, and at the end. Returning false asks the run to stop.

@@ -32,9 +32,9 @@ enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_pho
 // groups from 0.
 enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
 // Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;
-// per photo a row of dv_psnr, one of lasting_psnr where there is a sweep by validation photo, and one of dv_loss. The
-// last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the matrix does
-// not hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
+// per photo a row of dv_psnr, one of lasting_psnr where there is a backward pass by validation photo, and one of
+// dv_loss. The last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the
+// matrix does not hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
 enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                      const struct vw_ledger_image *images, uint32_t image_count);
 enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,

@@ -112,7 +112,7 @@ static enum vw_status score_and_end(struct vw_run *run) {
     if (!status) status = vw_run_catch_up(run);
     if (!status) status = score(run);
     if (!status) status = end(run);
-    if (!status && run->lasting.wanted) status = vw_run_sweep(run);
+    if (!status && run->lasting.wanted) status = vw_run_backward(run);
     if (!status && run->validate) status = vw_lasting_summary_make(run->ledger, &run->results.lasting);
     if (!status) status = name_end(run);
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;

@@ -66,8 +66,7 @@ static enum vw_status remove_outdated(const char *out, const char *const *names,
 }
 
 enum vw_status vw_run_remove_outdated(const char *out) {
-    static const char *const names[] = {"matrix.csv", VW_RESIDUALS_FILE, VW_LASTING_SWEEP_FILE,
-                                        VW_LASTING_CREDITS_FILE};
+    static const char *const names[] = {"matrix.csv", VW_RESIDUALS_FILE, VW_LASTING_PASS_FILE, VW_LASTING_CREDITS_FILE};
     enum vw_status status = vw_run_remove_outdated_scores(out);
     return status ? status : remove_outdated(out, names, VW_ARRAY_COUNT(names));
 }

@@ -90,21 +90,21 @@ static void measure_half(struct vw_step_record *record, const struct sums *sums,
 static enum vw_status measure_lasting(const struct reading *reading, uint32_t half_count,
                                       struct vw_lasting_pass *of_half) {
     const struct vw_value_input *input = reading->input;
-    const struct vw_lasting_pass *sweep = &input->lasting;
+    const struct vw_lasting_pass *pass = &input->lasting;
     *of_half = (struct vw_lasting_pass){0};
-    if (!sweep->view_count || !half_count) return VW_OK;
-    struct vw_lasting_step *steps = vw_allocate(sweep->step_count, sizeof *steps);
+    if (!pass->view_count || !half_count) return VW_OK;
+    struct vw_lasting_step *steps = vw_allocate(pass->step_count, sizeof *steps);
     if (!steps) return VW_ERROR_MEMORY;
-    for (uint64_t i = 0; i < sweep->step_count; i++)
-        steps[i] = (struct vw_lasting_step){.step = sweep->steps[i].step, .loss = NAN};
-    for (uint32_t v = 0; v < sweep->view_count; v++) {
-        const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, sweep->views[v]);
+    for (uint64_t i = 0; i < pass->step_count; i++)
+        steps[i] = (struct vw_lasting_step){.step = pass->steps[i].step, .loss = NAN};
+    for (uint32_t v = 0; v < pass->view_count; v++) {
+        const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, pass->views[v]);
         if (!image || reading->halves[image - input->images] != reading->half) continue;
-        for (uint64_t i = 0; i < sweep->step_count; i++)
-            steps[i].psnr += sweep->view_psnr[i * sweep->view_count + v] / half_count;
+        for (uint64_t i = 0; i < pass->step_count; i++)
+            steps[i].psnr += pass->view_psnr[i * pass->view_count + v] / half_count;
     }
     of_half->steps = steps;
-    of_half->step_count = sweep->step_count;
+    of_half->step_count = pass->step_count;
     return VW_OK;
 }
 

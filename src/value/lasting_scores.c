@@ -58,14 +58,14 @@ enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, stru
     return VW_OK;
 }
 
-struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *sweep, uint64_t steps_per_epoch) {
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *pass, uint64_t steps_per_epoch) {
     struct vw_lasting_growth growth = {.factor = 1};
-    uint64_t averaged = sweep->epochs * steps_per_epoch, end = sweep->step_count;
+    uint64_t averaged = pass->epochs * steps_per_epoch, end = pass->step_count;
     if (averaged < end) end -= averaged;
     double least = INFINITY;
     uint64_t least_step = end;
     for (uint64_t step = end; step > 0; step--) {
-        double size = sweep->steps[step - 1].size_psnr;
+        double size = pass->steps[step - 1].size_psnr;
         if (size / least > growth.factor) growth = (struct vw_lasting_growth){size / least, step, least_step};
         if (!(size > 0) || size >= least) continue;
         least = size;
@@ -74,12 +74,12 @@ struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *swee
     return growth;
 }
 
-double vw_lasting_gate(const struct vw_lasting_pass *sweep, bool loss) {
+double vw_lasting_gate(const struct vw_lasting_pass *pass, bool loss) {
     enum { PHOTOS_MOST = 64, PHOTOS_LEAST = 3 };
     double predicted[PHOTOS_MOST], measured[PHOTOS_MOST];
     uint32_t count = 0;
-    for (uint32_t i = 0; i < sweep->check_count && count < PHOTOS_MOST; i++) {
-        const struct vw_gate_check *check = &sweep->checks[i];
+    for (uint32_t i = 0; i < pass->check_count && count < PHOTOS_MOST; i++) {
+        const struct vw_gate_check *check = &pass->checks[i];
         predicted[count] = loss ? check->predicted_loss : check->predicted_psnr;
         measured[count] = loss ? check->measured_loss : check->measured_psnr;
         count += isfinite(measured[count]);

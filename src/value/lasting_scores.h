@@ -1,4 +1,4 @@
-// The scores lasting_psnr and lasting_loss, from the sweep of a run (value.h has their formulas).
+// The scores lasting_psnr and lasting_loss, from the backward pass over a run (value.h has their formulas).
 #ifndef VIEWWORTH_VALUE_LASTING_SCORES_H
 #define VIEWWORTH_VALUE_LASTING_SCORES_H
 
@@ -7,9 +7,9 @@
 #include "viewworth/status.h"
 #include "viewworth/value.h"
 
-// Appends them for every train image, in image order; nothing without a sweep of exactly the input's steps, and no
-// lasting_loss where the first step's is NaN (halves.h). There is no
-// standard error: a sweep holds nothing of other seeds, by which lasting credit differs most.
+// Appends them for every train image, in image order; nothing without a backward pass over exactly the input's steps,
+// and no lasting_loss where the first step's is NaN (halves.h). There is no standard error: the pass holds nothing of
+// other seeds, by which lasting credit differs most.
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count);
 
@@ -19,10 +19,10 @@ struct vw_lasting_growth {
     double factor;
     uint64_t first_step, last_step; // it grew from last_step back to first_step
 };
-struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *sweep, uint64_t steps_per_epoch);
+struct vw_lasting_growth vw_lasting_growth_of(const struct vw_lasting_pass *pass, uint64_t steps_per_epoch);
 
 // Returns Pearson's correlation of predicted and measured over the photos of the gate. NaN: fewer than three.
-double vw_lasting_gate(const struct vw_lasting_pass *sweep, bool loss);
+double vw_lasting_gate(const struct vw_lasting_pass *pass, bool loss);
 extern const double vw_lasting_gate_least; // below it lasting credit is not to be trusted
 
 #endif

@@ -100,18 +100,17 @@ static bool has_values(const struct vw_matrix *matrix, uint64_t row_count) {
 
 static enum vw_status sum_lasting(const struct summing *summing) {
     const struct vw_value_input *input = summing->input;
-    const struct vw_lasting_pass *sweep = &input->lasting;
+    const struct vw_lasting_pass *pass = &input->lasting;
     struct vw_matrix *matrix = summing->matrix;
-    if (!sweep->view_count || sweep->step_count + 1 != input->record_count) return VW_OK;
+    if (!pass->view_count || pass->step_count + 1 != input->record_count) return VW_OK;
     matrix->lasting = vw_allocate((size_t)matrix->photo_count * matrix->view_count, sizeof *matrix->lasting);
     if (!matrix->lasting) return VW_ERROR_MEMORY;
-    for (uint32_t v = 0; v < sweep->view_count; v++) {
-        uint32_t column = place_of(summing, sweep->views[v], "val");
-        for (uint64_t i = 0; i < sweep->step_count && column != NOT_IN_MATRIX; i++) {
+    for (uint32_t v = 0; v < pass->view_count; v++) {
+        uint32_t column = place_of(summing, pass->views[v], "val");
+        for (uint64_t i = 0; i < pass->step_count && column != NOT_IN_MATRIX; i++) {
             uint32_t row = place_of(summing, input->records[i + 1].view, "train");
             if (row != NOT_IN_MATRIX)
-                matrix->lasting[(size_t)row * matrix->view_count + column] +=
-                    sweep->view_psnr[i * sweep->view_count + v];
+                matrix->lasting[(size_t)row * matrix->view_count + column] += pass->view_psnr[i * pass->view_count + v];
         }
     }
     return VW_OK;

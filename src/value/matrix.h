@@ -21,7 +21,7 @@ struct vw_matrix {
     double *l1;   // mean absolute error removed from the view; the mean of a row, weighted by the views' pixels, is the
                   // photo's dv_loss
     double *lasting; // dB: what the photo's steps leave of the view's PSNR at the end; the mean of a row is the photo's
-                     // lasting_psnr, but for rounding. NULL: the run has no such sweep
+                     // lasting_psnr, but for rounding. NULL: the run has no such pass
     double *end_psnr;     // dB: PSNR of each view after the last validated step
     uint32_t visit_count; // steps that count, over all photos
 };

@@ -1,4 +1,4 @@
-// The sweep of lasting credit in a ledger: written whole, bound by the chain, removed by new steps, refused when it is
+// The pass of lasting credit in a ledger: written whole, bound by the chain, removed by new steps, refused when it is
 // not one; and the scores, growth and gate that follow from it.
 #include "support/ledger_chain.h"
 
@@ -15,7 +15,7 @@ static void fill(struct vw_lasting_step *steps) {
 
 static const struct vw_gate_check checks[] = {{1, 5, 0.5, 0.75, 0.01, 0.02}, {3, 5, -0.5, NAN, 0.03, NAN}};
 
-static struct vw_lasting_pass sweep_of(const struct vw_lasting_step *steps) {
+static struct vw_lasting_pass pass_of(const struct vw_lasting_step *steps) {
     return (struct vw_lasting_pass){
         .rays = 64, .epochs = 4, .states = 20, .steps = steps, .step_count = STEPS, .checks = checks, .check_count = 2};
 }
@@ -23,63 +23,63 @@ static struct vw_lasting_pass sweep_of(const struct vw_lasting_step *steps) {
 // The rows of a backward pass for each validation photo.
 static double view_psnr[STEPS][TEST_VALIDATION_COUNT];
 
-static void set_views(struct vw_lasting_pass *sweep) {
+static void set_views(struct vw_lasting_pass *pass) {
     for (uint32_t i = 0; i < STEPS; i++)
         for (uint32_t v = 0; v < TEST_VALIDATION_COUNT; v++)
             view_psnr[i][v] = 0.25 * i - 1 + (v ? 0.5 : -0.5) * (i % 3);
-    sweep->views = test_validation_views;
-    sweep->view_psnr = *view_psnr;
-    sweep->view_count = TEST_VALIDATION_COUNT;
+    pass->views = test_validation_views;
+    pass->view_psnr = *view_psnr;
+    pass->view_count = TEST_VALIDATION_COUNT;
 }
 
-static void set_sweep(const char *path, bool by_view) {
+static void set_pass(const char *path, bool by_view) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
     fill(steps);
-    struct vw_lasting_pass sweep = sweep_of(steps);
-    if (by_view) set_views(&sweep);
+    struct vw_lasting_pass pass = pass_of(steps);
+    if (by_view) set_views(&pass);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
-    ASSERT_OK(vw_ledger_set_lasting(ledger, &sweep, test_scores, TEST_SCORE_COUNT));
+    ASSERT_OK(vw_ledger_set_lasting(ledger, &pass, test_scores, TEST_SCORE_COUNT));
     ASSERT_OK(vw_ledger_verify(ledger)); // also in the object that wrote it
     vw_ledger_close(&ledger);
 }
 
-// A finished run with a sweep; its path is to be freed.
+// A finished run with a pass; its path is to be freed.
 static char *record(const char *folder, bool by_view) {
     char *path = test_ledger_record(folder, "ledger.db", &test_four_epochs, 7);
-    set_sweep(path, by_view);
+    set_pass(path, by_view);
     return path;
 }
 
-static enum vw_status get(const char *path, bool verify, struct vw_lasting_pass *sweep) {
+static enum vw_status get(const char *path, bool verify, struct vw_lasting_pass *pass) {
     struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
-    if (!status) status = verify ? vw_ledger_verify(ledger) : vw_ledger_get_lasting(ledger, sweep);
+    if (!status) status = verify ? vw_ledger_verify(ledger) : vw_ledger_get_lasting(ledger, pass);
     vw_ledger_close(&ledger);
     return status;
 }
 
 // ---- The ledger ----------------------------------------------------------------------------------------------------
 
-FOLDER_TEST(a_sweep_is_written_and_read) {
+FOLDER_TEST(a_pass_is_written_and_read) {
     struct vw_lasting_step steps[STEPS];
-    struct vw_lasting_pass sweep = {0};
+    struct vw_lasting_pass pass = {0};
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
-    ASSERT_OK(get(path, false, &sweep));
-    assert_int_equal(sweep.step_count, 0);
-    set_sweep(path, false);
-    set_sweep(path, false); // replaces it
+    ASSERT_OK(get(path, false, &pass));
+    assert_int_equal(pass.step_count, 0);
+    set_pass(path, false);
+    set_pass(path, false); // replaces it
     fill(steps);
-    ASSERT_OK(get(path, false, &sweep));
-    assert_int_equal(sweep.step_count, STEPS);
-    assert_memory_equal(sweep.steps, steps, sizeof steps);
-    assert_int_equal(sweep.rays, 64);
-    assert_int_equal(sweep.epochs, 4);
-    assert_int_equal(sweep.states, 20);
-    assert_int_equal(sweep.check_count, 2);
-    assert_int_equal(sweep.checks[1].image_id, 3);
-    assert_true(sweep.checks[0].measured_psnr == 0.75 && isnan(sweep.checks[1].measured_psnr));
-    vw_lasting_pass_free(&sweep);
+    ASSERT_OK(get(path, false, &pass));
+    assert_int_equal(pass.step_count, STEPS);
+    assert_memory_equal(pass.steps, steps, sizeof steps);
+    assert_int_equal(pass.rays, 64);
+    assert_int_equal(pass.epochs, 4);
+    assert_int_equal(pass.states, 20);
+    assert_int_equal(pass.check_count, 2);
+    assert_int_equal(pass.checks[1].image_id, 3);
+    assert_true(pass.checks[0].measured_psnr == 0.75 && isnan(pass.checks[1].measured_psnr));
+    vw_lasting_pass_free(&pass);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
@@ -88,29 +88,29 @@ FOLDER_TEST(a_sweep_is_written_and_read) {
 }
 
 FOLDER_TEST(validation_photos_have_rows_of_their_own) {
-    struct vw_lasting_pass sweep = {0};
+    struct vw_lasting_pass pass = {0};
     char *path = record(*state, false);
-    set_sweep(path, true);
+    set_pass(path, true);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
-    ASSERT_OK(get(path, false, &sweep));
-    assert_int_equal(sweep.view_count, TEST_VALIDATION_COUNT);
-    assert_memory_equal(sweep.views, test_validation_views, sizeof test_validation_views);
-    assert_memory_equal(sweep.view_psnr, view_psnr, sizeof view_psnr);
-    vw_lasting_pass_free(&sweep);
-    set_sweep(path, false); // replaces it by one without
-    ASSERT_OK(get(path, false, &sweep));
-    assert_int_equal(sweep.step_count, STEPS);
-    assert_int_equal(sweep.view_count, 0);
-    vw_lasting_pass_free(&sweep);
+    ASSERT_OK(get(path, false, &pass));
+    assert_int_equal(pass.view_count, TEST_VALIDATION_COUNT);
+    assert_memory_equal(pass.views, test_validation_views, sizeof test_validation_views);
+    assert_memory_equal(pass.view_psnr, view_psnr, sizeof view_psnr);
+    vw_lasting_pass_free(&pass);
+    set_pass(path, false); // replaces it by one without
+    ASSERT_OK(get(path, false, &pass));
+    assert_int_equal(pass.step_count, STEPS);
+    assert_int_equal(pass.view_count, 0);
+    vw_lasting_pass_free(&pass);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
     free(path);
 }
 
-FOLDER_TEST(new_steps_remove_the_sweep) {
+FOLDER_TEST(new_steps_remove_the_pass) {
     char *path = record(*state, true);
-    struct vw_lasting_pass sweep = {0};
+    struct vw_lasting_pass pass = {0};
     struct test_trainer longer = test_four_epochs;
     struct vw_ledger *ledger = NULL;
     longer.epochs++;
@@ -119,8 +119,8 @@ FOLDER_TEST(new_steps_remove_the_sweep) {
     ASSERT_OK(vw_ledger_append(ledger, &recording->records[STEPS + 1], 5, test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
-    ASSERT_OK(get(path, false, &sweep));
-    assert_int_equal(sweep.step_count, 0);
+    ASSERT_OK(get(path, false, &pass));
+    assert_int_equal(pass.step_count, 0);
     assert_answer(path,
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)"
                   " + (SELECT count(*) FROM lasting_view)",
@@ -129,7 +129,7 @@ FOLDER_TEST(new_steps_remove_the_sweep) {
     free(path);
 }
 
-FOLDER_TEST(what_is_no_sweep_is_not_written) {
+FOLDER_TEST(what_is_no_pass_is_not_written) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
@@ -137,21 +137,21 @@ FOLDER_TEST(what_is_no_sweep_is_not_written) {
     static const uint32_t others[] = {0, 1};
     for (int i = 0; i < 5; i++) {
         fill(steps);
-        struct vw_lasting_pass sweep = sweep_of(steps);
-        set_views(&sweep);
-        if (i == 0) sweep.step_count--;
+        struct vw_lasting_pass pass = pass_of(steps);
+        set_views(&pass);
+        if (i == 0) pass.step_count--;
         if (i == 1) steps[3].loss = INFINITY;
         if (i == 2) steps[3].step = 5;
-        if (i == 3) sweep.views = others; // one is to train on
+        if (i == 3) pass.views = others; // one is to train on
         if (i == 4) view_psnr[7][1] = NAN;
-        assert_int_equal(vw_ledger_set_lasting(ledger, &sweep, NULL, 0), VW_ERROR_USAGE);
+        assert_int_equal(vw_ledger_set_lasting(ledger, &pass, NULL, 0), VW_ERROR_USAGE);
     }
     vw_ledger_close(&ledger);
     assert_answer(path, "SELECT count(*) FROM lasting_step", "0");
     free(path);
 }
 
-// Edits that the chain finds; with a chain that was computed anew, those that no sweep has are refused when read.
+// Edits that the chain finds; with a chain that was computed anew, those that no pass has are refused when read.
 FOLDER_TEST(edited_rows_are_found) {
     static const struct {
         const char *sql;
@@ -187,16 +187,16 @@ FOLDER_TEST(edited_rows_are_found) {
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
-        struct vw_lasting_pass sweep = {0};
+        struct vw_lasting_pass pass = {0};
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         sql_change(path, edits[i].sql);
         enum vw_status verified = get(path, true, NULL);
         if (verified != VW_ERROR_MISMATCH || !strstr(vw_error_message(), "lasting"))
             fail_msg("%s: verify gave %d, %s", edits[i].sql, (int)verified, vw_error_message());
-        enum vw_status read = get(path, false, &sweep);
+        enum vw_status read = get(path, false, &pass);
         if (read != (edits[i].refused ? VW_ERROR_INPUT : VW_OK))
             fail_msg("%s: reading gave %d, %s", edits[i].sql, (int)read, vw_error_message());
-        vw_lasting_pass_free(&sweep);
+        vw_lasting_pass_free(&pass);
     }
     free(bytes);
     free(path);
@@ -242,7 +242,7 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
         }
     vw_matrix_clear(&matrix);
     free(scores);
-    input.record_count -= TEST_TRAIN_COUNT; // a sweep of more steps says nothing of fewer
+    input.record_count -= TEST_TRAIN_COUNT; // a pass of more steps says nothing of fewer
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss", scores[i].method));
     free(scores);
@@ -254,29 +254,29 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
 
 TEST(growth_is_of_the_way_back) {
     struct vw_lasting_step steps[STEPS];
-    struct vw_lasting_pass sweep = sweep_of(steps);
+    struct vw_lasting_pass pass = pass_of(steps);
     fill(steps);
     for (uint32_t i = 0; i < STEPS; i++) steps[i].size_psnr = 1;
-    sweep.epochs = 1; // the last 5 steps
+    pass.epochs = 1; // the last 5 steps
     steps[17].size_psnr = 0.001;
-    assert_true(vw_lasting_growth_of(&sweep, 5).factor == 1);
+    assert_true(vw_lasting_growth_of(&pass, 5).factor == 1);
     steps[11].size_psnr = 0.5; // step 12
     steps[4].size_psnr = 4;
     steps[2].size_psnr = 3;
-    struct vw_lasting_growth growth = vw_lasting_growth_of(&sweep, 5);
+    struct vw_lasting_growth growth = vw_lasting_growth_of(&pass, 5);
     assert_true(growth.factor == 8);
     assert_int_equal(growth.first_step, 5);
     assert_int_equal(growth.last_step, 12);
-    sweep.epochs = 4; // all of them
-    assert_true(vw_lasting_growth_of(&sweep, 5).factor == 4000);
+    pass.epochs = 4; // all of them
+    assert_true(vw_lasting_growth_of(&pass, 5).factor == 4000);
 }
 
 TEST(the_gate_correlates_what_is_known) {
     const struct vw_gate_check known[] = {
         {1, 5, 1, 2, 1, -1}, {2, 5, 2, 4, 2, -2}, {3, 5, 7, NAN, 0, NAN}, {5, 5, 3, 6, 3, -3}};
-    struct vw_lasting_pass sweep = {.checks = known, .check_count = 4};
-    assert_float_equal(vw_lasting_gate(&sweep, false), 1, 1e-12);
-    assert_float_equal(vw_lasting_gate(&sweep, true), -1, 1e-12);
-    sweep.check_count = 3; // of which two are known
-    assert_true(isnan(vw_lasting_gate(&sweep, false)));
+    struct vw_lasting_pass pass = {.checks = known, .check_count = 4};
+    assert_float_equal(vw_lasting_gate(&pass, false), 1, 1e-12);
+    assert_float_equal(vw_lasting_gate(&pass, true), -1, 1e-12);
+    pass.check_count = 3; // of which two are known
+    assert_true(isnan(vw_lasting_gate(&pass, false)));
 }

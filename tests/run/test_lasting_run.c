@@ -1,27 +1,27 @@
-// The sweep of a run from outside: its scores, stopping and resuming, what it refuses, and what it leaves alone.
+// The pass of a run from outside: its scores, stopping and resuming, what it refuses, and what it leaves alone.
 // label: once
 #include "support/ledger_chain.h"
 
 #include "base/inside.h"
-#include "run/lasting/lasting_folder.h"
+#include "run/lasting/lasting.h"
 #include "run/verify/verify.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
 
-enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one batch of a sweep
+enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one batch of a pass
 
 struct observer {
-    uint64_t stop_at; // of a sweep; 0: never
+    uint64_t stop_at; // of a pass; 0: never
     bool stops_training;
-    uint32_t sweeps; // reports of a sweep
+    uint32_t passes; // reports of a pass
 };
 
 static bool observe(void *context, const struct vw_run_state *state) {
     struct observer *observer = context;
-    observer->sweeps += state->sweeping;
-    if (!state->sweeping) return !observer->stops_training || state->step == 0;
+    observer->passes += state->backward;
+    if (!state->backward) return !observer->stops_training || state->step == 0;
     return !observer->stop_at || state->step < observer->stop_at;
 }
 
@@ -41,8 +41,8 @@ static enum vw_status make_run(const char *out, const struct vw_config *config, 
     return status;
 }
 
-// Sweeps OUT as `lasting OUT` does.
-static enum vw_status sweep(const char *out, uint32_t rays, bool gate, struct observer *observer) {
+// Computes lasting credit of OUT as `lasting OUT` does.
+static enum vw_status follow(const char *out, uint32_t rays, bool gate, struct observer *observer) {
     return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
                                                         .lasting = {true, rays, !gate, false},
                                                         .report.no_thumbnails = true,
@@ -50,7 +50,7 @@ static enum vw_status sweep(const char *out, uint32_t rays, bool gate, struct ob
                                                         .context = observer});
 }
 
-static struct vw_lasting_pass read_sweep(const char *out) {
+static struct vw_lasting_pass read_pass(const char *out) {
     struct vw_lasting_pass read = {0};
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
@@ -59,8 +59,8 @@ static struct vw_lasting_pass read_sweep(const char *out) {
     return read;
 }
 
-static void assert_same_sweep(const char *out, const char *other) {
-    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(other);
+static void assert_same_pass(const char *out, const char *other) {
+    struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
     assert_int_equal(a.step_count, STEPS);
     assert_int_equal(b.step_count, STEPS);
     assert_memory_equal(a.steps, b.steps, STEPS * sizeof *a.steps);
@@ -69,7 +69,7 @@ static void assert_same_sweep(const char *out, const char *other) {
 }
 
 static void assert_same_gate(const char *out, const char *other) {
-    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(other);
+    struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
     assert_int_equal(a.check_count, b.check_count);
     for (uint32_t i = 0; i < a.check_count; i++) {
         assert_int_equal(a.checks[i].image_id, b.checks[i].image_id);
@@ -90,14 +90,14 @@ static bool is_there(const char *out, const char *name) { return vw_file_exists_
 
 // ---- Cases ---------------------------------------------------------------------------------------------------------
 
-// "whole": valued and swept by one command; "plain": valued only.
+// "whole": valued, with lasting credit, by one command; "plain": valued only.
 static int set_up(void **state) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char *folder = temporary_folder_create();
     ASSERT_OK(
         make_run(temporary_path(folder, "whole"), &config, (struct vw_run_params){.lasting.wanted = true}, &observer));
-    assert_true(observer.sweeps > 1);
+    assert_true(observer.passes > 1);
     ASSERT_OK(make_run(temporary_path(folder, "plain"), &config, (struct vw_run_params){0}, &observer));
     *state = folder;
     return 0;
@@ -131,28 +131,28 @@ TEST(a_score_is_the_sum_over_the_steps) {
     assert_false(is_there(temporary_path(*state, "whole"), "lasting.vws"));
 }
 
-TEST(a_stopped_sweep_goes_on) {
+TEST(a_stopped_pass_goes_on) {
     char out[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/stopped", (const char *)*state);
     copy_plain(*state, out);
-    ASSERT_FAILS(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
     assert_verifies(out); // it is the finished run that it was
-    struct vw_lasting_pass none = read_sweep(out);
+    struct vw_lasting_pass none = read_pass(out);
     assert_int_equal(none.step_count, 0);
-    ASSERT_OK(sweep(out, 0, true, &going_on));
-    assert_same_sweep(out, whole);
+    ASSERT_OK(follow(out, 0, true, &going_on));
+    assert_same_pass(out, whole);
     assert_same_gate(out, whole);
     assert_verifies(out);
     assert_false(is_there(out, "lasting.vws") || is_there(out, "lasting_credits.vwc"));
-    uint32_t reports = going_on.sweeps;
-    ASSERT_OK(sweep(out, 0, false, &going_on)); // there is nothing left to do
-    assert_int_equal(going_on.sweeps, reports);
+    uint32_t reports = going_on.passes;
+    ASSERT_OK(follow(out, 0, false, &going_on)); // there is nothing left to do
+    assert_int_equal(going_on.passes, reports);
 }
 
-static enum vw_status sweep_matrix(const char *out, struct observer *observer) {
+static enum vw_status follow_matrix(const char *out, struct observer *observer) {
     return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
                                                         .lasting = {true, 0, true, true},
                                                         .report.no_thumbnails = true,
@@ -160,26 +160,26 @@ static enum vw_status sweep_matrix(const char *out, struct observer *observer) {
                                                         .context = observer});
 }
 
-TEST(a_sweep_by_validation_photo_goes_on) {
+TEST(a_pass_by_validation_photo_goes_on) {
     char out[300], stopped[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/views", (const char *)*state);
     snprintf(stopped, sizeof stopped, "%s/stopped_views", (const char *)*state);
     copy_plain(*state, out);
-    ASSERT_OK(sweep(out, 0, false, &going_on));
-    uint32_t reports = going_on.sweeps;
-    ASSERT_OK(sweep_matrix(out, &going_on)); // a sweep without is not enough
-    assert_true(going_on.sweeps > reports);
-    reports = going_on.sweeps;
-    ASSERT_OK(sweep_matrix(out, &going_on));
-    ASSERT_OK(sweep(out, 0, false, &going_on)); // and one with is
-    assert_int_equal(going_on.sweeps, reports);
-    assert_same_sweep(out, whole);
+    ASSERT_OK(follow(out, 0, false, &going_on));
+    uint32_t reports = going_on.passes;
+    ASSERT_OK(follow_matrix(out, &going_on)); // a pass without is not enough
+    assert_true(going_on.passes > reports);
+    reports = going_on.passes;
+    ASSERT_OK(follow_matrix(out, &going_on));
+    ASSERT_OK(follow(out, 0, false, &going_on)); // and one with is
+    assert_int_equal(going_on.passes, reports);
+    assert_same_pass(out, whole);
     copy_plain(*state, stopped);
-    ASSERT_FAILS(sweep_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_OK(sweep_matrix(stopped, &going_on));
-    struct vw_lasting_pass a = read_sweep(out), b = read_sweep(stopped);
+    ASSERT_FAILS(follow_matrix(stopped, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_OK(follow_matrix(stopped, &going_on));
+    struct vw_lasting_pass a = read_pass(out), b = read_pass(stopped);
     assert_int_equal(a.view_count, 2);
     assert_int_equal(b.view_count, 2);
     assert_memory_equal(a.view_psnr, b.view_psnr, STEPS * 2 * sizeof *a.view_psnr);
@@ -196,7 +196,7 @@ TEST(a_sweep_by_validation_photo_goes_on) {
     assert_verifies(out);
 }
 
-TEST(damaged_files_of_a_sweep_start_it_anew) {
+TEST(damaged_files_of_a_pass_start_it_anew) {
     static const char *const names[] = {"lasting.vws", "lasting_credits.vwc"};
     char out[300], whole[300];
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
@@ -206,18 +206,18 @@ TEST(damaged_files_of_a_sweep_start_it_anew) {
         void *bytes = NULL;
         size_t size_bytes = 0;
         copy_plain(*state, out);
-        ASSERT_FAILS(sweep(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+        ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
         ASSERT_OK(vw_file_read(temporary_path(out, names[i]), 1 << 24, &bytes, &size_bytes));
         ((char *)bytes)[size_bytes / 2] ^= 1;
         ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
         free(bytes);
-        ASSERT_OK(sweep(out, 0, false, &going_on));
-        assert_same_sweep(out, whole);
+        ASSERT_OK(follow(out, 0, false, &going_on));
+        assert_same_pass(out, whole);
     }
 }
 
-// The gate of a sweep that was made without one comes later.
-TEST(lost_credits_start_a_sweep_anew) {
+// The gate of a pass that was made without one comes later.
+TEST(lost_credits_start_a_pass_anew) {
     char out[300], whole[300];
     struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
     void *credits = NULL;
@@ -225,16 +225,16 @@ TEST(lost_credits_start_a_sweep_anew) {
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/lost", (const char *)*state);
     copy_plain(*state, out);
-    ASSERT_FAILS(sweep(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(follow(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
-    ASSERT_FAILS(sweep(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
+    ASSERT_FAILS(follow(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
     free(credits);
-    ASSERT_OK(sweep(out, 0, false, &going_on));
-    assert_same_sweep(out, whole);
+    ASSERT_OK(follow(out, 0, false, &going_on));
+    assert_same_pass(out, whole);
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");
-    ASSERT_OK(sweep(out, 0, true, &going_on));
-    assert_same_sweep(out, whole);
+    ASSERT_OK(follow(out, 0, true, &going_on));
+    assert_same_pass(out, whole);
     assert_same_gate(out, whole);
 }
 
@@ -246,18 +246,18 @@ TEST(a_step_that_does_not_repeat_is_refused) {
     copy_plain(*state, out);
     sql_change(temporary_path(out, "ledger.db"), "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 7");
     chain_rewrite(temporary_path(out, "ledger.db"));
-    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
-    struct vw_lasting_pass none = read_sweep(out);
+    ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_MISMATCH, "step 7, trained again");
+    struct vw_lasting_pass none = read_pass(out);
     assert_int_equal(none.step_count, 0);
 }
 
-TEST(an_edited_sweep_is_found) {
+TEST(an_edited_pass_is_found) {
     char out[300];
     struct vw_verification verification = {0};
     struct observer observer = {0};
     snprintf(out, sizeof out, "%s/edited", (const char *)*state);
     copy_plain(*state, out);
-    ASSERT_OK(sweep(out, 16, false, &observer)); // with fewer rays
+    ASSERT_OK(follow(out, 16, false, &observer)); // with fewer rays
     assert_answer(temporary_path(out, "ledger.db"), "SELECT rays FROM lasting", "16");
     sql_change(temporary_path(out, "ledger.db"), "UPDATE lasting_step SET psnr = psnr + 1 WHERE step = 9");
     ASSERT_FAILS(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification), VW_ERROR_MISMATCH, "lasting");
@@ -266,7 +266,7 @@ TEST(an_edited_sweep_is_found) {
                  "score lasting_psnr");
 }
 
-TEST(what_cannot_be_swept_is_refused) {
+TEST(what_no_pass_can_follow_is_refused) {
     struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
     char out[300];
@@ -282,16 +282,16 @@ TEST(what_cannot_be_swept_is_refused) {
                  VW_ERROR_USAGE, "lasting, which need validation");
     config.epochs = 2;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.train_only = true}, &observer));
-    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
+    ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
     snprintf(out, sizeof out, "%s/interrupted", (const char *)*state);
     config.epochs = 4000;
     ASSERT_FAILS(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_FAILS(sweep(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
-    assert_int_equal(observer.sweeps, 0);
+    ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
+    assert_int_equal(observer.passes, 0);
 }
 
 // With momentum, and as part of what a run extends.
-TEST(an_extended_run_is_swept_again) {
+TEST(an_extended_run_is_followed_again) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
     char out[300];

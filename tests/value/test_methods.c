@@ -214,9 +214,9 @@ TEST(the_list_is_in_the_order_of_scores) {
     uint32_t count = 0, listed;
     const struct vw_value_method *methods = vw_value_methods(&listed);
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
-    struct vw_lasting_step *sweep = vw_allocate(input.record_count, sizeof *sweep);
+    struct vw_lasting_step *pass = vw_allocate(input.record_count, sizeof *pass);
     struct vw_ledger_score *scores = NULL;
-    input.lasting = (struct vw_lasting_pass){.steps = sweep, .step_count = input.record_count - 1};
+    input.lasting = (struct vw_lasting_pass){.steps = pass, .step_count = input.record_count - 1};
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;
     assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings
@@ -230,7 +230,7 @@ TEST(the_list_is_in_the_order_of_scores) {
     }
     assert_true(has_default);
     free(scores);
-    free(sweep);
+    free(pass);
     free(game);
 }
 

@@ -5,7 +5,7 @@
 #include "cli/output/print.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
-#include "run/lasting/lasting_folder.h"
+#include "run/lasting/lasting.h"
 #include "run/recorded/recorded_run.h"
 
 static json_t *to_json(const struct vw_recorded_run *run, const char *head, const struct vw_lasting_summary *summary) {

@@ -38,20 +38,20 @@ static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
 }
 
 static void print_gate(const struct vw_lasting_summary *summary) {
-    const struct vw_lasting_pass *sweep = &summary->sweep;
-    const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
-    double psnr = vw_lasting_gate(sweep, false), loss = vw_lasting_gate(sweep, true);
-    if (!sweep->check_count) {
+    const struct vw_lasting_pass *pass = &summary->pass;
+    const struct vw_lasting_growth growth = vw_lasting_growth_of(pass, summary->steps_per_epoch);
+    double psnr = vw_lasting_gate(pass, false), loss = vw_lasting_gate(pass, true);
+    if (!pass->check_count) {
         vw_print(
             "gate     none (--no-gate, or a run with momentum): nothing says whether to trust lasting credit here\n");
         return;
     }
     vw_print("gate     change of the end when the steps on a photo after step %" PRIu64
              " are longer and shorter: predicted, measured\n",
-             sweep->checks->from_step);
-    for (uint32_t i = 0; i < sweep->check_count; i++)
-        vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", sweep->checks[i].predicted_psnr,
-                 sweep->checks[i].measured_psnr, name_of(summary, sweep->checks[i].image_id));
+             pass->checks->from_step);
+    for (uint32_t i = 0; i < pass->check_count; i++)
+        vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", pass->checks[i].predicted_psnr,
+                 pass->checks[i].measured_psnr, name_of(summary, pass->checks[i].image_id));
     vw_print("         Pearson's correlation %.2f (mean absolute error: %.2f)\n", psnr, loss);
     if (!is_trusted(psnr))
         vw_print("         below %.1f: lasting credit is not to be trusted here\n", vw_lasting_gate_least);
@@ -70,12 +70,12 @@ void vw_lasting_print(const struct vw_lasting_summary *summary) {
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
 static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
-    const struct vw_lasting_pass *sweep = &summary->sweep;
-    if (!sweep->check_count) return json_null();
-    double psnr = vw_lasting_gate(sweep, false);
+    const struct vw_lasting_pass *pass = &summary->pass;
+    if (!pass->check_count) return json_null();
+    double psnr = vw_lasting_gate(pass, false);
     json_t *photos = json_array();
-    for (uint32_t i = 0; i < sweep->check_count; i++) {
-        const struct vw_gate_check *check = &sweep->checks[i];
+    for (uint32_t i = 0; i < pass->check_count; i++) {
+        const struct vw_gate_check *check = &pass->checks[i];
         vw_json_append(&photos, json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "name", name_of(summary, check->image_id),
                                           "from_step", (json_int_t)check->from_step, "predicted_psnr",
                                           vw_json_real(check->predicted_psnr), "measured_psnr",
@@ -84,17 +84,17 @@ static json_t *gate_to_json(const struct vw_lasting_summary *summary) {
                                           vw_json_real(check->measured_loss)));
     }
     return json_pack("{s:o, s:o, s:b, s:o}", "pearson_psnr", vw_json_real(psnr), "pearson_loss",
-                     vw_json_real(vw_lasting_gate(sweep, true)), "trusted", is_trusted(psnr), "photos", photos);
+                     vw_json_real(vw_lasting_gate(pass, true)), "trusted", is_trusted(psnr), "photos", photos);
 }
 
 json_t *vw_lasting_to_json(const struct vw_lasting_summary *summary) {
     const struct vw_ranking ranking = ranking_of(summary);
-    const struct vw_lasting_pass *sweep = &summary->sweep;
-    const struct vw_lasting_growth growth = vw_lasting_growth_of(sweep, summary->steps_per_epoch);
-    return json_pack(
-        "{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps", (json_int_t)sweep->step_count, "rays",
-        (json_int_t)sweep->rays, "epochs", (json_int_t)sweep->epochs, "states", (json_int_t)sweep->states, "has_zero",
-        0, "growth", "factor", vw_json_real(growth.factor), "first_step", (json_int_t)growth.first_step, "last_step",
-        (json_int_t)growth.last_step, "gate", gate_to_json(summary), "highest",
-        vw_ranking_to_json(&ranking, VW_RANKING_HIGHEST), "lowest", vw_ranking_to_json(&ranking, VW_RANKING_LOWEST));
+    const struct vw_lasting_pass *pass = &summary->pass;
+    const struct vw_lasting_growth growth = vw_lasting_growth_of(pass, summary->steps_per_epoch);
+    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:{s:o, s:I, s:I}, s:o, s:o, s:o}", "steps",
+                     (json_int_t)pass->step_count, "rays", (json_int_t)pass->rays, "epochs", (json_int_t)pass->epochs,
+                     "states", (json_int_t)pass->states, "has_zero", 0, "growth", "factor", vw_json_real(growth.factor),
+                     "first_step", (json_int_t)growth.first_step, "last_step", (json_int_t)growth.last_step, "gate",
+                     gate_to_json(summary), "highest", vw_ranking_to_json(&ranking, VW_RANKING_HIGHEST), "lowest",
+                     vw_ranking_to_json(&ranking, VW_RANKING_LOWEST));
 }

@@ -47,7 +47,7 @@ static void format_state(const struct vw_progress *progress, double now_s, char 
     double steps_per_s = elapsed_s > 0 ? (double)(state->step - progress->first_step) / elapsed_s : 0;
     if (steps_per_s > 0) format_duration((double)(state->total_steps - state->step) / steps_per_s, left, sizeof left);
     uint32_t shown_epoch = state->epoch < state->epochs ? state->epoch + 1 : state->epochs;
-    if (state->sweeping) {
+    if (state->backward) {
         snprintf(line, LINE_BYTES, "lasting credit [%s]  %.1f steps/s  %s left", bar, steps_per_s, left);
         return;
     }

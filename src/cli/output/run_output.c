@@ -158,7 +158,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     vw_ranking_print(ranking,
                      "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
                      "lowest credit");
-    if (results->lasting.sweep.step_count) vw_lasting_print(&results->lasting);
+    if (results->lasting.pass.step_count) vw_lasting_print(&results->lasting);
     vw_attribution_print(&results->attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
@@ -206,7 +206,7 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
     vw_attribution_add_json(&results->attribution, root);
     add_validation_views(&results->validation, root);
-    if (results->lasting.sweep.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
+    if (results->lasting.pass.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
     if (results->plan.record) add_plan(&results->plan, results->config, root);
 }
 

@@ -22,13 +22,13 @@
 enum { GATE_EPOCHS = 6, GATE_PHOTOS = 6 };
 static const double SAVE_INTERVAL_S = 30;
 
-// A sweep on its way.
-struct sweep {
+// A backward pass on its way.
+struct backward {
     struct vw_run *run;
     struct vw_lasting *lasting;
     struct vw_recorded_steps recorded;
     struct vw_lasting_file file;
-    char *path;                     // owned; of the sweep's own file
+    char *path;                     // owned; of the pass's own file
     struct vw_lasting_rows credits; // owned; of step 1, 2, ...
     uint32_t *views;                // owned; validation photos with credits of their own; file.views
     uint64_t steps, from;           // steps of the run; credits from step `from` on are known; steps + 1: none
@@ -40,25 +40,24 @@ struct sweep {
 // ---- Stopping and resuming ------------------------------------------------------------------------------------------
 
 // Saves the credits first, so that the backward pass's own file is never ahead of them.
-static void save(struct sweep *sweep) {
-    if (sweep->from > sweep->steps || sweep->from == 1) return; // nothing to go on from, or the end
-    if (vw_lasting_file_save(&sweep->file, &sweep->credits, sweep->from) ||
-        vw_lasting_save(sweep->lasting, sweep->path))
+static void save(struct backward *pass) {
+    if (pass->from > pass->steps || pass->from == 1) return; // nothing to go on from, or the end
+    if (vw_lasting_file_save(&pass->file, &pass->credits, pass->from) || vw_lasting_save(pass->lasting, pass->path))
         vw_log_warning("%s", vw_error_message());
-    sweep->saved_s = vw_now_s();
+    pass->saved_s = vw_now_s();
 }
 
 // Loads the saved state. Warns and starts anew when a file cannot be used.
-static enum vw_status load(struct sweep *sweep) {
+static enum vw_status load(struct backward *pass) {
     uint64_t next_step = 0, first_step = 0;
-    if (!vw_file_exists(sweep->path)) return VW_OK;
-    enum vw_status status = vw_lasting_file_load(&sweep->file, &sweep->credits, &first_step);
-    if (!status) status = vw_lasting_load(sweep->lasting, sweep->path, first_step, &next_step);
+    if (!vw_file_exists(pass->path)) return VW_OK;
+    enum vw_status status = vw_lasting_file_load(&pass->file, &pass->credits, &first_step);
+    if (!status) status = vw_lasting_load(pass->lasting, pass->path, first_step, &next_step);
     if (status == VW_ERROR_INPUT || status == VW_ERROR_IO) {
         vw_log_warning("%s", vw_error_message());
         return VW_OK;
     }
-    if (!status) sweep->from = next_step + 1;
+    if (!status) pass->from = next_step + 1;
     if (!status) vw_log_info("lasting  continues at step %" PRIu64, next_step);
     return status;
 }
@@ -74,49 +73,51 @@ static enum vw_status remove_file(const char *folder, const char *name) {
     return status;
 }
 
-// ---- The sweep ------------------------------------------------------------------------------------------------------
+// ---- The pass -------------------------------------------------------------------------------------------------------
 
-static enum vw_status report_progress(struct sweep *sweep, bool done) {
+static enum vw_status report_progress(struct backward *pass, bool done) {
     struct vw_lasting_state now;
-    struct vw_run *run = sweep->run;
-    vw_lasting_get_state(sweep->lasting, &now);
+    struct vw_run *run = pass->run;
+    vw_lasting_get_state(pass->lasting, &now);
     const struct vw_run_state state = {
-        .step = now.work_done, .total_steps = now.work_total, .val_psnr_db = NAN, .finished = done, .sweeping = true};
+        .step = now.work_done, .total_steps = now.work_total, .val_psnr_db = NAN, .finished = done, .backward = true};
     if (!run->progress || run->progress(run->context, &state) || done) return VW_OK;
-    save(sweep);
-    return vw_fail(VW_ERROR_INTERRUPTED,
-                   "interrupted; %s keeps the run and the sweep so far; the same command continues (a finished run: "
-                   "viewworth lasting)",
-                   run->out);
+    save(pass);
+    return vw_fail(
+        VW_ERROR_INTERRUPTED,
+        "interrupted; %s keeps the run and the backward pass so far; the same command continues (a finished run: "
+        "viewworth lasting)",
+        run->out);
 }
 
-static enum vw_status take_credits(struct sweep *sweep, const struct vw_lasting_credit *credits, uint32_t count) {
-    const struct vw_step_record *records = sweep->run->results.scoring.input.records;
+static enum vw_status take_credits(struct backward *pass, const struct vw_lasting_credit *credits, uint32_t count) {
+    const struct vw_step_record *records = pass->run->results.scoring.input.records;
     for (uint32_t i = 0; i < count; i++) {
         const struct vw_lasting_credit *credit = &credits[i];
-        if (sweep->from <= 1 || credit->step != sweep->from - 1 || records[credit->step].view != credit->view)
-            return vw_fail(VW_ERROR_MISMATCH, "%s: the sweep gave step %" PRIu64 " out of its order; report this",
-                           sweep->run->results.ledger_path, credit->step);
-        sweep->from--;
-        sweep->credits.steps[credit->step - 1] =
+        if (pass->from <= 1 || credit->step != pass->from - 1 || records[credit->step].view != credit->view)
+            return vw_fail(VW_ERROR_MISMATCH,
+                           "%s: the backward pass gave step %" PRIu64 " out of its order; report this",
+                           pass->run->results.ledger_path, credit->step);
+        pass->from--;
+        pass->credits.steps[credit->step - 1] =
             (struct vw_lasting_step){credit->step, credit->psnr, credit->loss, credit->size_psnr, credit->size_loss};
-        for (uint32_t v = 0; v < sweep->file.views; v++)
-            sweep->credits.view_psnr[(credit->step - 1) * sweep->file.views + v] = credit->view_psnr[v];
+        for (uint32_t v = 0; v < pass->file.views; v++)
+            pass->credits.view_psnr[(credit->step - 1) * pass->file.views + v] = credit->view_psnr[v];
     }
     return VW_OK;
 }
 
-static enum vw_status advance(struct sweep *sweep) {
+static enum vw_status advance(struct backward *pass) {
     const struct vw_lasting_credit *credits = NULL;
     uint32_t count = 0;
     bool done = false;
-    enum vw_status status = report_progress(sweep, false);
-    sweep->saved_s = vw_now_s();
+    enum vw_status status = report_progress(pass, false);
+    pass->saved_s = vw_now_s();
     while (!status && !done) {
-        status = vw_lasting_advance(sweep->lasting, &credits, &count, &done);
-        if (!status) status = take_credits(sweep, credits, count);
-        if (!status && vw_now_s() - sweep->saved_s > SAVE_INTERVAL_S) save(sweep);
-        if (!status) status = report_progress(sweep, done);
+        status = vw_lasting_advance(pass->lasting, &credits, &count, &done);
+        if (!status) status = take_credits(pass, credits, count);
+        if (!status && vw_now_s() - pass->saved_s > SAVE_INTERVAL_S) save(pass);
+        if (!status) status = report_progress(pass, done);
     }
     return status;
 }
@@ -124,13 +125,14 @@ static enum vw_status advance(struct sweep *sweep) {
 // ---- The gate -------------------------------------------------------------------------------------------------------
 
 // Sums per train photo the predicted effect of the steps after from_step.
-static void predict(const struct sweep *sweep, uint64_t from_step, struct vw_gate_check *photos, uint32_t photo_count) {
-    const struct vw_step_record *records = sweep->run->results.scoring.input.records;
-    for (uint64_t step = from_step + 1; step <= sweep->steps; step++)
+static void predict(const struct backward *pass, uint64_t from_step, struct vw_gate_check *photos,
+                    uint32_t photo_count) {
+    const struct vw_step_record *records = pass->run->results.scoring.input.records;
+    for (uint64_t step = from_step + 1; step <= pass->steps; step++)
         for (uint32_t i = 0; i < photo_count; i++) {
             if (photos[i].image_id != records[step].view) continue;
-            photos[i].predicted_psnr += sweep->credits.steps[step - 1].psnr;
-            photos[i].predicted_loss += sweep->credits.steps[step - 1].loss;
+            photos[i].predicted_psnr += pass->credits.steps[step - 1].psnr;
+            photos[i].predicted_loss += pass->credits.steps[step - 1].loss;
         }
 }
 
@@ -158,22 +160,22 @@ static uint32_t choose(struct vw_gate_check *photos, uint32_t photo_count) {
     return photo_count;
 }
 
-static enum vw_status measure(struct sweep *sweep) {
+static enum vw_status measure(struct backward *pass) {
     struct vw_lasting_check checks[GATE_PHOTOS] = {0};
-    uint64_t from_step = sweep->checks[0].from_step;
-    for (uint32_t i = 0; i < sweep->check_count; i++) checks[i].view = sweep->checks[i].image_id;
-    vw_log_info("gate     %u photos, 2 trainings of %" PRIu64 " steps for each", sweep->check_count,
-                sweep->steps - from_step);
-    enum vw_status status = vw_lasting_measure(sweep->lasting, from_step, checks, sweep->check_count);
-    for (uint32_t i = 0; !status && i < sweep->check_count; i++) {
-        sweep->checks[i].measured_psnr = isfinite(checks[i].measured_psnr) ? checks[i].measured_psnr : NAN;
-        sweep->checks[i].measured_loss = isfinite(checks[i].measured_loss) ? checks[i].measured_loss : NAN;
+    uint64_t from_step = pass->checks[0].from_step;
+    for (uint32_t i = 0; i < pass->check_count; i++) checks[i].view = pass->checks[i].image_id;
+    vw_log_info("gate     %u photos, 2 trainings of %" PRIu64 " steps for each", pass->check_count,
+                pass->steps - from_step);
+    enum vw_status status = vw_lasting_measure(pass->lasting, from_step, checks, pass->check_count);
+    for (uint32_t i = 0; !status && i < pass->check_count; i++) {
+        pass->checks[i].measured_psnr = isfinite(checks[i].measured_psnr) ? checks[i].measured_psnr : NAN;
+        pass->checks[i].measured_loss = isfinite(checks[i].measured_loss) ? checks[i].measured_loss : NAN;
     }
     return status;
 }
 
-static enum vw_status gate(struct sweep *sweep) {
-    struct vw_run *run = sweep->run;
+static enum vw_status gate(struct backward *pass) {
+    struct vw_run *run = pass->run;
     uint32_t *views = NULL, count = 0;
     if (run->lasting.no_gate) return VW_OK;
     if (!vw_lasting_has_gate(&run->config)) {
@@ -183,42 +185,42 @@ static enum vw_status gate(struct sweep *sweep) {
     }
     enum vw_status status = vw_scene_list_views(run->scene, VW_SPLIT_TRAIN, &views, &count);
     if (status) return status;
-    uint64_t span = (uint64_t)GATE_EPOCHS * count, from_step = sweep->steps > span ? sweep->steps - span : 0;
-    sweep->checks = vw_allocate(count, sizeof *sweep->checks);
-    for (uint32_t i = 0; sweep->checks && i < count; i++)
-        sweep->checks[i] = (struct vw_gate_check){.image_id = views[i], .from_step = from_step};
+    uint64_t span = (uint64_t)GATE_EPOCHS * count, from_step = pass->steps > span ? pass->steps - span : 0;
+    pass->checks = vw_allocate(count, sizeof *pass->checks);
+    for (uint32_t i = 0; pass->checks && i < count; i++)
+        pass->checks[i] = (struct vw_gate_check){.image_id = views[i], .from_step = from_step};
     free(views);
-    if (!sweep->checks) return VW_ERROR_MEMORY;
-    predict(sweep, from_step, sweep->checks, count);
-    sweep->check_count = choose(sweep->checks, count);
-    return measure(sweep);
+    if (!pass->checks) return VW_ERROR_MEMORY;
+    predict(pass, from_step, pass->checks, count);
+    pass->check_count = choose(pass->checks, count);
+    return measure(pass);
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 // Writes the table before the ledger, so that a ledger with lasting credit has a scores.csv that contains it.
-static enum vw_status record(struct sweep *sweep) {
-    struct vw_run *run = sweep->run;
+static enum vw_status record(struct backward *pass) {
+    struct vw_run *run = pass->run;
     struct vw_scoring *scoring = &run->results.scoring;
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
-    bool changes_matrix = sweep->file.views || scoring->input.lasting.view_count;
+    bool changes_matrix = pass->file.views || scoring->input.lasting.view_count;
     vw_lasting_pass_free(&scoring->input.lasting);
     scoring->input.lasting = (struct vw_lasting_pass){
         .rays = run->lasting.rays,
         .epochs = epochs,
         .states = span < VW_LASTING_STATES ? (uint32_t)span : VW_LASTING_STATES,
-        .steps = sweep->credits.steps,
-        .step_count = sweep->steps,
-        .checks = sweep->checks,
-        .check_count = sweep->check_count,
-        .views = sweep->views,
-        .view_psnr = sweep->credits.view_psnr,
-        .view_count = sweep->file.views,
+        .steps = pass->credits.steps,
+        .step_count = pass->steps,
+        .checks = pass->checks,
+        .check_count = pass->check_count,
+        .views = pass->views,
+        .view_psnr = pass->credits.view_psnr,
+        .view_count = pass->file.views,
     };
-    sweep->credits = (struct vw_lasting_rows){0}; // the scoring has them now
-    sweep->views = NULL;
-    sweep->checks = NULL;
+    pass->credits = (struct vw_lasting_rows){0}; // the scoring has them now
+    pass->views = NULL;
+    pass->checks = NULL;
     enum vw_status status = vw_scoring_repeat(scoring);
     if (!status) status = vw_run_rank(run);
     if (!status) status = vw_run_remove_outdated_scores(run->out);
@@ -228,38 +230,38 @@ static enum vw_status record(struct sweep *sweep) {
                                      scoring->input.images, scoring->input.image_count);
     if (!status)
         status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
-    if (!status) status = remove_file(run->out, VW_LASTING_SWEEP_FILE);
+    if (!status) status = remove_file(run->out, VW_LASTING_PASS_FILE);
     return status ? status : remove_file(run->out, VW_LASTING_CREDITS_FILE);
 }
 
 // ---- All of it ------------------------------------------------------------------------------------------------------
 
-static enum vw_status allocate(struct sweep *sweep) {
-    const struct vw_run *run = sweep->run;
+static enum vw_status allocate(struct backward *pass) {
+    const struct vw_run *run = pass->run;
     enum vw_status status = VW_OK;
-    if (run->lasting.matrix) status = vw_scene_list_views(run->scene, VW_SPLIT_VAL, &sweep->views, &sweep->file.views);
-    sweep->credits.steps = vw_allocate(sweep->steps, sizeof *sweep->credits.steps);
-    sweep->credits.view_psnr = vw_allocate(sweep->steps * sweep->file.views, sizeof *sweep->credits.view_psnr);
-    return status || (sweep->path && sweep->credits.steps && sweep->credits.view_psnr) ? status : VW_ERROR_MEMORY;
+    if (run->lasting.matrix) status = vw_scene_list_views(run->scene, VW_SPLIT_VAL, &pass->views, &pass->file.views);
+    pass->credits.steps = vw_allocate(pass->steps, sizeof *pass->credits.steps);
+    pass->credits.view_psnr = vw_allocate(pass->steps * pass->file.views, sizeof *pass->credits.view_psnr);
+    return status || (pass->path && pass->credits.steps && pass->credits.view_psnr) ? status : VW_ERROR_MEMORY;
 }
 
-static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct sweep *sweep) {
+static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct backward *pass) {
     uint64_t photos = vw_trainer_epoch_end(run->trainer, 1);
-    sweep->steps = run->results.scoring.input.record_count - 1;
-    sweep->from = sweep->steps + 1;
-    sweep->recorded =
-        (struct vw_recorded_steps){run->results.ledger_path, run->results.scoring.input.records, sweep->steps + 1};
-    sweep->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, sweep->steps, 0};
-    if (sweep->steps == 0 || sweep->steps % photos != 0)
+    pass->steps = run->results.scoring.input.record_count - 1;
+    pass->from = pass->steps + 1;
+    pass->recorded =
+        (struct vw_recorded_steps){run->results.ledger_path, run->results.scoring.input.records, pass->steps + 1};
+    pass->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, pass->steps, 0};
+    if (pass->steps == 0 || pass->steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
-                       "sweep it",
-                       run->results.ledger_path, sweep->steps);
+                       "run viewworth lasting",
+                       run->results.ledger_path, pass->steps);
     enum vw_status status =
-        vw_lasting_set_epochs(run->results.ledger_path, (uint32_t)(sweep->steps / photos), &run->config);
+        vw_lasting_set_epochs(run->results.ledger_path, (uint32_t)(pass->steps / photos), &run->config);
     const struct vw_config config = vw_config_without_probes(&run->config);
-    sweep->path = vw_path_join(run->out, VW_LASTING_SWEEP_FILE);
-    if (!status) status = allocate(sweep);
+    pass->path = vw_path_join(run->out, VW_LASTING_PASS_FILE);
+    if (!status) status = allocate(pass);
     if (status) return status;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,
@@ -271,31 +273,31 @@ static enum vw_status open_sweep(struct vw_run *run, const char *run_id, struct 
                                              .rays = run->lasting.rays,
                                              .by_view = run->lasting.matrix,
                                              .replayed = vw_recorded_steps_compare,
-                                             .context = &sweep->recorded};
-    status = vw_lasting_create(&params, &sweep->lasting);
-    return status ? status : load(sweep);
+                                             .context = &pass->recorded};
+    status = vw_lasting_create(&params, &pass->lasting);
+    return status ? status : load(pass);
 }
 
-enum vw_status vw_run_sweep(struct vw_run *run) {
+enum vw_status vw_run_backward(struct vw_run *run) {
     struct vw_ledger_run row;
-    struct sweep sweep = {.run = run};
+    struct backward pass = {.run = run};
     if (vw_lasting_is_there(&run->lasting, &run->config, &run->results.scoring.input.lasting)) {
-        vw_log_info("lasting  %s holds this sweep already", run->out);
+        vw_log_info("lasting  %s has this result already", run->out);
         return VW_OK;
     }
     enum vw_status status = vw_lasting_check_config(&run->config);
     if (!status) status = vw_ledger_get_run(run->ledger, &row);
-    if (!status) status = open_sweep(run, row.run_id, &sweep);
-    if (!status) status = advance(&sweep);
-    if (!status) status = gate(&sweep);
-    vw_lasting_destroy(&sweep.lasting);
+    if (!status) status = open_pass(run, row.run_id, &pass);
+    if (!status) status = advance(&pass);
+    if (!status) status = gate(&pass);
+    vw_lasting_destroy(&pass.lasting);
     // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
     if (!status) status = vw_trainer_load_field(run->trainer, run->results.field_path);
-    if (!status) status = record(&sweep);
-    free(sweep.path);
-    free(sweep.credits.steps);
-    free(sweep.credits.view_psnr);
-    free(sweep.views);
-    free(sweep.checks);
+    if (!status) status = record(&pass);
+    free(pass.path);
+    free(pass.credits.steps);
+    free(pass.credits.view_psnr);
+    free(pass.views);
+    free(pass.checks);
     return status;
 }

@@ -1,6 +1,6 @@
-// The sweep of lasting credit over a finished run: made, gated, recorded and resumed.
+// The backward pass of lasting credit over a finished run: made, gated, recorded and resumed.
 //
-// A sweep that is stopped leaves two files in OUT: lasting.vws (train/adjoint/lasting.h) and lasting_credits.vwc, the
+// A pass that is stopped leaves two files in OUT: lasting.vws (train/adjoint/lasting.h) and lasting_credits.vwc, the
 // credits up to there. The next one begins with them. Both are removed at the end.
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_H
 #define VIEWWORTH_RUN_LASTING_LASTING_H
@@ -8,9 +8,15 @@
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 
-// Sweeps a run that has ended and is scored, unless its ledger holds such a sweep; scores it again and writes
+// Makes the pass over a run that has ended and is scored, unless its ledger has the result; scores it again and writes
 // scores.csv. VW_ERROR_MISMATCH when a replayed step differs from the recorded one, VW_ERROR_INTERRUPTED when progress
-// asks to stop: the next sweep continues from there.
-enum vw_status vw_run_sweep(struct vw_run *run);
+// asks to stop: the next pass continues from there.
+enum vw_status vw_run_backward(struct vw_run *run);
+
+// Computes lasting credit for the run in params->out and writes its tables and report again; does nothing when the
+// folder has the result already. The run's ledger tells scene and config; of the params, device (NULL: the run's),
+// lasting, report, progress and context count. VW_ERROR_USAGE for a run that no backward pass can follow: imported,
+// without validation, not finished, with halves.
+enum vw_status vw_lasting_of_folder(const struct vw_run_params *params);
 
 #endif

@@ -91,7 +91,7 @@ static enum vw_status take(const struct vw_lasting_file *file, const uint8_t *by
         *first_step = file->steps - count + 1;
         if (known) return VW_OK;
     }
-    return vw_fail(VW_ERROR_INPUT, "%s/%s: damaged, or of another sweep; remove the file: the sweep starts anew",
+    return vw_fail(VW_ERROR_INPUT, "%s/%s: damaged, or of another backward pass; remove the file: the pass starts anew",
                    file->out, VW_LASTING_CREDITS_FILE);
 }
 

@@ -1,5 +1,6 @@
-// The credits of a sweep that was stopped, as a file in OUT: a line that names format, run and settings, the credits of
-// the last steps of the run, in order, those of validation photos likewise, and a SHA-256 of everything before it.
+// The credits of a backward pass that was stopped, as a file in OUT: a line that names format, run and settings, the
+// credits of the last steps of the run, in order, those of validation photos likewise, and a SHA-256 of everything
+// before it.
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_FILE_H
 #define VIEWWORTH_RUN_LASTING_LASTING_FILE_H
 
@@ -8,7 +9,7 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-#define VW_LASTING_SWEEP_FILE "lasting.vws" // where the sweep is: train/adjoint/lasting.h
+#define VW_LASTING_PASS_FILE "lasting.vws" // where the pass is: train/adjoint/lasting.h
 #define VW_LASTING_CREDITS_FILE "lasting_credits.vwc"
 
 struct vw_lasting_file {
@@ -29,7 +30,7 @@ struct vw_lasting_rows {
 enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t first_step);
 // Reads them into their places, and the first of their steps. VW_ERROR_INPUT when the file is missing, damaged, or of
-// another sweep: `credits` is then untouched.
+// another pass: `credits` is then untouched.
 enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t *first_step);
 

@@ -1,10 +1,9 @@
-#include "run/lasting/lasting_folder.h"
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
 #include "run/devices.h"
+#include "run/lasting/lasting.h"
 #include "run/lasting/lasting_summary.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run.h"

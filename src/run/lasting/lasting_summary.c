@@ -27,10 +27,10 @@ enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, st
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
 
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
-                         const struct vw_lasting_pass *sweep) {
-    bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || sweep->check_count > 0;
-    return sweep->step_count && gated && (!wanted->rays || wanted->rays == sweep->rays) &&
-           (!wanted->matrix || sweep->view_count);
+                         const struct vw_lasting_pass *pass) {
+    bool gated = wanted->no_gate || !vw_lasting_has_gate(config) || pass->check_count > 0;
+    return pass->step_count && gated && (!wanted->rays || wanted->rays == pass->rays) &&
+           (!wanted->matrix || pass->view_count);
 }
 
 static enum vw_status fill(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {
@@ -47,8 +47,8 @@ static enum vw_status fill(struct vw_ledger *ledger, struct vw_lasting_summary *
 
 enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasting_summary *summary) {
     struct vw_lasting_summary made = {0};
-    enum vw_status status = vw_ledger_get_lasting(ledger, &made.sweep);
-    if (!status && made.sweep.step_count) status = fill(ledger, &made);
+    enum vw_status status = vw_ledger_get_lasting(ledger, &made.pass);
+    if (!status && made.pass.step_count) status = fill(ledger, &made);
     if (status) {
         vw_lasting_summary_free(&made);
         return status;
@@ -59,7 +59,7 @@ enum vw_status vw_lasting_summary_make(struct vw_ledger *ledger, struct vw_lasti
 }
 
 void vw_lasting_summary_free(struct vw_lasting_summary *summary) {
-    vw_lasting_pass_free(&summary->sweep);
+    vw_lasting_pass_free(&summary->pass);
     free(summary->scores);
     *summary = (struct vw_lasting_summary){0};
 }

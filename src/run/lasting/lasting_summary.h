@@ -19,10 +19,10 @@ enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, st
 bool vw_lasting_has_gate(const struct vw_config *config);
 // Tells whether the ledger already has the wanted result for a run of `config`, with its gate if that is wanted.
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,
-                         const struct vw_lasting_pass *sweep);
+                         const struct vw_lasting_pass *pass);
 
 struct vw_lasting_summary {
-    struct vw_lasting_pass sweep;   // owned; step_count 0: none, and the rest is empty
+    struct vw_lasting_pass pass;    // owned; step_count 0: none, and the rest is empty
     struct vw_ledger_score *scores; // owned; of lasting_psnr, best first; their texts are lent by the ledger
     uint32_t score_count;
     const struct vw_ledger_image *images; // lent by the ledger

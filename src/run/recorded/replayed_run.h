@@ -1,5 +1,5 @@
-// A recorded run whose steps are taken again, for what follows its training: the sweep of lasting credit, and scores
-// from gradients.
+// A recorded run whose steps are taken again, for what follows its training: the backward pass of lasting credit, and
+// scores from gradients.
 #ifndef VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 

@@ -234,9 +234,9 @@ static void list_ledger(const struct checks *checks, struct vw_verification *mad
     for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
     add(made, "score rows", "intact",
         ended ? "the hash chain, and computed again from steps and retrainings" : "the hash chain");
-    bool swept = checks->scores.computed.input.lasting.step_count > 0;
-    add(made, "lasting credit", swept ? "intact" : "absent",
-        swept ? "the hash chain: viewworth lasting on a run without it makes it again" : "");
+    bool followed = checks->scores.computed.input.lasting.step_count > 0;
+    add(made, "lasting credit", followed ? "intact" : "absent",
+        followed ? "the hash chain: viewworth lasting on a run without it makes it again" : "");
     add(made, "order of methods", "intact", ended ? "the hash chain, and computed again" : "the hash chain");
     if (*made->log_sha256) {
         add(made, "identity", "intact", "run_id and subset_hash, recomputed");
