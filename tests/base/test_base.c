@@ -24,14 +24,13 @@ FOLDER_TEST(sha256_matches_the_published_vector) {
     uint8_t hash[VW_HASH_BYTES];
     vw_sha256("abc", 3, hash);
     assert_hex(hash, expected);
-    char *path = vw_path_join(*state, "abc");
+    AUTO_FREE char *path = vw_path_join(*state, "abc");
     ASSERT_OK(vw_file_write(path, "abc", 3));
     memset(hash, 0, sizeof hash);
     ASSERT_OK(vw_sha256_file(path, hash));
     assert_hex(hash, expected);
     unlink(path);
     ASSERT_FAILS(vw_sha256_file(path, hash), VW_ERROR_INPUT, path);
-    free(path);
 }
 
 TEST(hasher_writes_tag_length_and_little_endian) {
@@ -90,9 +89,9 @@ TEST(different_sequences_hash_differently) {
 }
 
 FOLDER_TEST(a_file_reads_back_with_a_zero_after_it) {
-    char *path = vw_path_join(*state, "large");
+    AUTO_FREE char *path = vw_path_join(*state, "large");
     size_t size_bytes = 100003, read_bytes = 0;
-    char *text = malloc(size_bytes);
+    AUTO_FREE char *text = malloc(size_bytes);
     for (size_t i = 0; i < size_bytes; i++) text[i] = (char)(i * 7 + i / 251);
     ASSERT_OK(vw_file_write(path, text, size_bytes));
     void *data = NULL;
@@ -105,20 +104,16 @@ FOLDER_TEST(a_file_reads_back_with_a_zero_after_it) {
     assert_int_equal(vw_file_read(path, size_bytes - 1, &data, &read_bytes), VW_ERROR_INPUT);
     assert_ptr_equal(data, text); // untouched on failure
     assert_int_equal(vw_file_read(*state, 100, &data, &read_bytes), VW_ERROR_INPUT);
-    free(text);
-    free(path);
 }
 
 FOLDER_TEST(an_empty_file_is_fine) {
-    char *path = vw_path_join(*state, "empty");
-    void *data = NULL;
+    AUTO_FREE char *path = vw_path_join(*state, "empty");
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 9;
     ASSERT_OK(vw_file_write(path, "", 0));
     ASSERT_OK(vw_file_read(path, 0, &data, &size_bytes));
     assert_int_equal(size_bytes, 0);
     assert_string_equal(data, "");
-    free(data);
-    free(path);
 }
 
 static int count_entries(const char *folder) {
@@ -131,8 +126,8 @@ static int count_entries(const char *folder) {
 }
 
 FOLDER_TEST(a_write_replaces_whole_or_leaves_the_old) {
-    char *path = vw_path_join(*state, "file");
-    void *data = NULL;
+    AUTO_FREE char *path = vw_path_join(*state, "file");
+    AUTO_FREE void *data = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_write(path, "old", 3));
     int reader = open(path, O_RDONLY); // one who reads the old file goes on reading it
@@ -143,17 +138,14 @@ FOLDER_TEST(a_write_replaces_whole_or_leaves_the_old) {
     close(reader);
     ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
     assert_string_equal(data, "new text");
-    free(data);
     assert_int_equal(count_entries(*state), 1); // no temporary file stays
 
-    char *taken = vw_path_join(*state, "file/below");
+    AUTO_FREE char *taken = vw_path_join(*state, "file/below");
     ASSERT_FAILS(vw_file_write(taken, "x", 1), VW_ERROR_IO, taken);
-    free(taken);
     unlink(path);
     assert_int_equal(mkdir(path, 0777), 0); // a folder in the way: the rename fails after the write
     assert_int_equal(vw_file_write(path, "x", 1), VW_ERROR_IO);
     assert_int_equal(count_entries(*state), 1);
-    free(path);
 }
 
 // Stands in for that of the C library, to make the next temporary name one that an attacker has guessed.
@@ -168,7 +160,7 @@ int getentropy(void *buffer, size_t size_bytes) {
 FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
     char *guess = vw_path_join(*state, ".viewworth-00000000000000000000000000000000.part");
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_write(victim, "precious", 8));
     assert_int_equal(symlink(victim, path), 0);
@@ -179,7 +171,6 @@ FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     ASSERT_OK(vw_file_write(path, "new", 3));
     ASSERT_OK(vw_file_read(victim, 100, &data, &size_bytes));
     assert_string_equal(data, "precious");
-    free(data);
     struct stat info;
     assert_int_equal(lstat(path, &info), 0);
     assert_true(S_ISREG(info.st_mode));
@@ -199,20 +190,18 @@ int renameat2(int old_folder, const char *old_name, int new_folder, const char *
 }
 
 static void check_created_file(const char *folder) {
-    char *path = vw_path_join(folder, "file");
-    void *data = NULL;
+    AUTO_FREE char *path = vw_path_join(folder, "file");
+    AUTO_FREE void *data = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_create(path, "first", 5));
     ASSERT_FAILS(vw_file_create(path, "second", 6), VW_ERROR_USAGE, path);
     ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
     assert_string_equal(data, "first");
-    free(data);
     unlink(path);
     assert_int_equal(symlink("nowhere", path), 0);
     assert_int_equal(vw_file_create(path, "x", 1), VW_ERROR_USAGE);
     assert_int_equal(count_entries(folder), 1);
     unlink(path);
-    free(path);
 }
 
 FOLDER_TEST(a_created_file_replaces_nothing) { check_created_file(*state); }
@@ -249,7 +238,7 @@ TEST(messages_are_one_line) {
 }
 
 TEST(pipes_and_folders_are_no_files) {
-    char *folder = temporary_folder_create();
+    AUTO_FOLDER char *folder = temporary_folder_create();
     assert_true(vw_file_exists(temporary_file(folder, "file", "")));
     assert_false(vw_file_exists(folder));
     assert_int_equal(mkfifo(temporary_path(folder, "pipe"), 0666), 0);
@@ -261,39 +250,33 @@ TEST(pipes_and_folders_are_no_files) {
     assert_int_equal(vw_file_read(temporary_path(folder, "pipe"), 100, &data, &size_bytes), VW_ERROR_INPUT);
     assert_int_equal(vw_file_read("/dev/zero", 100, &data, &size_bytes), VW_ERROR_INPUT);
     alarm(0);
-    temporary_folder_remove(folder);
 }
 
 FOLDER_TEST(folders_and_names) {
-    char *deep = vw_path_join(*state, "a/b//c/");
+    AUTO_FREE char *deep = vw_path_join(*state, "a/b//c/");
     assert_false(vw_folder_exists(deep));
     ASSERT_OK(vw_folder_create(deep));
     assert_true(vw_folder_exists(deep));
     assert_false(vw_file_exists(deep));
     ASSERT_OK(vw_folder_create(deep));
-    char *file = vw_path_join(deep, "file");
+    AUTO_FREE char *file = vw_path_join(deep, "file");
     ASSERT_OK(vw_file_write(file, "", 0));
     assert_true(vw_file_exists(file));
     assert_false(vw_folder_exists(file));
-    char *below = vw_path_join(file, "d");
+    AUTO_FREE char *below = vw_path_join(file, "d");
     assert_int_equal(vw_folder_create(below), VW_ERROR_IO);
-    free(below);
-    free(file);
-    free(deep);
 
     const struct {
         const char *folder, *name, *joined;
     } joins[] = {{"a", "b", "a/b"}, {"a/", "b", "a/b"}, {"", "b", "b"}, {"a", "/b", "/b"}, {"/", "b", "/b"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(joins); i++) {
-        char *joined = vw_path_join(joins[i].folder, joins[i].name);
+        AUTO_FREE char *joined = vw_path_join(joins[i].folder, joins[i].name);
         assert_string_equal(joined, joins[i].joined);
-        free(joined);
     }
     const char *folders[][2] = {{"a/b.c", "a"}, {"b.c", "."}, {"/b", "/"}, {"/a/b", "/a"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++) {
-        char *folder = vw_path_folder(folders[i][0]);
+        AUTO_FREE char *folder = vw_path_folder(folders[i][0]);
         assert_string_equal(folder, folders[i][1]);
-        free(folder);
     }
 }
 

@@ -8,7 +8,7 @@
 
 // All records as text: fields in brackets, records behind their line number.
 static char *all_of(const char *path) {
-    struct vw_csv csv;
+    AUTO(vw_csv_close) struct vw_csv csv;
     bool found = false;
     char *text = vw_copy_text("");
     if (vw_csv_open(path, 1 << 20, &csv)) fail_msg("%s", vw_error_message());
@@ -24,7 +24,6 @@ static char *all_of(const char *path) {
             text = longer;
         }
     }
-    vw_csv_close(&csv);
     return text;
 }
 
@@ -51,9 +50,8 @@ FOLDER_TEST(records_are_read) {
         {"\"'-a,b\",''+c,'\n", "1:[-a,b]['+c][']"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        char *records = all_of(temporary_file(*state, "a.csv", cases[i].text));
+        AUTO_FREE char *records = all_of(temporary_file(*state, "a.csv", cases[i].text));
         assert_string_equal(records, cases[i].expected);
-        free(records);
     }
 }
 
@@ -70,13 +68,12 @@ FOLDER_TEST(broken_records_are_refused) {
         {"\"a\"\"", "a.csv:1: a quote is not closed"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_csv csv;
+        AUTO(vw_csv_close) struct vw_csv csv;
         bool found = true;
         enum vw_status status = vw_csv_open(temporary_file(*state, "a.csv", cases[i].text), 1 << 20, &csv);
         while (!status && found) status = vw_csv_next(&csv, &found);
         assert_int_equal(status, VW_ERROR_INPUT);
         if (!strstr(vw_error_message(), cases[i].said)) fail_msg("\"%s\" for:\n%s", vw_error_message(), cases[i].text);
-        vw_csv_close(&csv);
     }
     struct vw_csv csv;
     assert_int_equal(vw_csv_open(temporary_path(*state, "none.csv"), 1 << 20, &csv), VW_ERROR_INPUT);
@@ -99,7 +96,7 @@ struct fields {
 FOLDER_TEST(a_record_has_a_limit_of_fields) {
     static char text[VW_CSV_FIELDS_MAX + 2];
     for (int more = 0; more < 2; more++) {
-        struct vw_csv csv;
+        AUTO(vw_csv_close) struct vw_csv csv;
         bool found = false;
         memset(text, 0, sizeof text);
         memset(text, ',', (size_t)VW_CSV_FIELDS_MAX - 1 + more);
@@ -107,7 +104,6 @@ FOLDER_TEST(a_record_has_a_limit_of_fields) {
         assert_int_equal(vw_csv_next(&csv, &found), more ? VW_ERROR_INPUT : VW_OK);
         if (more) assert_non_null(strstr(vw_error_message(), "wide.csv:1: more than 4096 fields"));
         else assert_int_equal(csv.field_count, VW_CSV_FIELDS_MAX);
-        vw_csv_close(&csv);
     }
 }
 
@@ -135,7 +131,7 @@ FOLDER_TEST(what_is_written_reads_back) {
         }
         const char *path = temporary_path(*state, "a.csv");
         assert_int_equal(vw_csv_write_file(path, print_fields, &fields), VW_OK);
-        struct vw_csv csv;
+        AUTO(vw_csv_close) struct vw_csv csv;
         bool found = false;
         assert_int_equal(vw_csv_open(path, 1 << 20, &csv), VW_OK);
         if (vw_csv_next(&csv, &found))
@@ -144,7 +140,6 @@ FOLDER_TEST(what_is_written_reads_back) {
         for (uint32_t i = 0; i < fields.count; i++) assert_string_equal(csv.fields[i], fields.texts[i]);
         assert_int_equal(vw_csv_next(&csv, &found), VW_OK);
         assert_false(found);
-        vw_csv_close(&csv);
     }
 }
 

@@ -43,12 +43,11 @@ static int clean_up(void **state) {
 }
 
 static void assert_read(const char *folder, const char *name, const char *expected) {
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     enum vw_status status = vw_file_read_inside(folder, name, LIMIT_BYTES, &data, &size_bytes);
     if (status) fail_msg("%s: %s", name, vw_error_message());
     assert_string_equal(data, expected);
-    free(data);
     assert_true(vw_file_exists_inside(folder, name));
     assert_int_equal(vw_file_check_inside(folder, name), VW_OK);
 }
@@ -139,13 +138,12 @@ static void files_of_scenes_may_have_links_that_stay(void **state) {
     ASSERT_FAILS(vw_scene_file_check(*state, other), VW_ERROR_INPUT, "is not in the scene folder");
     assert_int_equal(vw_scene_file_check(*state, temporary_path(*state, "link")), VW_ERROR_INPUT);
     // A folder whose name begins as this one's is another folder.
-    char *longer = malloc(strlen(*state) + 2);
+    AUTO_FOLDER char *longer = malloc(strlen(*state) + 2);
     assert_non_null(longer);
     sprintf(longer, "%s2", (char *)*state);
     temporary_file(longer, "file", "other");
     assert_int_equal(symlink(temporary_path(longer, "file"), temporary_path(*state, "a/longer")), 0);
     assert_stays_closed(*state, "a/longer", "through a link");
-    temporary_folder_remove(longer);
 }
 
 #define BOTH(test)                                                                                                     \

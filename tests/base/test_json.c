@@ -4,9 +4,8 @@
 #include "base/json.h"
 
 static void assert_json(json_t *value, const char *expected) {
-    char *text = json_dumps(value, JSON_COMPACT | JSON_SORT_KEYS | JSON_ENCODE_ANY);
+    AUTO_FREE char *text = json_dumps(value, JSON_COMPACT | JSON_SORT_KEYS | JSON_ENCODE_ANY);
     assert_string_equal(text, expected);
-    free(text);
     json_decref(value);
 }
 

@@ -31,20 +31,18 @@ static char scene_folder[200];
 // ---- Readers, in the child -----------------------------------------------------------------------------------------
 
 static void read_json(const char *path) {
-    void *text = NULL;
+    AUTO_FREE void *text = NULL;
     size_t size_bytes = 0;
     if (vw_file_read(path, SIZE_MAX / 2, &text, &size_bytes)) return;
     json_t *value = vw_json_load(text, size_bytes, 0, NULL);
     json_decref(value);
-    free(text);
 }
 
 static void read_csv(const char *path) {
-    struct vw_csv csv;
+    AUTO(vw_csv_close) struct vw_csv csv;
     bool found = true;
     enum vw_status status = vw_csv_open(path, SIZE_MAX / 2, &csv);
     while (!status && found) status = vw_csv_next(&csv, &found);
-    vw_csv_close(&csv);
 }
 
 static void read_tsv(const char *path) {
@@ -63,9 +61,8 @@ static void read_names(const char *path) {
 }
 
 static void read_step_log(const char *path) {
-    struct vw_step_log log;
+    AUTO(vw_step_log_clear) struct vw_step_log log;
     (void)vw_step_log_read(path, &log);
-    vw_step_log_clear(&log);
 }
 
 static void read_colmap(const char *path) {

@@ -28,7 +28,7 @@ static void print_lines(FILE *stream, const void *context) {
 
 TEST(what_was_printed_is_there) {
     struct vw_text_stream stream;
-    char *text = NULL;
+    AUTO_FREE char *text = NULL;
     size_t size_bytes = 0;
     assert_non_null(vw_text_stream_open(&stream));
     print_lines(stream.stream, NULL);
@@ -36,18 +36,16 @@ TEST(what_was_printed_is_there) {
     assert_int_equal(size_bytes, LINES * 6);
     assert_int_equal(strlen(text), size_bytes);
     assert_string_equal(text + size_bytes - 6, "19999\n");
-    free(text);
 }
 
 TEST(nothing_printed_is_an_empty_text) {
     struct vw_text_stream stream;
-    char *text = NULL;
+    AUTO_FREE char *text = NULL;
     size_t size_bytes = 1;
     assert_non_null(vw_text_stream_open(&stream));
     assert_int_equal(vw_text_stream_close(&stream, "nothing", &text, &size_bytes), VW_OK);
     assert_string_equal(text, "");
     assert_int_equal(size_bytes, 0);
-    free(text);
 }
 
 TEST(a_text_without_memory_is_refused) {
@@ -64,21 +62,19 @@ TEST(a_text_without_memory_is_refused) {
 }
 
 TEST(a_table_without_memory_is_not_written) {
-    char *folder = temporary_folder_create();
+    AUTO_FOLDER char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "table.csv");
     memory_is_short = true;
     assert_int_equal(vw_csv_write_file(path, print_lines, NULL), VW_ERROR_MEMORY);
     memory_is_short = false;
     assert_false(vw_file_exists(path));
-    temporary_folder_remove(folder);
 }
 
 TEST(a_document_without_memory_is_not_printed) {
     json_t *array = json_array();
     for (int i = 0; i < LINES; i++) vw_json_append(&array, json_pack("{s:i}", "key", i));
-    char *text = vw_json_to_text(array, JSON_COMPACT);
+    AUTO_FREE char *text = vw_json_to_text(array, JSON_COMPACT);
     assert_non_null(text);
-    free(text);
     memory_is_short = true;
     assert_null(vw_json_to_text(array, JSON_COMPACT));
     memory_is_short = false;

@@ -40,7 +40,7 @@ static void assert_words(const struct vw_job *job, const char *expected) {
 }
 
 TEST_WITHIN(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder) {
-    struct vw_jobs jobs;
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
     ASSERT_OK(load("{\"defaults\": {\"epochs\": 16, \"quiet-not\": false, \"lasting\": true}, \"seeds\": [0, 7],"
                    " \"configs\": [{\"name\": \"short\", \"options\": {\"epochs\": 4}}, {\"name\": \"plain\"}],"
                    " \"jobs\": [{\"name\": \"fox\", \"scene\": \"a/fox\","
@@ -55,16 +55,14 @@ TEST_WITHIN(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder) {
     assert_words(&jobs.jobs[0], "value a/fox --seed=0 --epochs=4 --lr=0.1");
     assert_words(&jobs.jobs[3], "value a/fox --seed=7 --epochs=16 --lr=0.1");
     assert_words(&jobs.jobs[4], "value /toys.json --seed=3 --epochs=2 --lasting --effects=+sky");
-    vw_jobs_free(&jobs);
 }
 
 TEST_WITHIN(a_scene_alone_is_a_job, make_folder, remove_folder) {
-    struct vw_jobs jobs;
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
     ASSERT_OK(load("{\"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\"}]}", &jobs));
     assert_int_equal(jobs.count, 1);
     assert_string_equal(jobs.jobs[0].name, "fox/seed-0");
     assert_words(&jobs.jobs[0], "value fox --seed=0");
-    vw_jobs_free(&jobs);
 }
 
 #define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
@@ -121,18 +119,17 @@ TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
 
 TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
     static char text[1 << 16];
-    struct vw_jobs jobs;
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
     int used = snprintf(text, sizeof text, "{\"seeds\": [0");
     for (int i = 1; i < VW_JOBS_MAX; i++) used += snprintf(text + used, sizeof text - (size_t)used, ",%d", i);
     snprintf(text + used, sizeof text - (size_t)used,
              "], \"jobs\": [{\"name\": \"a\", \"scene\": \"a\"},"
              " {\"name\": \"b\", \"scene\": \"b\", \"seeds\": [0]}]}");
     ASSERT_FAILS(load(text, &jobs), VW_ERROR_INPUT, "jobs: more than 4096 valuations");
-    vw_jobs_free(&jobs);
 }
 
 TEST_WITHIN(a_record_is_of_the_same_words, make_folder, remove_folder) {
-    struct vw_jobs jobs, others;
+    AUTO(vw_jobs_free) struct vw_jobs jobs, others;
     struct vw_job_record record;
     ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
     ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 4}"), &others));
@@ -151,12 +148,10 @@ TEST_WITHIN(a_record_is_of_the_same_words, make_folder, remove_folder) {
     assert_true(vw_job_record_is_done(folder, &jobs.jobs[0], &record));
     ASSERT_OK(vw_job_record_read(folder, &others.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
-    vw_jobs_free(&jobs);
-    vw_jobs_free(&others);
 }
 
 TEST_WITHIN(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_folder) {
-    struct vw_jobs jobs;
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
     ASSERT_OK(
         load("{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
              "{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [0, 7, 8]}, {\"name\": \"cat\", \"scene\": \"cat\"},"
@@ -172,13 +167,12 @@ TEST_WITHIN(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_fol
     jobs.jobs[4].single = true;
     assert_false(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[4]) || vw_jobs_fit(&jobs.jobs[4], &jobs.jobs[3]));
     assert_true(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[5]));
-    vw_jobs_free(&jobs);
 }
 
 TEST_WITHIN(a_broken_record_is_none, make_folder, remove_folder) {
     static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
                                         "{\"words\": [], \"exit_code\": 0, \"seconds\": 1, \"message\": \"\"}"};
-    struct vw_jobs jobs;
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
     ASSERT_OK(load(JOBS(""), &jobs));
     ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
@@ -188,5 +182,4 @@ TEST_WITHIN(a_broken_record_is_none, make_folder, remove_folder) {
         assert_int_equal(record.exit_code, -1);
         assert_null(record.message);
     }
-    vw_jobs_free(&jobs);
 }

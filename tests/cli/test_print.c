@@ -69,7 +69,7 @@ TEST(log_lines_are_harmless) {
 
 // What `print` writes to stdout; owned by the caller.
 static char *printed(void (*print)(const void *), const void *context) {
-    char *folder = temporary_folder_create();
+    AUTO_FOLDER char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "stdout");
     int kept = dup(STDOUT_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
     fflush(stdout);
@@ -82,7 +82,6 @@ static char *printed(void (*print)(const void *), const void *context) {
     void *text = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 16, &text, &size_bytes));
-    temporary_folder_remove(folder);
     return text;
 }
 
@@ -95,28 +94,25 @@ TEST(a_name_cannot_forge_a_line) {
                  {"\x1b[2Ja\xe2\x80\xae.png", "photo    ?[2Ja?.png\nworth    3\n"},
                  {"a\nhead     0123", "photo    a?head     0123?worth    3\n"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        char *rows = printed(print_row, cases[i].name);
+        AUTO_FREE char *rows = printed(print_row, cases[i].name);
         assert_string_equal(rows, cases[i].rows);
-        free(rows);
     }
     char long_name[5000]; // longer than any buffer
     memset(long_name, 'x', sizeof long_name - 1);
     long_name[sizeof long_name - 1] = 0;
-    char *rows = printed(print_row, long_name);
+    AUTO_FREE char *rows = printed(print_row, long_name);
     assert_int_equal(strlen(rows), strlen("photo    \nworth    3\n") + strlen(long_name));
-    free(rows);
 }
 
 static void print_json(const void *name) { ASSERT_OK(vw_json_print(json_pack("{s:s}", "name", (const char *)name))); }
 
 TEST(json_is_ascii_and_keeps_the_name) {
     const char *name = "d\xc3\xb6ner \xc2\x9b \xe2\x80\xae.png";
-    char *text = printed(print_json, name);
+    AUTO_FREE char *text = printed(print_json, name);
     for (const char *next = text; *next; next++) assert_in_range(*next, '\n', '~');
     json_t *read = json_loads(text, 0, NULL);
     assert_string_equal(json_string_value(json_object_get(read, "name")), name);
     json_decref(read);
-    free(text);
 }
 
 static void print_advice(const void *path) {

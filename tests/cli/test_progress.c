@@ -32,7 +32,7 @@ static void show_run(bool quiet, uint32_t stop_after) {
 
 // What it prints when stderr is a file.
 static char *printed(const char *folder, bool quiet, uint32_t stop_after) {
-    char *path = vw_path_join(folder, "stderr");
+    AUTO_FREE char *path = vw_path_join(folder, "stderr");
     int kept = dup(STDERR_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
     dup2(file, STDERR_FILENO);
     show_run(quiet, stop_after);
@@ -42,7 +42,6 @@ static char *printed(const char *folder, bool quiet, uint32_t stop_after) {
     void *text = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
-    free(path);
     return text;
 }
 
@@ -53,7 +52,7 @@ static int count_bars(const char *text) {
 }
 
 FOLDER_TEST(a_line_each_tenth) {
-    char *text = printed(*state, false, 41);
+    AUTO_FREE char *text = printed(*state, false, 41);
     assert_int_equal(count_bars(text), 10); // no eleventh: the last tenth is the end
     assert_null(strchr(text, '\r'));
     assert_ptr_equal(strstr(text, "epoch 1/4 [##..................]  "), text); // no PSNR yet
@@ -61,18 +60,15 @@ FOLDER_TEST(a_line_each_tenth) {
     assert_non_null(strstr(text, "epoch 4/4 [####################] 28.41 dB"));
     assert_non_null(strstr(text, "0:00 left\n"));
     assert_non_null(strstr(text, "\ntold 1\nwarning: warned 2\n"));
-    free(text);
 }
 
 FOLDER_TEST(a_stopped_run_ends_with_its_state) {
-    char *text = printed(*state, false, 22);
+    AUTO_FREE char *text = printed(*state, false, 22);
     assert_int_equal(count_bars(text), 5);
     assert_non_null(strstr(text, "epoch 2/4 [##########..........] 28.41 dB")); // of step 20, the last tenth
-    free(text);
 }
 
 FOLDER_TEST(quiet_shows_warnings_alone) {
-    char *text = printed(*state, true, 41);
+    AUTO_FREE char *text = printed(*state, true, 41);
     assert_string_equal(text, "warning: warned 2\n");
-    free(text);
 }

@@ -25,7 +25,7 @@ TEST(test_pools_by_the_formula) {
     const struct vw_ledger_score second[] = {made_score(0, "dv_psnr", 5, 0.1), made_score(2, "dv_psnr", -3, 4)};
     const struct vw_ledger_score third[] = {made_score(0, "dv_psnr", 5.5, 0.1), made_score(1, "dv_psnr", 3, 0.1)};
     const struct vw_fold_scores folds[] = {{first, 2}, {second, 2}, {third, 2}};
-    struct vw_ledger_score *pooled = NULL;
+    AUTO_FREE struct vw_ledger_score *pooled = NULL;
     uint32_t count = 0;
     assert_int_equal(vw_fold_scores_pool(folds, 3, &pooled, &count), VW_OK);
     assert_int_equal(count, 3);
@@ -45,7 +45,6 @@ TEST(test_pools_by_the_formula) {
     assert_int_equal(pooled[0].rank_ci_low, 1);
     assert_int_equal(pooled[0].rank_ci_high, 1); // by 2.75 of 0.66, and by 7.25 of 2.1
     assert_int_equal(pooled[2].rank_ci_low, 3);
-    free(pooled);
 }
 
 TEST(test_keeps_the_only_fold) {

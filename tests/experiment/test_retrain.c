@@ -35,11 +35,10 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    struct fixture *f = *state;
+    AUTO_FREE struct fixture *f = *state;
     vw_retrainer_close(&f->retrainer);
     vw_session_close(&f->session);
     temporary_folder_remove(f->folder);
-    free(f);
     return 0;
 }
 

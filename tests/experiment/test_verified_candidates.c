@@ -64,13 +64,12 @@ TEST(rules_apply_to_the_scores_of_each_half) {
 }
 
 TEST(a_method_without_scores_has_no_candidates) {
-    struct vw_candidates candidates;
+    AUTO(vw_candidates_free) struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
     check_names(&candidates,
                 "all 10 = not-harmful; without-outliers 9 = without-outliers:dv_psnr, positive, top:90%:dv_psnr; "
                 "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
-    vw_candidates_free(&candidates);
 }
 
 TEST(lasting_credit_selects_where_every_scoring_has_it) {
@@ -92,7 +91,7 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
 
 // Lists that agree by both halves but not by all photos are two.
 TEST(lists_that_differ_by_one_scoring_are_two) {
-    struct vw_candidates candidates;
+    AUTO(vw_candidates_free) struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(1);
     rows[VW_HALF_BOTH][5].value = -1; // not positive, but no outlier
     rows[VW_HALF_BOTH][3].value = 1;
@@ -102,7 +101,6 @@ TEST(lists_that_differ_by_one_scoring_are_two) {
     assert_string_equal(candidates.list[1].same_as, "without-outliers:dv_psnr");
     assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 10);
     assert_string_equal(candidates.list[2].name, "positive");
-    vw_candidates_free(&candidates);
 }
 
 TEST(a_rule_that_keeps_too_few_by_a_half_is_left_out) {

@@ -79,11 +79,10 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    struct fixture *f = *state;
+    AUTO_FREE struct fixture *f = *state;
     vw_verified_selection_free(&f->verified);
     vw_scored_run_close(&f->run);
     temporary_folder_remove(f->folder);
-    free(f);
     return 0;
 }
 
@@ -92,7 +91,7 @@ static void check_list(struct fixture *f, const struct vw_candidate *candidate, 
     const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 50, .percent = true};
     struct vw_selection expected = {0};
     struct vw_value_input input;
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint32_t score_count = 0;
     ASSERT_OK(vw_scoring_load(f->run.recorded.ledger, &f->config, &input));
     if (half == VW_HALF_BOTH) ASSERT_OK(vw_scored_run_select(&f->run, &params, &expected));
@@ -107,7 +106,6 @@ static void check_list(struct fixture *f, const struct vw_candidate *candidate, 
                         expected.count * sizeof *expected.image_ids);
     vw_selection_free(&expected);
     vw_scoring_unload(&input);
-    free(scores);
 }
 
 static void check_gain(const struct vw_verified_selection *verified, const struct vw_retrainer *retrainer,
@@ -129,8 +127,8 @@ static void check_gain(const struct vw_verified_selection *verified, const struc
 
 TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     struct fixture *f = *state;
-    struct vw_session session = {0};
-    struct vw_retrainer retrainer = {0};
+    AUTO(vw_session_close) struct vw_session session = {0};
+    AUTO(vw_retrainer_close) struct vw_retrainer retrainer = {0};
     uint32_t halved = UINT32_MAX;
     assert_true(f->sizes[VW_HALF_A] == 3 && f->sizes[VW_HALF_B] == 2 && f->verified.half_sizes[VW_HALF_A] == 3 &&
                 f->verified.half_sizes[VW_HALF_B] == 2);
@@ -150,6 +148,4 @@ TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     for (int half = 0; half < VW_SCORINGS; half++) check_list(f, candidate, half);
     assert_int_equal(candidate->selections[VW_HALF_A].image_ids[0], 0);
     assert_int_equal(candidate->selections[VW_HALF_B].image_ids[0], PHOTOS / 2);
-    vw_retrainer_close(&retrainer);
-    vw_session_close(&session);
 }

@@ -85,8 +85,8 @@ TEST_WITHIN(lies_are_refused, use_hostile, remove_folder) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         check_refused(*state, cases[i][0], cases[i][1]);
+        AUTO(vw_image_clear)
         struct vw_image next = check_read(*state, "good"); // the next photo is read by another worker
-        vw_image_clear(&next);
     }
 }
 
@@ -96,11 +96,10 @@ TEST_WITHIN(time_is_limited, use_hostile, remove_folder) {
 }
 
 TEST_WITHIN(flags_are_made_plain, use_hostile, remove_folder) {
-    struct vw_image image = check_read(*state, "unusable");
+    AUTO(vw_image_clear) struct vw_image image = check_read(*state, "unusable");
     assert_true(image.has_alpha);
     assert_int_equal(image.masked_count, 1);
     assert_int_equal(image.unusable[0], 1);
-    vw_image_clear(&image);
 }
 
 TEST_WITHIN(what_nobody_asked_for_is_no_answer, use_hostile, remove_folder) {
@@ -269,11 +268,10 @@ TEST_WITHIN(no_process_is_left, make_folder, remove_folder) {
 
 // A task may still meet a worker that is about to end with the server.
 TEST_WITHIN(a_killed_server_is_replaced, make_folder, remove_folder) {
-    struct vw_image image = {0};
+    AUTO(vw_image_clear) struct vw_image image = {0};
     const char *path = write_photo(*state, 8), *server = child_of(getpid());
     assert_non_null(server);
     assert_int_equal(kill((pid_t)atol(server), SIGKILL), 0);
     for (int i = 0; i < 100 && vw_image_load(path, 1, &image); i++) usleep(100000);
     if (!image.pixels) fail_msg("%s", vw_error_message());
-    vw_image_clear(&image);
 }

@@ -67,7 +67,7 @@ static const char *write_tiff(const char *folder, const char *name, const struct
         {339, 3, channels, channels < 3 ? kind * 0x10001 : KINDS_AT},
     };
     uint16_t field_count = 0; // those without values are left out
-    uint8_t *file = calloc(1, PIXELS_AT + pixel_bytes);
+    AUTO_FREE uint8_t *file = calloc(1, PIXELS_AT + pixel_bytes);
     assert_non_null(file);
     memcpy(file, "II*\0\x08\0\0", HEADER);
     for (size_t i = 0; i < VW_ARRAY_COUNT(fields); i++)
@@ -81,7 +81,6 @@ static const char *write_tiff(const char *folder, const char *name, const struct
     memcpy(file + PIXELS_AT, tiff->pixels, pixel_bytes);
     const char *path = temporary_path(folder, name);
     assert_int_equal(vw_file_write(path, file, PIXELS_AT + pixel_bytes), VW_OK);
-    free(file);
     return path;
 }
 
@@ -129,11 +128,10 @@ FOLDER_TEST(exr_round_trips) {
     const char *path = temporary_path(*state, "a.exr");
     const float pixels[2 * 4] = {0.9f, 0.5f, 0.02f, 1, 0.8f, 0.1f, 0.3f, 0.25f};
     assert_int_equal(vw_image_save(path, 2, 1, 4, pixels), VW_OK);
-    struct vw_image image = load(path, 1);
+    AUTO(vw_image_clear) struct vw_image image = load(path, 1);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     check_pixel(&image, 0, 0, pixels, 1e-5);
     check_pixel(&image, 1, 0, pixels + 4, 1e-5);
-    vw_image_clear(&image);
 }
 
 FOLDER_TEST(an_opaque_image_has_no_alpha) {
@@ -168,10 +166,9 @@ FOLDER_TEST(grey_becomes_three_channels) {
 FOLDER_TEST(sixteen_bits_are_kept) {
     const uint16_t pixels[2][4] = {{1, 256, 65534, 65535}, {40000, 20000, 10000, 32768}};
     const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     assert_int_equal(image.format, VW_PIXEL_UINT16);
     assert_memory_equal(image.pixels, pixels, sizeof pixels); // bit for bit
-    vw_image_clear(&image);
 }
 
 TEST(luminance_weighs_channels_over_the_background) {
@@ -186,9 +183,8 @@ TEST(luminance_weighs_channels_over_the_background) {
 FOLDER_TEST(associated_alpha_is_divided_out) {
     const uint8_t pixels[4] = {64, 32, 0, 128};
     const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){0.5f, 0.25f, 0, 128 / 255.0f}, 0.5 / 255 + 1e-6);
-    vw_image_clear(&image);
 }
 
 FOLDER_TEST(palettes_are_looked_up) {
@@ -198,10 +194,9 @@ FOLDER_TEST(palettes_are_looked_up) {
     palette[0][200] = 0x1010, palette[1][200] = 0x2020, palette[2][200] = 0x3030;
     const struct tiff tiff = {
         2, 1, 1, 8, false, ALPHA_NONE, .pixels = indices, .photometric = PHOTOMETRIC_PALETTE, .palette = palette[0]};
-    struct vw_image image = load(write_tiff(*state, "palette.tif", &tiff), 1);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "palette.tif", &tiff), 1);
     check_pixel(&image, 0, 0, (const float[]){1, 128 / 255.0f, 0, 1}, 1e-6);
     check_pixel(&image, 1, 0, (const float[]){16 / 255.0f, 32 / 255.0f, 48 / 255.0f, 1}, 1e-6);
-    vw_image_clear(&image);
 }
 
 // Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes
@@ -246,13 +241,12 @@ FOLDER_TEST(orientation_is_ignored) {
     const uint8_t pixels[3 * 2] = {0, 51, 102, 153, 204, 255};
     for (uint32_t orientation = 1; orientation <= 8; orientation++) {
         const struct tiff tiff = {3, 2, 1, 8, false, ALPHA_NONE, .pixels = pixels, .orientation = orientation};
-        struct vw_image image = load(write_tiff(*state, "turned.tif", &tiff), 1);
+        AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "turned.tif", &tiff), 1);
         assert_int_equal(image.width_px, 3);
         for (uint32_t i = 0; i < 6; i++) {
             float grey = (float)i / 5;
             check_pixel(&image, i % 3, i / 3, (const float[]){grey, grey, grey, 1}, 1e-6);
         }
-        vw_image_clear(&image);
     }
 }
 
@@ -266,7 +260,7 @@ FOLDER_TEST(floats_are_encoded_masked_and_clamped) {
     pixels[5][2] = INFINITY;
     pixels[6][0] = 7, pixels[6][1] = 1.5f;
     const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     assert_int_equal(image.masked_count, 3);
     assert_int_equal(image.clamped_count, 2);
@@ -275,7 +269,6 @@ FOLDER_TEST(floats_are_encoded_masked_and_clamped) {
     for (uint32_t x = 3; x < 6; x++) check_pixel(&image, x, 0, (const float[]){0, 0, 0, 0}, 0);
     for (uint32_t i = 0; i < 100; i++) assert_int_equal(image.unusable[i], i >= 3 && i < 6);
     check_pixel(&image, 6, 0, (const float[]){1, 1, 1, 1}, 1e-6);
-    vw_image_clear(&image);
 }
 
 FOLDER_TEST(too_many_masked_pixels_are_refused) {
@@ -317,7 +310,7 @@ FOLDER_TEST(downscale_keeps_ramps) {
         for (int x = 0; x < WIDTH; x++)
             for (int c = 0; c < 3; c++) pixels[y][x][c] = (uint16_t)(1000 + 900 * x);
     const struct tiff tiff = {WIDTH, HEIGHT, 3, 16, false, ALPHA_NONE, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
     double mean = 0;
     for (uint32_t x = 0; x < 16; x++) {
         double centre = (x + 0.5) * 4 - 0.5;
@@ -328,7 +321,6 @@ FOLDER_TEST(downscale_keeps_ramps) {
         mean += rgba[0] / 16;
     }
     assert_near(mean, (1000 + 900 * 31.5) / 65535, 1e-3);
-    vw_image_clear(&image);
 }
 
 // Green beside transparent red: none of the hidden red may show, and the green must not darken.
@@ -339,7 +331,7 @@ FOLDER_TEST(downscale_has_no_fringe) {
         for (int x = 0; x < SIDE; x++) pixels[y][x][x < 14 ? 1 : 0] = 1, pixels[y][x][3] = x < 14 ? 1 : 0;
     const char *path = temporary_path(*state, "a.png");
     assert_int_equal(vw_image_save(path, SIDE, SIDE, 4, &pixels[0][0][0]), VW_OK);
-    struct vw_image image = load(path, 4);
+    AUTO(vw_image_clear) struct vw_image image = load(path, 4);
     assert_true(image.has_alpha);
     for (uint32_t x = 0; x < 8; x++) {
         float rgba[4];
@@ -349,7 +341,6 @@ FOLDER_TEST(downscale_has_no_fringe) {
         if (x == 3) assert_near(rgba[3], 0.5, 0.05); // half covered
         if (x > 4) assert_near(rgba[3], 0, 0.06);
     }
-    vw_image_clear(&image);
 }
 
 FOLDER_TEST(downscale_ignores_masked_pixels) {
@@ -358,7 +349,7 @@ FOLDER_TEST(downscale_ignores_masked_pixels) {
     pixels[64 * 32 + 33][1] = NAN;                                              // one of the 16 of its small pixel
     for (int i = 0; i < 16; i++) pixels[64 * (8 + i / 4) + 8 + i % 4][0] = NAN; // all 16 of another
     const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     assert_int_equal(image.masked_count, 17);
     float grey = (float)srgb(0.5);
@@ -368,7 +359,6 @@ FOLDER_TEST(downscale_ignores_masked_pixels) {
         check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1},
                     1e-5);
     }
-    vw_image_clear(&image);
 }
 
 // ---- Errors ---------------------------------------------------------------------------------------------------------

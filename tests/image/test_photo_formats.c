@@ -39,7 +39,7 @@ FOLDER_TEST(every_format_is_read_under_any_name) {
         assert_true(vw_photo_format_of_bytes(bytes, size_bytes, &format));
         assert_int_equal(format, samples[i].format);
         for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
-            struct vw_image image;
+            AUTO(vw_image_clear) struct vw_image image;
             const char *renamed = temporary_path(*state, names[j]);
             assert_int_equal(vw_file_write(renamed, bytes, size_bytes), VW_OK);
             if (vw_image_load(renamed, 1, &image)) fail_msg("%s: %s", samples[i].file, vw_error_message());
@@ -47,7 +47,6 @@ FOLDER_TEST(every_format_is_read_under_any_name) {
             vw_image_pixel(&image, 3, 3, rgba);
             assert_near(rgba[0], 0, 0.02);
             assert_true(rgba[1] > 0.2 && rgba[2] > rgba[1] + 0.1 && rgba[2] < 0.8); // linear formats are brighter
-            vw_image_clear(&image);
         }
         free(bytes);
     }
@@ -112,7 +111,7 @@ FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
                                   'R',  0,    0,    64,  0,    0,    0,    64,   0,   8,   6,   0,    0,    0,   0xa9,
                                   0xc8, 0x10, 0x84, 0,   0,    0,    0,    'I',  'D', 'A', 'T', 0x35, 0xaf, 6,   0x1e};
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
-    char *first = vw_path_join(*state, "0.png");
+    AUTO_FREE char *first = vw_path_join(*state, "0.png");
     assert_int_equal(vw_file_write(first, png, sizeof png), VW_OK);
     FILE *json = fopen(temporary_path(*state, "transforms.json"), "w");
     assert_non_null(json);
@@ -126,13 +125,11 @@ FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
     }
     fprintf(json, "]}");
     assert_int_equal(fclose(json), 0);
-    free(first);
     tiny_scene_refused(&params, VW_ERROR_INPUT, "/1024.png", "limit of 1024 GiB", "--downscale", NULL);
     struct vw_scene_params smaller = params;
     smaller.downscale = 2; // 16 bits of a quarter of the pixels
-    struct vw_scene *scene = tiny_scene_open(&smaller);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&smaller);
     assert_int_equal(scene->views[1024].camera.width_px, 8192);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(a_file_too_large_to_exist_is_refused) {

@@ -42,7 +42,7 @@ FOLDER_TEST(columns_come_in_any_order) {
         "too.png\",10.5,0.45\n3,8,b.png,12,0.25\n", // epochs from 7
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
-        struct vw_step_log log = read_log(write_log(*state, texts[i]));
+        AUTO(vw_step_log_clear) struct vw_step_log log = read_log(write_log(*state, texts[i]));
         assert_int_equal(log.image_count, 2);
         assert_string_equal(log.images[0].name, "a, too.png");
         assert_string_equal(log.images[1].name, "b.png");
@@ -56,7 +56,6 @@ FOLDER_TEST(columns_come_in_any_order) {
         check_record(&log.records[1], 1, 0, 1, 11, 0.4);
         check_record(&log.records[2], 2, 0, 0, 10.5, 0.45);
         check_record(&log.records[3], 3, 1, 1, 12, 0.25);
-        vw_step_log_clear(&log);
     }
 }
 
@@ -75,6 +74,7 @@ FOLDER_TEST(the_untrained_state_may_be_missing) {
 }
 
 FOLDER_TEST(values_may_be_missing_or_not_finite) {
+    AUTO(vw_step_log_clear)
     struct vw_step_log log =
         read_log(write_log(*state, "step,epoch,photo,psnr,l1\n0,0,,10,0.5\n1,0,a,,\n2,0,b,nan,0.4\n3,0,a,12,inf\n"
                                    "4,0,b,-Infinity,NaN\n5,0,a,-1e4,1e4\n"));
@@ -85,7 +85,6 @@ FOLDER_TEST(values_may_be_missing_or_not_finite) {
         assert_int_equal(isnan(log.records[i].val_psnr), i > 0 && i < 5);
     }
     check_record(&log.records[5], 5, 0, 0, -1e4, 1e4); // the most that is read
-    vw_step_log_clear(&log);
 }
 
 FOLDER_TEST(malformed_lines_are_refused) {
@@ -138,12 +137,11 @@ FOLDER_TEST(malformed_lines_are_refused) {
         {HEADER "0,0,,10,0.5\n1,0,a,,0.4\n", "log.csv:3: field psnr: \"\" is empty, but the other value is not"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_step_log log;
+        AUTO(vw_step_log_clear) struct vw_step_log log;
         assert_int_equal(vw_step_log_read(write_log(*state, cases[i].text), &log), VW_ERROR_INPUT);
         const char *message = vw_error_message();
         if (!strstr(message, cases[i].said) || strpbrk(message, "\r\n"))
             fail_msg("\"%s\" for:\n%s", message, cases[i].text);
-        vw_step_log_clear(&log);
     }
     struct vw_step_log log;
     assert_int_equal(vw_step_log_read(temporary_path(*state, "none.csv"), &log), VW_ERROR_INPUT);
@@ -154,7 +152,7 @@ FOLDER_TEST(malformed_lines_are_refused) {
 
 // A log that is read must be fit for the ledger; a refused one leaves a message of one line.
 static void check_any(const char *path) {
-    struct vw_step_log log;
+    AUTO(vw_step_log_clear) struct vw_step_log log;
     vw_fail(VW_ERROR_USAGE, "no message yet");
     if (vw_step_log_read(path, &log)) {
         assert_true(strcmp(vw_error_message(), "no message yet") != 0 && !strpbrk(vw_error_message(), "\r\n"));
@@ -167,7 +165,6 @@ static void check_any(const char *path) {
             assert_true(record->validated == (isfinite(record->val_psnr) && isfinite(record->val_l1)));
         }
     }
-    vw_step_log_clear(&log);
 }
 
 static void write_bytes(const char *path, const char *bytes, size_t count) {
@@ -222,12 +219,12 @@ static void print_run(FILE *stream, const void *context) {
 
 // Scores of the log are those of the run, bit for bit, and there is none of what the log does not hold.
 FOLDER_TEST(a_run_comes_back) {
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     recording->records[9].nonfinite = true;
     recording->records[9].val_psnr = recording->records[9].val_psnr_pooled = recording->records[9].val_l1 = NAN;
     const char *path = temporary_path(*state, "run.csv");
     ASSERT_OK(vw_csv_write_file(path, print_run, recording));
-    struct vw_step_log log = read_log(path);
+    AUTO(vw_step_log_clear) struct vw_step_log log = read_log(path);
     assert_int_equal(log.record_count, recording->count);
     assert_int_equal(log.image_count, TEST_TRAIN_COUNT);
     struct vw_value_input ours = {.records = recording->records,
@@ -240,7 +237,7 @@ FOLDER_TEST(a_run_comes_back) {
                                       .burn_in_epochs = 1,
                                       .images = log.images,
                                       .image_count = log.image_count};
-    struct vw_ledger_score *expected = NULL, *scores = NULL;
+    AUTO_FREE struct vw_ledger_score *expected = NULL, *scores = NULL;
     uint32_t expected_count = 0, count = 0;
     ASSERT_OK(vw_value_score(&ours, &expected, &expected_count));
     ASSERT_OK(vw_value_score(&imported, &scores, &count));
@@ -254,10 +251,6 @@ FOLDER_TEST(a_run_comes_back) {
             assert_true(a->value == b->value && a->standard_error == b->standard_error && a->visits == b->visits);
         }
     for (uint32_t i = 0; i < count; i++) assert_null(strstr(scores[i].method, "pooled"));
-    free(expected);
-    free(scores);
-    vw_step_log_clear(&log);
-    free(recording);
 }
 
 static void print_long(FILE *stream, const void *context) {

@@ -6,7 +6,7 @@
 enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
 
 FOLDER_TEST(rows_read_back) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(path, &ledger));
     struct vw_ledger_run run, expected = test_run("{\"burn_in_epochs\": 1}");
@@ -38,9 +38,9 @@ FOLDER_TEST(rows_read_back) {
     ASSERT_OK(vw_ledger_get_images(ledger, &again, &image_count));
     assert_ptr_equal(images, again); // lent until closed
 
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     const struct vw_step_record *written = recording->records;
-    struct vw_step_record *read = NULL;
+    AUTO_FREE struct vw_step_record *read = NULL;
     uint64_t count = 0;
     ASSERT_OK(vw_ledger_get_steps(ledger, &read, &count));
     assert_int_equal(count, RECORD_COUNT);
@@ -59,20 +59,17 @@ FOLDER_TEST(rows_read_back) {
         assert_true(i && !nonfinite ? read[i].train_loss == 0.2 : isnan(read[i].train_loss));
         assert_null(read[i].views);
     }
-    free(read);
-    free(recording);
     vw_ledger_close(&ledger);
     vw_ledger_close(&ledger); // NULL is fine
-    free(path);
 }
 
 static bool same_real(double a, double b) { return a == b || (isnan(a) && !isfinite(b)); }
 
 FOLDER_TEST(probes_and_scores_read_back) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    struct vw_ledger *ledger = NULL;
-    struct test_recording *recording = test_record(&test_four_epochs);
-    struct vw_probe *probes = NULL;
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct vw_probe *probes = NULL;
     uint64_t probe_count = 0;
     ASSERT_OK(vw_ledger_open(path, &ledger));
     ASSERT_OK(vw_ledger_get_probes(ledger, &probes, &probe_count));
@@ -89,10 +86,8 @@ FOLDER_TEST(probes_and_scores_read_back) {
         assert_true(same_real(probes[i].val_l1, written->val_l1));
         assert_true(!isinf(probes[i].val_l1));
     }
-    free(probes);
-    free(recording);
 
-    struct vw_ledger_score *read = NULL;
+    AUTO_FREE struct vw_ledger_score *read = NULL;
     uint32_t count = 0;
     const struct vw_ledger_score *expected[] = {&test_scores[0], &test_scores[1],
                                                 &test_scores[2]}; // dv_psnr was written first
@@ -110,15 +105,12 @@ FOLDER_TEST(probes_and_scores_read_back) {
         assert_int_equal(read[i].rank_ci_low, expected[i]->rank_ci_low);
         assert_int_equal(read[i].rank_ci_high, expected[i]->rank_ci_high);
     }
-    free(read);
-    vw_ledger_close(&ledger);
-    free(path);
 }
 
 FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    struct vw_ledger *ledger = NULL;
-    struct vw_ledger_retraining *read = NULL;
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_ledger_retraining *read = NULL;
     struct vw_step_record next = {.step = 1 + 4 * TEST_TRAIN_COUNT, .view = 1, .nonfinite = true};
     uint32_t count = 0;
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
@@ -132,18 +124,15 @@ FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
         assert_memory_equal(read[i].image_ids, expected->image_ids, expected->image_count * sizeof(uint32_t));
         assert_true(read[i].val_psnr == expected->val_psnr || (isnan(read[i].val_psnr) && isnan(expected->val_psnr)));
     }
-    free(read);
     ASSERT_OK(vw_ledger_verify(ledger));
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
     ASSERT_OK(vw_ledger_append(ledger, &next, 1, test_validation_views));
     assert_answer(path, "SELECT count(*) FROM retraining", "0");
     assert_int_equal(vw_ledger_add_retrainings(ledger, test_retraining_store, 1, NULL, 0), VW_ERROR_USAGE);
-    vw_ledger_close(&ledger);
-    free(path);
 }
 
 FOLDER_TEST(tables_are_as_contracted) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     const char *tables[][2] = {
         {"run", "run_id,scene_hash,scene_path,seed,config_json,subset_hash,device,driver,shader_hash,version,started_"
                 "utc,finished_utc,"
@@ -158,10 +147,9 @@ FOLDER_TEST(tables_are_as_contracted) {
         {"retraining", "run_id,retraining,whole_providers,seed,epochs,image_ids,val_psnr"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
-        char *sql = vw_format_text(
+        AUTO_FREE char *sql = vw_format_text(
             "SELECT group_concat(name) FROM (SELECT name FROM pragma_table_info('%s') ORDER BY cid)", tables[i][0]);
         assert_answer(path, sql, tables[i][1]);
-        free(sql);
     }
     assert_answer(path, "SELECT image_id FROM step WHERE step = 0", "NULL");
     assert_answer(
@@ -191,7 +179,6 @@ FOLDER_TEST(tables_are_as_contracted) {
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
-    free(path);
 }
 
 FOLDER_TEST(chain_holds_whatever_the_batches) {
@@ -199,9 +186,8 @@ FOLDER_TEST(chain_holds_whatever_the_batches) {
          *other = test_ledger_record(*state, "other.db", &test_four_epochs, 1);
     assert_true(chain_holds(path));
     assert_true(chain_holds(other));
-    char *head = sql_ask(path, SQL_FINAL_HASH);
+    AUTO_FREE char *head = sql_ask(path, SQL_FINAL_HASH);
     assert_answer(other, SQL_FINAL_HASH, head);
-    free(head);
     free(other);
     free(path);
 }
@@ -222,20 +208,17 @@ FOLDER_TEST(chain_of_steps_is_the_run) {
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
     assert_true(chain_holds(other));
-    char *heads = sql_ask(path, SQL_CHAIN);
+    AUTO_FREE char *heads = sql_ask(path, SQL_CHAIN);
     assert_answer(other, SQL_CHAIN, heads);
-    char *final_hash = sql_ask(path, SQL_FINAL_HASH), *other_final_hash = sql_ask(other, SQL_FINAL_HASH);
+    AUTO_FREE char *final_hash = sql_ask(path, SQL_FINAL_HASH), *other_final_hash = sql_ask(other, SQL_FINAL_HASH);
     assert_string_not_equal(final_hash, other_final_hash);
-    free(other_final_hash);
-    free(final_hash);
-    free(heads);
     free(other);
     free(path);
 }
 
 FOLDER_TEST(creating_needs_a_free_place) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    char *head = sql_ask(path, SQL_FINAL_HASH);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *head = sql_ask(path, SQL_FINAL_HASH);
     struct vw_ledger_run run = test_run("{}");
     struct vw_ledger *ledger = NULL;
     assert_int_equal(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE);
@@ -243,24 +226,20 @@ FOLDER_TEST(creating_needs_a_free_place) {
     assert_non_null(strstr(vw_error_message(), path));
     assert_non_null(strstr(vw_error_message(), "choose another --out"));
     assert_answer(path, SQL_FINAL_HASH, head);
-    free(head);
 
-    char *missing = vw_path_join(*state, "missing/ledger.db");
+    AUTO_FREE char *missing = vw_path_join(*state, "missing/ledger.db");
     ASSERT_FAILS(vw_ledger_create(missing, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_IO, missing);
-    free(missing);
-    free(path);
 }
 
 // An image table that breaks a rule (two images of one name) fails after the run has been begun: nothing may stay.
 FOLDER_TEST(a_failed_creation_leaves_nothing) {
-    char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger_image images[2] = {test_images[0], test_images[1]};
     images[1].name = images[0].name;
     struct vw_ledger_run run = test_run("{}");
     struct vw_ledger *ledger = NULL;
     assert_int_equal(vw_ledger_create(path, &run, images, 2, &ledger), VW_ERROR_IO);
     assert_null(ledger);
-    free(path);
     assert_int_equal(rmdir(*state), 0); // empty
     assert_int_equal(mkdir(*state, 0777), 0);
 }

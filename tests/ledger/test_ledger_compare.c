@@ -12,19 +12,18 @@ static struct test_recording *take_steps(void) {
 // A finished run of all steps.
 static struct vw_ledger *record_all(const char *folder, char **path) {
     *path = vw_path_join(folder, "ledger.db");
-    struct test_recording *recording = take_steps();
+    AUTO_FREE struct test_recording *recording = take_steps();
     struct vw_ledger *ledger = test_ledger_create(*path);
     ASSERT_OK(vw_ledger_append(ledger, recording->records, RECORD_COUNT, test_validation_views));
     test_ledger_finish(ledger, "finished");
-    free(recording);
     return ledger;
 }
 
 FOLDER_TEST(the_same_steps_compare_equal) {
-    char *path = NULL;
+    AUTO_FREE char *path = NULL;
     struct vw_ledger *ledger = record_all(*state, &path);
-    struct test_recording *again = take_steps();
-    char *final_hash = sql_ask(path, SQL_FINAL_HASH);
+    AUTO_FREE struct test_recording *again = take_steps();
+    AUTO_FREE char *final_hash = sql_ask(path, SQL_FINAL_HASH);
     for (uint32_t first = 0; first <= RECORD_COUNT; first++)
         for (uint32_t count = 0; count <= RECORD_COUNT - first; count++)
             ASSERT_OK(vw_ledger_compare(ledger, &again->records[first], count, test_validation_views));
@@ -34,16 +33,13 @@ FOLDER_TEST(the_same_steps_compare_equal) {
     vw_ledger_close(&ledger);
     ASSERT_OK(vw_ledger_open(path, &ledger));
     ASSERT_OK(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views));
-    free(final_hash);
-    free(again);
     vw_ledger_close(&ledger);
-    free(path);
 }
 
 FOLDER_TEST(only_recorded_steps_can_be_compared) {
-    char *path = vw_path_join(*state, "ledger.db");
-    struct test_recording *recording = take_steps();
-    struct vw_ledger *ledger = test_ledger_create(path);
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE struct test_recording *recording = take_steps();
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(path);
     assert_int_equal(vw_ledger_compare(ledger, recording->records, 1, test_validation_views), VW_ERROR_USAGE);
     ASSERT_OK(vw_ledger_append(ledger, recording->records, 6, test_validation_views));
     ASSERT_OK(vw_ledger_compare(ledger, recording->records, 6, test_validation_views));
@@ -51,9 +47,6 @@ FOLDER_TEST(only_recorded_steps_can_be_compared) {
     assert_int_equal(vw_ledger_compare(ledger, &recording->records[6], 1, test_validation_views), VW_ERROR_USAGE);
     recording->records[3].step++;
     assert_int_equal(vw_ledger_compare(ledger, &recording->records[2], 3, test_validation_views), VW_ERROR_USAGE);
-    vw_ledger_close(&ledger);
-    free(recording);
-    free(path);
 }
 
 static double next_double(double value) { return nextafter(value, 1e300); }
@@ -99,11 +92,11 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
 
 FOLDER_TEST(each_change_of_a_step_is_found) {
     const uint32_t steps[] = {3, 9, 18};
-    char *path = NULL;
-    struct vw_ledger *ledger = record_all(*state, &path);
+    AUTO_FREE char *path = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(*state, &path);
     for (size_t s = 0; s < VW_ARRAY_COUNT(steps); s++)
         for (uint32_t which = 0;; which++) {
-            struct test_recording *again = take_steps();
+            AUTO_FREE struct test_recording *again = take_steps();
             uint32_t views[TEST_VALIDATION_COUNT];
             memcpy(views, test_validation_views, sizeof views);
             const char *field = change_field(again, steps[s], views, which);
@@ -111,24 +104,20 @@ FOLDER_TEST(each_change_of_a_step_is_found) {
                 // From some steps before it on; a change of the views' ids shows at once, as it is one of all steps.
                 uint32_t first = views[1] == test_validation_views[1] ? steps[s] - 2 : steps[s];
                 enum vw_status status = vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views);
-                char *name = vw_format_text("step %u", steps[s]);
+                AUTO_FREE char *name = vw_format_text("step %u", steps[s]);
                 if (status != VW_ERROR_MISMATCH)
                     fail_msg("another %s of step %u gave %d", field, steps[s], (int)status);
                 if (!strstr(vw_error_message(), name)) fail_msg("%s is not named: %s", name, vw_error_message());
-                free(name);
             }
-            free(again);
             if (!field) break;
         }
-    vw_ledger_close(&ledger);
-    free(path);
 }
 
 // Values that the ledger does not keep, because the step has none, cannot differ.
 FOLDER_TEST(steps_without_a_value_compare_by_what_is_kept) {
-    char *path = NULL;
-    struct vw_ledger *ledger = record_all(*state, &path);
-    struct test_recording *again = take_steps();
+    AUTO_FREE char *path = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(*state, &path);
+    AUTO_FREE struct test_recording *again = take_steps();
     again->records[7].val_psnr = again->records[7].train_loss = -1; // flagged
     again->records[8].val_psnr = NAN;                               // a view of it is not finite
     again->records[12].floored_views++;                             // not validated
@@ -140,9 +129,6 @@ FOLDER_TEST(steps_without_a_value_compare_by_what_is_kept) {
     again->records[8].val_psnr = again->errors[2 * 8].mse = 1; // became finite
     ASSERT_FAILS(vw_ledger_compare(ledger, again->records, RECORD_COUNT, test_validation_views), VW_ERROR_MISMATCH,
                  "step 8,");
-    free(again);
-    vw_ledger_close(&ledger);
-    free(path);
 }
 
 FOLDER_TEST(another_chain_is_found) {
@@ -159,9 +145,9 @@ FOLDER_TEST(another_chain_is_found) {
         {"DELETE FROM step WHERE step = 6", "step 7,", 7},
         {"UPDATE run SET row_hash = upper(row_hash)", "step 0,", 0},
     };
-    struct test_recording *again = take_steps();
+    AUTO_FREE struct test_recording *again = take_steps();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        char *path = NULL;
+        AUTO_FREE char *path = NULL;
         struct vw_ledger *ledger = record_all(*state, &path);
         vw_ledger_close(&ledger);
         sql_change(path, cases[i].sql);
@@ -174,7 +160,5 @@ FOLDER_TEST(another_chain_is_found) {
             fail_msg("%s is not named: %s", cases[i].word, vw_error_message());
         vw_ledger_close(&ledger);
         unlink(path);
-        free(path);
     }
-    free(again);
 }

@@ -30,7 +30,7 @@ static void assert_refused(const char *path, const char *what) {
 // An index with all that a query needs answers it in place of the table. Its rows say what the forger wants; the table,
 // which is verified, has the true ones.
 FOLDER_TEST(rows_of_a_forged_index_are_not_read) {
-    char *path = record(*state);
+    AUTO_FREE char *path = record(*state);
     sql_change(path, "UPDATE step SET val_psnr = val_psnr + 100;"
                      "CREATE INDEX forged ON step (run_id, step, epoch, image_id, train_loss, val_psnr, "
                      "val_psnr_pooled, val_l1, nonfinite, clamped, floored);"
@@ -39,7 +39,6 @@ FOLDER_TEST(rows_of_a_forged_index_are_not_read) {
     sql_change(path, "UPDATE step SET val_psnr = val_psnr - 100; PRAGMA writable_schema = ON;"
                      "INSERT INTO sqlite_schema SELECT * FROM kept; DELETE FROM sqlite_schema WHERE name = 'kept';");
     assert_refused(path, "forged index");
-    free(path);
 }
 
 FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
@@ -71,8 +70,8 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE score (' || printf('%.100000c', "
         "'x') || ')' WHERE name = 'score'",
     };
-    char *path = record(*state);
-    void *bytes = NULL;
+    AUTO_FREE char *path = record(*state);
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
@@ -80,18 +79,15 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         sql_run(path, changes[i]);
         assert_refused(path, changes[i]);
     }
-    free(bytes);
-    free(path);
 }
 
 // ---- Bytes ---------------------------------------------------------------------------------------------------------
 
 static void change_byte(const char *path, const unsigned char *bytes, size_t size_bytes, size_t at, int value) {
-    unsigned char *changed = vw_allocate(size_bytes, 1);
+    AUTO_FREE unsigned char *changed = vw_allocate(size_bytes, 1);
     memcpy(changed, bytes, size_bytes);
     changed[at] = (unsigned char)value;
     ASSERT_OK(vw_file_write(path, changed, size_bytes));
-    free(changed);
 }
 
 FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
@@ -115,8 +111,8 @@ FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
         {67, 1, "incremental vacuum"},
         {35, 200, "free pages"},
     };
-    char *path = record(*state);
-    void *bytes = NULL;
+    AUTO_FREE char *path = record(*state);
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
@@ -129,15 +125,13 @@ FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
     assert_refused(path, "cut by a page");
     ASSERT_OK(vw_file_write(path, bytes, 100));
     assert_refused(path, "a header alone");
-    free(bytes);
-    free(path);
 }
 
 // The automatic indexes of UNIQUE and PRIMARY KEY are in every ledger, so their rows are compared with the table's.
 FOLDER_TEST(rows_of_automatic_indexes_fit_the_table) {
     static const char name[] = "images/3.png";
-    char *path = record(*state);
-    void *bytes = NULL;
+    AUTO_FREE char *path = record(*state);
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     uint32_t places = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
@@ -147,8 +141,6 @@ FOLDER_TEST(rows_of_automatic_indexes_fit_the_table) {
         places++;
     }
     assert_int_equal(places, 2); // the table and its index
-    free(bytes);
-    free(path);
 }
 
 // ---- Trees ---------------------------------------------------------------------------------------------------------
@@ -165,14 +157,14 @@ static void put_u32(unsigned char *at, uint32_t value) {
 // Pages in a row, each with `children` cells that all lead to the next page, below the root of a table; the last page
 // has the rows that the root had.
 static void grow_tree(const char *path, const char *table, uint32_t levels, uint32_t children) {
-    char *sql = vw_format_text("SELECT rootpage FROM sqlite_schema WHERE name = '%s'", table);
-    char *answer = sql_ask(path, sql);
+    AUTO_FREE char *sql = vw_format_text("SELECT rootpage FROM sqlite_schema WHERE name = '%s'", table);
+    AUTO_FREE char *answer = sql_ask(path, sql);
     uint32_t root = (uint32_t)atoi(answer);
-    void *old = NULL;
+    AUTO_FREE void *old = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &old, &size_bytes));
     uint32_t old_pages = (uint32_t)(size_bytes / PAGE_BYTES), pages = old_pages + levels;
-    unsigned char *bytes = vw_allocate(pages, PAGE_BYTES);
+    AUTO_FREE unsigned char *bytes = vw_allocate(pages, PAGE_BYTES);
     memcpy(bytes, old, size_bytes);
     put_u32(bytes + 28, pages);
     memcpy(bytes + (size_t)(pages - 1) * PAGE_BYTES, bytes + (size_t)(root - 1) * PAGE_BYTES, PAGE_BYTES); // the leaf
@@ -192,10 +184,6 @@ static void grow_tree(const char *path, const char *table, uint32_t levels, uint
         }
     }
     ASSERT_OK(vw_file_write(path, bytes, (size_t)pages * PAGE_BYTES));
-    free(bytes);
-    free(old);
-    free(answer);
-    free(sql);
 }
 
 static double cpu_s(void) { return (double)clock() / CLOCKS_PER_SEC; }
@@ -204,23 +192,21 @@ static double cpu_s(void) { return (double)clock() / CLOCKS_PER_SEC; }
 FOLDER_TEST(a_tree_whose_pages_are_used_again_is_refused_at_once) {
     static const char *const tables[] = {"score", "run"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
-        char *path = record(*state);
+        AUTO_FREE char *path = record(*state);
         grow_tree(path, tables[i], 6, 300);
         double began_s = cpu_s();
         assert_refused(path, "tree bomb");
         assert_true(cpu_s() - began_s < 1);
         unlink(path);
-        free(path);
     }
 }
 
 // SQLite follows a long chain of pages until its stack is exhausted.
 FOLDER_TEST(a_tree_that_is_too_deep_is_refused) {
-    char *path = record(*state);
+    AUTO_FREE char *path = record(*state);
     grow_tree(path, "score", 25, 1);
     assert_refused(path, "deep tree");
     assert_non_null(strstr(vw_error_message(), "too deep"));
-    free(path);
 }
 
 // ---- Rows ----------------------------------------------------------------------------------------------------------
@@ -231,12 +217,12 @@ static void take_nothing(void *context, uint64_t step, uint32_t image_id, const 
 
 // Reads all there is.
 static enum vw_status read_all(const char *path) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     const struct vw_ledger_image *images = NULL;
-    struct vw_step_record *records = NULL;
-    struct vw_probe *probes = NULL;
-    struct vw_ledger_score *scores = NULL;
-    struct vw_ledger_retraining *retrainings = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_probe *probes = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_ledger_retraining *retrainings = NULL;
     uint64_t record_count = 0, probe_count = 0;
     uint32_t image_count = 0, score_count = 0, retraining_count = 0;
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -246,11 +232,6 @@ static enum vw_status read_all(const char *path) {
     if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
     if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &retraining_count);
     if (!status) status = vw_ledger_each_view(ledger, take_nothing, NULL);
-    vw_ledger_close(&ledger);
-    free(records);
-    free(probes);
-    free(scores);
-    free(retrainings);
     return status;
 }
 
@@ -316,8 +297,8 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
         "UPDATE retraining SET image_ids = '1' || char(0)",
         "UPDATE retraining SET image_ids = x'31'",
     };
-    char *path = record(*state);
-    void *bytes = NULL;
+    AUTO_FREE char *path = record(*state);
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(read_all(path));
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
@@ -329,14 +310,13 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
             print_message("%s: %d, %s\n", changes[i], (int)status, status ? vw_error_message() : "taken");
         assert_int_equal(status, VW_ERROR_INPUT);
     }
-    free(bytes);
-    free(path);
 }
 
 // ---- Stores --------------------------------------------------------------------------------------------------------
 
 FOLDER_TEST(stores_are_checked_likewise) {
-    char *retrainings_path = vw_path_join(*state, "retrainings.db"), *sweeps_path = vw_path_join(*state, "tradeoff.db");
+    AUTO_FREE char *retrainings_path = vw_path_join(*state, "retrainings.db"),
+                   *sweeps_path = vw_path_join(*state, "tradeoff.db");
     struct vw_retraining_store *retrainings = NULL;
     struct vw_sweeps *sweeps = NULL;
     ASSERT_OK(vw_retraining_store_open(retrainings_path, &retrainings));
@@ -349,6 +329,4 @@ FOLDER_TEST(stores_are_checked_likewise) {
     sql_run(sweeps_path, "CREATE INDEX forged ON measurement (configuration_id, quantity, value)");
     ASSERT_FAILS(vw_retraining_store_open(retrainings_path, &retrainings), VW_ERROR_INPUT, retrainings_path);
     ASSERT_FAILS(vw_sweeps_open(sweeps_path, &sweeps), VW_ERROR_INPUT, sweeps_path);
-    free(retrainings_path);
-    free(sweeps_path);
 }

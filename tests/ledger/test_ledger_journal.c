@@ -76,12 +76,11 @@ static void free_place(struct place *place) {
 }
 
 static void assert_same_file(const char *path, const void *bytes, size_t size_bytes) {
-    void *now = NULL;
+    AUTO_FREE void *now = NULL;
     size_t now_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &now, &now_bytes));
     assert_int_equal(now_bytes, size_bytes);
     assert_memory_equal(now, bytes, size_bytes);
-    free(now);
 }
 
 // Neither who reads nor who appends changes anything; who appends is told which file to remove.
@@ -153,69 +152,61 @@ FOLDER_TEST(a_write_ahead_log_beside_is_refused) {
     static const char *const names[] = {"ledger.db-wal", "ledger.db-shm"};
     struct place place = make_place(*state);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        char *path = vw_path_join(place.folder, names[i]);
+        AUTO_FREE char *path = vw_path_join(place.folder, names[i]);
         struct vw_ledger *ledger = NULL;
         ASSERT_OK(vw_file_write(path, "x", 1));
         assert_harmless(&place, names[i]);
         ASSERT_FAILS(vw_ledger_open(place.path, &ledger), VW_ERROR_INPUT, path);
         assert_same_file(path, "x", 1);
         unlink(path);
-        free(path);
     }
     free_place(&place);
 }
 
 FOLDER_TEST(a_linked_ledger_is_refused) {
     struct place place = make_place(*state);
-    char *link_path = vw_path_join(*state, "link.db");
+    AUTO_FREE char *link_path = vw_path_join(*state, "link.db");
     struct vw_ledger *ledger = NULL;
     assert_int_equal(symlink(place.path, link_path), 0);
     assert_int_equal(vw_ledger_open(link_path, &ledger), VW_ERROR_INPUT);
     ASSERT_FAILS(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT, "is a link");
-    free(link_path);
     free_place(&place);
 }
 
 // To SQLite such a name is a URI, which may name another file and how it is opened.
 FOLDER_TEST(the_name_of_a_folder_is_no_uri) {
-    char *before = getcwd(NULL, 0);
+    AUTO_FREE char *before = getcwd(NULL, 0);
     assert_int_equal(chdir(*state), 0);
     ASSERT_OK(vw_folder_create("file:x?mode=memory&y="));
-    char *path = test_ledger_record("file:x?mode=memory&y=", "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record("file:x?mode=memory&y=", "ledger.db", &test_four_epochs, 6);
     struct vw_ledger *ledger = NULL;
     assert_true(vw_file_exists("file:x?mode=memory&y=/ledger.db"));
     ASSERT_OK(vw_ledger_open(path, &ledger));
     assert_int_equal(vw_ledger_next_step(ledger), 1 + 4 * TEST_TRAIN_COUNT);
     vw_ledger_close(&ledger);
     assert_int_equal(chdir(before), 0);
-    free(before);
-    free(path);
 }
 
 // Files under names that a creation might use are neither followed nor changed.
 FOLDER_TEST(a_new_ledger_follows_no_link) {
     static const char *const endings[] = {"", "-journal", "-wal", "-shm"};
     struct vw_ledger_run run = test_run("{}");
-    char *folder = vw_path_join(*state, "hostile"), *victim = vw_path_join(*state, "victim.txt");
+    AUTO_FREE char *folder = vw_path_join(*state, "hostile"), *victim = vw_path_join(*state, "victim.txt");
     ASSERT_OK(vw_folder_create(folder));
     for (size_t i = 0; i < VW_ARRAY_COUNT(endings); i++) {
         struct vw_ledger *ledger = NULL;
-        char *link_path = vw_format_text("%s/ledger.db%s", folder, endings[i]);
-        char *path = vw_path_join(folder, "ledger.db");
+        AUTO_FREE char *link_path = vw_format_text("%s/ledger.db%s", folder, endings[i]);
+        AUTO_FREE char *path = vw_path_join(folder, "ledger.db");
         assert_int_equal(symlink(victim, link_path), 0);
         ASSERT_FAILS(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE, link_path);
         assert_null(ledger);
         assert_false(vw_file_exists(victim));
         unlink(link_path);
-        free(link_path);
-        free(path);
     }
-    free(folder);
-    free(victim);
 }
 
 FOLDER_TEST(journals_beside_stores_delete_nothing) {
-    char *victim = vw_path_join(*state, "victim.txt");
+    AUTO_FREE char *victim = vw_path_join(*state, "victim.txt");
     char *paths[] = {vw_path_join(*state, "retrainings.db"), vw_path_join(*state, "tradeoff.db")};
     struct vw_retraining_store *retrainings = NULL;
     struct vw_sweeps *sweeps = NULL;
@@ -226,7 +217,7 @@ FOLDER_TEST(journals_beside_stores_delete_nothing) {
     vw_sweeps_close(&sweeps);
     for (size_t i = 0; i < 2; i++) {
         struct journal journal = {.size_bytes = 0};
-        char *journal_path = vw_format_text("%s-journal", paths[i]);
+        AUTO_FREE char *journal_path = vw_format_text("%s-journal", paths[i]);
         put_header(&journal, 1, SECTOR_BYTES, PAGE_BYTES);
         put_name(&journal, victim);
         ASSERT_OK(vw_file_write(journal_path, journal.bytes, journal.size_bytes));
@@ -237,8 +228,6 @@ FOLDER_TEST(journals_beside_stores_delete_nothing) {
         assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
                          VW_ERROR_USAGE);
         assert_same_file(victim, "my thesis", 9);
-        free(journal_path);
         free(paths[i]);
     }
-    free(victim);
 }

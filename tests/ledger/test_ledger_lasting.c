@@ -34,14 +34,13 @@ static void set_views(struct vw_lasting_pass *pass) {
 
 static void set_pass(const char *path, bool by_view) {
     struct vw_lasting_step steps[STEPS];
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     fill(steps);
     struct vw_lasting_pass pass = pass_of(steps);
     if (by_view) set_views(&pass);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_set_lasting(ledger, &pass, test_scores, TEST_SCORE_COUNT));
     ASSERT_OK(vw_ledger_verify(ledger)); // also in the object that wrote it
-    vw_ledger_close(&ledger);
 }
 
 // A finished run with a pass; its path is to be freed.
@@ -52,10 +51,9 @@ static char *record(const char *folder, bool by_view) {
 }
 
 static enum vw_status get(const char *path, bool verify, struct vw_lasting_pass *pass) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
     if (!status) status = verify ? vw_ledger_verify(ledger) : vw_ledger_get_lasting(ledger, pass);
-    vw_ledger_close(&ledger);
     return status;
 }
 
@@ -64,7 +62,7 @@ static enum vw_status get(const char *path, bool verify, struct vw_lasting_pass 
 FOLDER_TEST(a_pass_is_written_and_read) {
     struct vw_lasting_step steps[STEPS];
     struct vw_lasting_pass pass = {0};
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
     ASSERT_OK(get(path, false, &pass));
     assert_int_equal(pass.step_count, 0);
     set_pass(path, false);
@@ -84,12 +82,11 @@ FOLDER_TEST(a_pass_is_written_and_read) {
     assert_true(chain_holds(path));
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    free(path);
 }
 
 FOLDER_TEST(validation_photos_have_rows_of_their_own) {
     struct vw_lasting_pass pass = {0};
-    char *path = record(*state, false);
+    AUTO_FREE char *path = record(*state, false);
     set_pass(path, true);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
@@ -105,16 +102,15 @@ FOLDER_TEST(validation_photos_have_rows_of_their_own) {
     vw_lasting_pass_free(&pass);
     ASSERT_OK(get(path, true, NULL));
     assert_true(chain_holds(path));
-    free(path);
 }
 
 FOLDER_TEST(new_steps_remove_the_pass) {
-    char *path = record(*state, true);
+    AUTO_FREE char *path = record(*state, true);
     struct vw_lasting_pass pass = {0};
     struct test_trainer longer = test_four_epochs;
     struct vw_ledger *ledger = NULL;
     longer.epochs++;
-    struct test_recording *recording = test_record(&longer);
+    AUTO_FREE struct test_recording *recording = test_record(&longer);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_append(ledger, &recording->records[STEPS + 1], 5, test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
@@ -125,14 +121,12 @@ FOLDER_TEST(new_steps_remove_the_pass) {
                   "SELECT (SELECT count(*) FROM lasting_step) + (SELECT count(*) FROM lasting_check)"
                   " + (SELECT count(*) FROM lasting_view)",
                   "0");
-    free(recording);
-    free(path);
 }
 
 FOLDER_TEST(what_is_no_pass_is_not_written) {
     struct vw_lasting_step steps[STEPS];
     struct vw_ledger *ledger = NULL;
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 7);
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     static const uint32_t others[] = {0, 1};
     for (int i = 0; i < 5; i++) {
@@ -148,7 +142,6 @@ FOLDER_TEST(what_is_no_pass_is_not_written) {
     }
     vw_ledger_close(&ledger);
     assert_answer(path, "SELECT count(*) FROM lasting_step", "0");
-    free(path);
 }
 
 // Edits that the chain finds; with a chain that was computed anew, those that no pass has are refused when read.
@@ -182,12 +175,12 @@ FOLDER_TEST(edited_rows_are_found) {
         {"UPDATE lasting_view SET run_id = 'another' WHERE step > 10", false},
         {"INSERT INTO lasting VALUES ('another', 1, 1, 1, '')", true},
     };
-    char *path = record(*state, true);
-    void *bytes = NULL;
+    AUTO_FREE char *path = record(*state, true);
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
-        struct vw_lasting_pass pass = {0};
+        AUTO(vw_lasting_pass_free) struct vw_lasting_pass pass = {0};
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         sql_change(path, edits[i].sql);
         enum vw_status verified = get(path, true, NULL);
@@ -196,18 +189,15 @@ FOLDER_TEST(edited_rows_are_found) {
         enum vw_status read = get(path, false, &pass);
         if (read != (edits[i].refused ? VW_ERROR_INPUT : VW_OK))
             fail_msg("%s: reading gave %d, %s", edits[i].sql, (int)read, vw_error_message());
-        vw_lasting_pass_free(&pass);
     }
-    free(bytes);
-    free(path);
 }
 
 // ---- What follows from it -------------------------------------------------------------------------------------------
 
 FOLDER_TEST(scores_are_sums_over_all_steps) {
-    char *path = record(*state, true);
-    struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
+    AUTO_FREE char *path = record(*state, true);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     struct vw_value_input input = {.burn_in_epochs = 1};
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
@@ -230,7 +220,7 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
         assert_int_equal(score->rank_ci_low, 0);
         assert_true(test_find_score(scores, count, "lasting_loss", test_train_views[i])->value == loss);
     }
-    struct vw_matrix matrix;
+    AUTO(vw_matrix_clear) struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
     assert_true(matrix.lasting && matrix.view_count == TEST_VALIDATION_COUNT);
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++)
@@ -240,16 +230,12 @@ FOLDER_TEST(scores_are_sums_over_all_steps) {
                 if (records[step].view == test_train_views[i]) sum += view_psnr[step - 1][v];
             assert_true(matrix.lasting[i * TEST_VALIDATION_COUNT + v] == sum);
         }
-    vw_matrix_clear(&matrix);
     free(scores);
     input.record_count -= TEST_TRAIN_COUNT; // a pass of more steps says nothing of fewer
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     for (uint32_t i = 0; i < count; i++) assert_null(strstr("lasting_psnr lasting_loss", scores[i].method));
     free(scores);
-    free(records);
     vw_lasting_pass_free(&input.lasting);
-    vw_ledger_close(&ledger);
-    free(path);
 }
 
 TEST(growth_is_of_the_way_back) {

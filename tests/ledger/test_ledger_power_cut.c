@@ -203,15 +203,16 @@ static void lose_pages(const struct scene *scene, unsigned char *bytes, size_t s
 // Tries all that a cut may leave of the files that the killed child left.
 static void cut_power(struct scene *scene, uint32_t operation) {
     size_t journal_bytes, left_bytes;
-    void *journal = read_file(scene->journal_path, &journal_bytes), *left = read_file(scene->path, &left_bytes);
-    unsigned char *database = vw_allocate(left_bytes, 1);
+    AUTO_FREE void *journal = read_file(scene->journal_path, &journal_bytes),
+                   *left = read_file(scene->path, &left_bytes);
+    AUTO_FREE unsigned char *database = vw_allocate(left_bytes, 1);
     int64_t kept = observed->journal_kept_bytes, written = (int64_t)journal_bytes,
             shortest = kept > 0 ? kept : -1; // -1: no journal
     const int64_t ends[] = {written, written - 1, kept + (written - kept) / 2, kept, shortest};
     for (size_t every = 0; every <= (observed->database_unsynced ? 2u : 0u); every++)
         for (size_t i = 0; i < VW_ARRAY_COUNT(ends); i++) {
             if (ends[i] < shortest || (i > 0 && ends[i] >= ends[i - 1])) continue;
-            char *cut =
+            AUTO_FREE char *cut =
                 vw_format_text("journal of %lld bytes cut to %lld, %zu", (long long)written, (long long)ends[i], every);
             memcpy(database, left, left_bytes);
             if (every) lose_pages(scene, database, left_bytes, every);
@@ -220,15 +221,11 @@ static void cut_power(struct scene *scene, uint32_t operation) {
             if (ends[i] >= 0) ASSERT_OK(vw_file_write(scene->journal_path, journal ? journal : "", (size_t)ends[i]));
             assert_unharmed(scene, operation, cut);
             scene->cuts++;
-            free(cut);
         }
-    free(database);
-    free(left);
-    free(journal);
 }
 
 static void set_scene(struct scene *scene) {
-    char *whole = vw_path_join(scene->folder, "whole.db");
+    AUTO_FREE char *whole = vw_path_join(scene->folder, "whole.db");
     scene->recording = test_record(&test_four_epochs);
     test_corruption(scene->recording);
     scene->path = vw_path_join(scene->folder, "ledger.db");
@@ -242,7 +239,6 @@ static void set_scene(struct scene *scene) {
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
     ASSERT_OK(vw_file_read(scene->path, 10000000, &scene->before, &scene->before_bytes));
-    free(whole);
 }
 
 static void clear_scene(struct scene *scene) {

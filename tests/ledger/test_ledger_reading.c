@@ -25,8 +25,8 @@ static struct vw_snapshot look_at(const char *folder) {
     int count = scandir(folder, &entries, is_name, alphasort);
     assert_true(stream && count >= 0);
     for (int i = 0; i < count; i++) {
-        char *path = vw_path_join(folder, entries[i]->d_name);
-        void *bytes = NULL;
+        AUTO_FREE char *path = vw_path_join(folder, entries[i]->d_name);
+        AUTO_FREE void *bytes = NULL;
         size_t size_bytes = 0;
         struct stat info;
         assert_int_equal(stat(path, &info), 0);
@@ -34,8 +34,6 @@ static struct vw_snapshot look_at(const char *folder) {
         fprintf(stream, "%s %ld.%ld %zu\n", entries[i]->d_name, (long)info.st_mtim.tv_sec, info.st_mtim.tv_nsec,
                 size_bytes);
         fwrite(bytes, 1, size_bytes, stream);
-        free(bytes);
-        free(path);
         free(entries[i]);
     }
     free(entries);
@@ -59,9 +57,9 @@ static void count_views(void *context, uint64_t step, uint32_t image_id, const s
 
 // Reads all there is; every step that is given must be whole.
 static enum vw_status read_all(const char *path, uint64_t *step_count) {
-    struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
-    struct vw_ledger_score *scores = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint32_t score_count = 0;
     uint64_t view_count = 0;
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -70,15 +68,12 @@ static enum vw_status read_all(const char *path, uint64_t *step_count) {
     if (!status) status = vw_ledger_each_view(ledger, count_views, &view_count);
     if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
     if (!status) assert_true(view_count >= *step_count);
-    vw_ledger_close(&ledger);
-    free(records);
-    free(scores);
     return status;
 }
 
 FOLDER_TEST(reading_changes_nothing) {
     uint64_t step_count = 0;
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_snapshot before = look_at(*state);
     ASSERT_OK(read_all(path, &step_count));
     assert_unchanged(*state, before);
@@ -93,12 +88,11 @@ FOLDER_TEST(reading_changes_nothing) {
     assert_int_equal(read_all(path, &step_count), VW_ERROR_INPUT);
     assert_unchanged(*state, before);
     free(before.text);
-    free(path);
 }
 
 // A reader's handle cannot write at all, whatever it is asked to do.
 FOLDER_TEST(a_reader_cannot_write) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_snapshot before = look_at(*state);
     struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(path, &ledger));
@@ -107,18 +101,16 @@ FOLDER_TEST(a_reader_cannot_write) {
     vw_ledger_close(&ledger);
     assert_unchanged(*state, before);
     free(before.text);
-    free(path);
 }
 
 FOLDER_TEST(a_folder_without_rights_is_read) {
     uint64_t step_count = 0;
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     assert_int_equal(chmod(path, 0400), 0);
     assert_int_equal(chmod(*state, 0500), 0);
     ASSERT_OK(read_all(path, &step_count));
     assert_int_equal(step_count, 1 + 4 * TEST_TRAIN_COUNT);
     assert_int_equal(chmod(*state, 0700), 0);
-    free(path);
 }
 
 // ---- Beside a writer -----------------------------------------------------------------------------------------------
@@ -136,7 +128,7 @@ static void append_step_by_step(const char *path) {
 }
 
 FOLDER_TEST(a_growing_ledger_is_read_without_harm) {
-    char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     vw_ledger_close(&ledger);
     pid_t child = fork();
@@ -155,7 +147,6 @@ FOLDER_TEST(a_growing_ledger_is_read_without_harm) {
     ASSERT_OK(read_all(path, &step_count));
     assert_int_equal(step_count, TEST_RECORDS_MOST);
     print_message("%u reads while %u steps were appended\n", reads, TEST_RECORDS_MOST);
-    free(path);
 }
 
 // ---- After a kill --------------------------------------------------------------------------------------------------
@@ -171,8 +162,8 @@ static void die_in_a_transaction(const char *path) {
 
 // Who reads is told what to do and leaves the files as they are; who appends puts them right.
 FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    char *journal = vw_path_join(*state, "ledger.db-journal");
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
+    AUTO_FREE char *journal = vw_path_join(*state, "ledger.db-journal");
     struct vw_ledger *ledger = NULL;
     uint64_t step_count = 0;
     pid_t child = fork();
@@ -194,15 +185,13 @@ FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
     ASSERT_OK(read_all(path, &step_count));
     assert_int_equal(step_count, 1 + 4 * TEST_TRAIN_COUNT);
     free(before.text);
-    free(journal);
-    free(path);
 }
 
 // A reader reads what it checked, even if another program changes the file without a lock of SQLite.
 FOLDER_TEST(an_exchanged_file_changes_nothing_that_was_opened) {
-    char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
-    struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
+    AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
     char zeros[512] = {0};
     ASSERT_OK(vw_ledger_open(path, &ledger));
@@ -213,7 +202,4 @@ FOLDER_TEST(an_exchanged_file_changes_nothing_that_was_opened) {
     ASSERT_OK(vw_ledger_verify(ledger));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
     assert_int_equal(count, 1 + 4 * TEST_TRAIN_COUNT);
-    vw_ledger_close(&ledger);
-    free(records);
-    free(path);
 }

@@ -7,18 +7,15 @@
 #include "ledger/ledger_private.h"
 
 FOLDER_TEST(steps_must_follow_each_other) {
-    char *path = vw_path_join(*state, "ledger.db");
-    struct vw_ledger *ledger = test_ledger_create(path);
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(path);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     const struct vw_step_record *records = recording->records;
     assert_int_equal(vw_ledger_append(ledger, &records[1], 2, test_validation_views), VW_ERROR_USAGE);
     ASSERT_OK(vw_ledger_append(ledger, records, 3, test_validation_views));
     assert_int_equal(vw_ledger_append(ledger, &records[2], 2, test_validation_views), VW_ERROR_USAGE);
     assert_int_equal(vw_ledger_next_step(ledger), 3);
     assert_answer(path, "SELECT count(*) FROM step", "3");
-    vw_ledger_close(&ledger);
-    free(recording);
-    free(path);
 }
 
 static void assert_run(struct vw_ledger *ledger, const char *status, const char *config_json) {
@@ -39,9 +36,9 @@ static void go_on_after(const char *folder, const char *ended) {
     const char *config = "{\"burn_in_epochs\": 1}", *extended = "{\"burn_in_epochs\": 1, \"epochs\": 60}";
     char *whole = test_ledger_record(folder, "whole.db", &test_four_epochs, 6),
          *path = vw_path_join(folder, "ledger.db");
-    char *head = sql_ask(whole, "SELECT row_hash FROM step WHERE step = 5");
+    AUTO_FREE char *head = sql_ask(whole, "SELECT row_hash FROM step WHERE step = 5");
     struct vw_ledger *ledger = test_ledger_create(path);
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     assert_head(ledger, path, "SELECT row_hash FROM run");
     ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
     assert_head(ledger, path, "SELECT row_hash FROM step WHERE step = 2");
@@ -75,8 +72,6 @@ static void go_on_after(const char *folder, const char *ended) {
     assert_true(chain_holds(path));
     unlink(whole);
     unlink(path);
-    free(recording);
-    free(head);
     free(path);
     free(whole);
 }
@@ -88,9 +83,9 @@ FOLDER_TEST(a_run_can_go_on) {
 
 // The field of an end is not that of the next one.
 FOLDER_TEST(a_field_is_of_one_end) {
-    char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     struct vw_ledger_run run;
     ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
     test_ledger_finish(ledger, "finished");
@@ -103,16 +98,14 @@ FOLDER_TEST(a_field_is_of_one_end) {
     assert_answer(path, "SELECT field_sha256 FROM run", "NULL");
     vw_ledger_close(&ledger);
     assert_true(chain_holds(path));
-    free(recording);
-    free(path);
 }
 
 // A finish that fails (two scores of one key) leaves the run as it was.
 FOLDER_TEST(a_failed_finish_changes_nothing) {
-    char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     const struct vw_ledger_score twice[] = {test_scores[0], test_scores[0]};
-    char *final_hash = sql_ask(path, SQL_FINAL_HASH);
+    AUTO_FREE char *final_hash = sql_ask(path, SQL_FINAL_HASH);
     ASSERT_OK(vw_ledger_extend(ledger, "{}"));
     assert_int_equal(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", twice, 2), VW_ERROR_IO);
     assert_run(ledger, "running", "{\"burn_in_epochs\": 1}");
@@ -123,8 +116,6 @@ FOLDER_TEST(a_failed_finish_changes_nothing) {
     assert_run(ledger, "finished", "{}");
     vw_ledger_close(&ledger);
     assert_true(chain_holds(path));
-    free(final_hash);
-    free(path);
 }
 
 static int count_changes(struct vw_ledger *ledger, const struct vw_step_record *record) {
@@ -140,9 +131,9 @@ FOLDER_TEST(a_batch_writes_its_own_rows_only) {
         PROBED = STEP + TEST_PROBES_PER_STEP,
         RUN = 2
     }; // the run row once for its final hash
-    char *path = vw_path_join(*state, "ledger.db");
-    struct vw_ledger *ledger = test_ledger_create(path);
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(path);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     const struct vw_step_record *records = recording->records;
     assert_int_equal(count_changes(ledger, &records[0]), STEP);
     ASSERT_OK(vw_ledger_extend(ledger, "{\"burn_in_epochs\": 1}")); // the same
@@ -153,19 +144,16 @@ FOLDER_TEST(a_batch_writes_its_own_rows_only) {
     test_ledger_finish(ledger, "finished");
     assert_int_equal(count_changes(ledger, &records[4]), STEP + RUN + TEST_SCORE_COUNT + TEST_RETRAINING_COUNT);
     assert_int_equal(count_changes(ledger, &records[5]), STEP);
-    vw_ledger_close(&ledger);
-    free(recording);
-    free(path);
 }
 
 // A full disk, played by a bound on the pages of the file: the batch that does not fit is refused whole, the run that
 // it would have reopened stays as it ended, and once there is room again the same batch goes in.
 FOLDER_TEST(a_full_disk_loses_no_recorded_batch) {
-    char *path = vw_path_join(*state, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     struct test_trainer longer = test_four_epochs;
     longer.epochs = TEST_EPOCHS_MOST;
-    struct test_recording *recording = test_record(&longer);
+    AUTO_FREE struct test_recording *recording = test_record(&longer);
     const struct vw_step_record *rest = &recording->records[3];
     uint32_t rest_count = recording->count - 3;
     ASSERT_OK(vw_ledger_append(ledger, recording->records, 3, test_validation_views));
@@ -186,8 +174,6 @@ FOLDER_TEST(a_full_disk_loses_no_recorded_batch) {
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
     assert_true(chain_holds(path));
-    free(recording);
-    free(path);
 }
 
 // Records 3 steps, then dies in the middle of a transaction whose pages have already spilled into the file.
@@ -204,7 +190,7 @@ static void die_in_a_transaction(const char *path) {
 }
 
 FOLDER_TEST(a_killed_run_keeps_what_it_recorded) {
-    char *path = vw_path_join(*state, "ledger.db"), *journal = vw_path_join(*state, "ledger.db-journal");
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db"), *journal = vw_path_join(*state, "ledger.db-journal");
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
@@ -216,17 +202,14 @@ FOLDER_TEST(a_killed_run_keeps_what_it_recorded) {
     assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGKILL);
     assert_true(vw_file_exists(journal)); // or this test shows nothing
     struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
     ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
     assert_int_equal(count, 3);
     assert_true(records[2].val_psnr < 99);
-    free(records);
     ASSERT_OK(vw_ledger_finish(ledger, "failed", "2026-11-21T04:00:00Z", NULL, 0));
     vw_ledger_close(&ledger);
     assert_true(chain_holds(path));
     assert_false(vw_file_exists(journal));
-    free(journal);
-    free(path);
 }

@@ -50,10 +50,9 @@ static void copy_original(const struct original *original) {
 
 // The outcome of opening and verifying a ledger.
 static enum vw_status verify(const char *path) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
     if (!status) status = vw_ledger_verify(ledger);
-    vw_ledger_close(&ledger);
     return status;
 }
 
@@ -73,13 +72,12 @@ FOLDER_TEST(the_untouched_ledger_verifies) {
         ASSERT_OK(verify(original.path));
         forget_original(&original);
     }
-    char *path = vw_path_join(*state, "empty.db");
+    AUTO_FREE char *path = vw_path_join(*state, "empty.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     ASSERT_OK(vw_ledger_verify(ledger)); // without any step
     test_ledger_finish(ledger, "failed");
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
-    free(path);
     assert_int_equal(vw_exit_code(VW_ERROR_MISMATCH), 1);
 }
 
@@ -113,7 +111,7 @@ static uint32_t list_columns(const char *path, struct column *columns, uint32_t 
     sqlite3 *raw = sql_open(path);
     uint32_t count = 0;
     for (size_t t = 0; t < TABLE_COUNT; t++) {
-        char *sql = vw_format_text("SELECT name FROM pragma_table_info('%s')", tables[t]);
+        AUTO_FREE char *sql = vw_format_text("SELECT name FROM pragma_table_info('%s')", tables[t]);
         sqlite3_stmt *statement = sql_query(raw, sql, 0);
         while (sqlite3_step(statement) == SQLITE_ROW) {
             assert_true(count < most);
@@ -122,7 +120,6 @@ static uint32_t list_columns(const char *path, struct column *columns, uint32_t 
             snprintf(column->name, sizeof column->name, "%s", (const char *)sqlite3_column_text(statement, 0));
         }
         sqlite3_finalize(statement);
-        free(sql);
     }
     sqlite3_close(raw);
     return count;
@@ -130,19 +127,16 @@ static uint32_t list_columns(const char *path, struct column *columns, uint32_t 
 
 // "(a, b)": the primary key of a table; to be freed.
 static char *key_of(const char *path, const char *table) {
-    char *sql = vw_format_text(
+    AUTO_FREE char *sql = vw_format_text(
         "SELECT '(' || group_concat(name) || ')' FROM (SELECT name FROM pragma_table_info('%s') WHERE pk ORDER BY pk)",
         table);
     char *key = sql_ask(path, sql);
-    free(sql);
     return key;
 }
 
 static int64_t count_rows(const char *path, const char *table) {
-    char *sql = vw_format_text("SELECT count(*) FROM %s", table), *answer = sql_ask(path, sql);
+    AUTO_FREE char *sql = vw_format_text("SELECT count(*) FROM %s", table), *answer = sql_ask(path, sql);
     int64_t count = strtoll(answer, NULL, 10);
-    free(answer);
-    free(sql);
     return count;
 }
 
@@ -152,10 +146,11 @@ static bool tamper(const char *path, const char *table, const char *sql) {
     sqlite3 *raw = sql_open(path);
     sqlite3_exec(raw, "PRAGMA ignore_check_constraints = ON; PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF", NULL,
                  NULL, NULL);
-    char *keep = vw_format_text("CREATE TEMP TABLE before AS SELECT * FROM main.%s", table);
-    char *compare = vw_format_text("SELECT (SELECT count(*) FROM (SELECT * FROM main.%s EXCEPT SELECT * FROM before))"
-                                   " + (SELECT count(*) FROM (SELECT * FROM before EXCEPT SELECT * FROM main.%s))",
-                                   table, table);
+    AUTO_FREE char *keep = vw_format_text("CREATE TEMP TABLE before AS SELECT * FROM main.%s", table);
+    AUTO_FREE char *compare =
+        vw_format_text("SELECT (SELECT count(*) FROM (SELECT * FROM main.%s EXCEPT SELECT * FROM before))"
+                       " + (SELECT count(*) FROM (SELECT * FROM before EXCEPT SELECT * FROM main.%s))",
+                       table, table);
     assert_int_equal(sqlite3_exec(raw, keep, NULL, NULL, NULL), SQLITE_OK);
     int result = sqlite3_exec(raw, sql, NULL, NULL, NULL);
     if (result != SQLITE_OK && result != SQLITE_CONSTRAINT) fail_msg("%s: %s", sql, sqlite3_errmsg(raw));
@@ -163,8 +158,6 @@ static bool tamper(const char *path, const char *table, const char *sql) {
     assert_int_equal(sqlite3_step(statement), SQLITE_ROW);
     bool changed = sqlite3_column_int(statement, 0) > 0;
     sqlite3_finalize(statement);
-    free(compare);
-    free(keep);
     sqlite3_close(raw);
     return changed;
 }
@@ -172,13 +165,13 @@ static bool tamper(const char *path, const char *table, const char *sql) {
 // Tries all edits of a column in the first, a middle and the last row; gives how many there were.
 static uint32_t edit_column(const struct original *original, const struct column *column) {
     copy_original(original);
-    char *key = key_of(original->path, column->table);
+    AUTO_FREE char *key = key_of(original->path, column->table);
     int64_t last = count_rows(original->path, column->table) - 1;
     uint32_t done = 0;
     for (int64_t place = 0; place < 3 && last >= 0; place++)
         for (size_t e = 0; e < VW_ARRAY_COUNT(edits); e++) {
-            char *value = vw_format_text(edits[e], column->name);
-            char *sql = vw_format_text(
+            AUTO_FREE char *value = vw_format_text(edits[e], column->name);
+            AUTO_FREE char *sql = vw_format_text(
                 "UPDATE %s SET %s = %s WHERE %s = (SELECT %.*s FROM %s ORDER BY %.*s LIMIT 1 OFFSET %lld)",
                 column->table, column->name, value, key, (int)strlen(key) - 2, key + 1, column->table,
                 (int)strlen(key) - 2, key + 1, (long long)(place * last / 2));
@@ -187,10 +180,7 @@ static uint32_t edit_column(const struct original *original, const struct column
                 assert_found(original, sql, column->table);
                 done++;
             }
-            free(sql);
-            free(value);
         }
-    free(key);
     return done;
 }
 
@@ -225,18 +215,16 @@ FOLDER_TEST(every_removed_row_is_found) {
         struct original original = record_original(*state, states[i]);
         for (size_t t = 0; t < TABLE_COUNT; t++) {
             copy_original(&original);
-            char *key = key_of(original.path, tables[t]);
+            AUTO_FREE char *key = key_of(original.path, tables[t]);
             int64_t count = count_rows(original.path, tables[t]);
             for (int64_t row = 0; row < count; row++) {
                 copy_original(&original);
-                char *sql = vw_format_text(
+                AUTO_FREE char *sql = vw_format_text(
                     "DELETE FROM %s WHERE %s = (SELECT %.*s FROM %s ORDER BY %.*s LIMIT 1 OFFSET %lld)", tables[t], key,
                     (int)strlen(key) - 2, key + 1, tables[t], (int)strlen(key) - 2, key + 1, (long long)row);
                 assert_true(tamper(original.path, tables[t], sql));
                 assert_found(&original, sql, tables[t]);
-                free(sql);
             }
-            free(key);
         }
         forget_original(&original);
     }
@@ -358,14 +346,14 @@ FOLDER_TEST(scores_moved_are_found) {
 
 // Uses a ledger in every way there is. Only that it ends, and without a crash, is asked.
 static void use(const char *path) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     if (vw_ledger_open_to_append(path, &ledger)) return;
     sqlite3_exec(ledger->database.handle, "PRAGMA synchronous = OFF", NULL, NULL, NULL); // no power cut is played here
     struct vw_ledger_run run;
     const struct vw_ledger_image *images = NULL;
-    struct vw_step_record *records = NULL;
-    struct vw_probe *probes = NULL;
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_probe *probes = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint64_t record_count = 0, probe_count = 0;
     uint32_t image_count = 0, score_count = 0;
     char head[VW_HASH_HEX_BYTES];
@@ -375,18 +363,13 @@ static void use(const char *path) {
     (void)vw_ledger_get_probes(ledger, &probes, &probe_count);
     (void)vw_ledger_get_scores(ledger, &scores, &score_count);
     vw_ledger_chain_head(ledger, head);
-    struct test_recording *recording = test_record(&test_four_epochs);
+    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
     uint64_t next = vw_ledger_next_step(ledger);
     (void)vw_ledger_compare(ledger, recording->records, STEP_COUNT, test_validation_views);
     struct vw_step_record more = {.step = next, .validated = true};
     (void)vw_ledger_extend(ledger, "{}");
     (void)vw_ledger_append(ledger, &more, 1, test_validation_views);
     (void)vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, TEST_SCORE_COUNT);
-    free(recording);
-    free(scores);
-    free(probes);
-    free(records);
-    vw_ledger_close(&ledger);
 }
 
 // Tables of the same columns without any constraint, and in one column what no ledger holds there.
@@ -400,7 +383,7 @@ FOLDER_TEST(tables_without_constraints_are_refused) {
         for (size_t v = 0; v < VW_ARRAY_COUNT(values); v++) {
             const char *table = columns[c].table;
             copy_original(&original);
-            char *sql =
+            AUTO_FREE char *sql =
                 vw_format_text("CREATE TABLE loose AS SELECT * FROM %s; DROP TABLE %s; ALTER TABLE loose RENAME TO %s;"
                                "UPDATE %s SET %s = %s;",
                                table, table, table, table, columns[c].name, values[v]);
@@ -410,7 +393,6 @@ FOLDER_TEST(tables_without_constraints_are_refused) {
             enum vw_status status = verify(original.path);
             if (!may_verify || status) assert_found(&original, sql, "");
             use(original.path);
-            free(sql);
         }
     forget_original(&original);
 }
@@ -420,14 +402,13 @@ FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
     // A view in the place of a table could have no end.
     for (size_t t = 0; t < TABLE_COUNT; t++) {
         copy_original(&original);
-        char *sql = vw_format_text(
+        AUTO_FREE char *sql = vw_format_text(
             "CREATE TABLE kept AS SELECT * FROM %s; DROP TABLE %s; CREATE VIEW %s AS"
             " WITH RECURSIVE many(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM many) SELECT kept.* FROM kept, many",
             tables[t], tables[t], tables[t]);
         sql_run(original.path, sql);
         assert_int_equal(verify(original.path), VW_ERROR_INPUT);
         use(original.path);
-        free(sql);
     }
     forget_original(&original);
 }
@@ -436,8 +417,8 @@ FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
 FOLDER_TEST(flipped_bits_do_no_harm) {
     enum { FLIPS = 400 };
     struct original original = record_original(*state, "finished");
-    unsigned char *bytes = vw_allocate(original.size_bytes, 1);
-    char *final_hash = sql_ask(original.path, SQL_FINAL_HASH);
+    AUTO_FREE unsigned char *bytes = vw_allocate(original.size_bytes, 1);
+    AUTO_FREE char *final_hash = sql_ask(original.path, SQL_FINAL_HASH);
     uint32_t found = 0;
     for (uint32_t i = 0; i < FLIPS; i++) {
         uint32_t words[4];
@@ -459,7 +440,5 @@ FOLDER_TEST(flipped_bits_do_no_harm) {
     }
     print_message("%u of %u flipped bits found, the others changed no row\n", found, (uint32_t)FLIPS);
     assert_true(found > 0);
-    free(final_hash);
-    free(bytes);
     forget_original(&original);
 }

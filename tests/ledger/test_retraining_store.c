@@ -6,16 +6,14 @@
 
 static struct vw_retraining_store *open_retrainings(const char *folder) {
     struct vw_retraining_store *retrainings = NULL;
-    char *path = vw_path_join(folder, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(folder, "retrainings.db");
     ASSERT_OK(vw_retraining_store_open(path, &retrainings));
-    free(path);
     return retrainings;
 }
 
 static void assert_count(const char *folder, const char *count) {
-    char *path = vw_path_join(folder, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(folder, "retrainings.db");
     assert_answer(path, "SELECT count(*) FROM retraining", count);
-    free(path);
 }
 
 static const uint32_t views[] = {1, 3, 17};
@@ -32,11 +30,11 @@ static const struct vw_retrain_view reached[] = {{4, 19.5}, {9, 20.75}};
 
 FOLDER_TEST(what_single_photos_reach_comes_back) {
     struct vw_retrain_view found[] = {{9, 0}, {4, 0}};
-    struct vw_retraining_store *retrainings = open_retrainings(*state);
+    AUTO(vw_retraining_store_close) struct vw_retraining_store *retrainings = open_retrainings(*state);
     ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     ASSERT_OK(vw_retraining_store_find_views(retrainings, HEX_A, found, 2));
     assert_true(found[0].psnr_db == 20.75 && found[1].psnr_db == 19.5);
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     sql_change(path, "UPDATE view SET psnr = 30 WHERE image_id = 4");
     ASSERT_OK(vw_retraining_store_find_views(retrainings, HEX_A, found, 1));
     ASSERT_FAILS(vw_retraining_store_find_views(retrainings, HEX_A, found, 2), VW_ERROR_MISMATCH,
@@ -55,8 +53,6 @@ FOLDER_TEST(what_single_photos_reach_comes_back) {
     assert_int_equal(vw_retraining_store_recall_views(retrainings, HEX_A, &found[1], 1, &all), VW_ERROR_MISMATCH);
     ASSERT_FAILS(vw_retraining_store_find_views(retrainings, HEX_A, found, 1), VW_ERROR_MISMATCH,
                  "photo 5 in table view is missing");
-    vw_retraining_store_close(&retrainings);
-    free(path);
 }
 
 FOLDER_TEST(retrainings_come_back) {
@@ -82,7 +78,7 @@ FOLDER_TEST(retrainings_come_back) {
 }
 
 FOLDER_TEST(the_first_outcome_of_a_retraining_stays) {
-    struct vw_retraining_store *retrainings = open_retrainings(*state);
+    AUTO(vw_retraining_store_close) struct vw_retraining_store *retrainings = open_retrainings(*state);
     struct vw_retrain_result other = outcome, found_outcome = {0};
     bool found = false;
     other.val_psnr = 1;
@@ -91,7 +87,6 @@ FOLDER_TEST(the_first_outcome_of_a_retraining_stays) {
     assert_count(*state, "1");
     ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
     assert_true(found_outcome.val_psnr == outcome.val_psnr);
-    vw_retraining_store_close(&retrainings);
 }
 
 FOLDER_TEST(an_edited_retraining_is_not_recalled) {
@@ -102,8 +97,8 @@ FOLDER_TEST(an_edited_retraining_is_not_recalled) {
         "UPDATE retraining SET epochs = 31",       "UPDATE retraining SET seconds = NULL",
         "UPDATE retraining SET row_hash = 'none'",
     };
-    struct vw_retraining_store *retrainings = open_retrainings(*state);
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO(vw_retraining_store_close) struct vw_retraining_store *retrainings = open_retrainings(*state);
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         struct vw_retrain_result found_outcome;
         bool found = false;
@@ -116,8 +111,6 @@ FOLDER_TEST(an_edited_retraining_is_not_recalled) {
         assert_non_null(strstr(vw_error_message(), HEX_A));
         sql_change(path, "DELETE FROM retraining"); // the remedy
     }
-    vw_retraining_store_close(&retrainings);
-    free(path);
 }
 
 FOLDER_TEST(rows_are_plain_tables) {
@@ -128,20 +121,19 @@ FOLDER_TEST(rows_are_plain_tables) {
     ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 1));
     ASSERT_OK(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, metrics, 2)); // replaces
     vw_retraining_store_close(&retrainings);
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     assert_answer(path, "SELECT views || '|' || view_count || '|' || seed || '|' || epochs FROM retraining",
                   "1 3 17|3|5|30");
     assert_answer(path,
                   "SELECT group_concat(place || metric || value || coalesce(ci_low, '-') || count, ',') FROM"
                   " (SELECT * FROM metric ORDER BY place)",
                   "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
-    free(path);
 }
 
 // Each is refused, and left as it was.
 static void refuse(const char *path, const void *bytes, size_t size_bytes) {
     struct vw_retraining_store *retrainings = NULL;
-    void *after = NULL;
+    AUTO_FREE void *after = NULL;
     size_t after_bytes = 0;
     ASSERT_OK(vw_file_write(path, bytes, size_bytes));
     assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
@@ -149,11 +141,10 @@ static void refuse(const char *path, const void *bytes, size_t size_bytes) {
     ASSERT_OK(vw_file_read(path, 1 << 20, &after, &after_bytes));
     assert_int_equal(after_bytes, size_bytes);
     assert_memory_equal(after, bytes, size_bytes);
-    free(after);
 }
 
 FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     void *bytes = NULL;
     size_t size_bytes = 0;
     struct vw_retraining_store *retrainings = open_retrainings(*state);
@@ -166,24 +157,21 @@ FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     free(bytes);
     const char text[] = "these are no retrainings, though the file is there and is longer than the magic bytes";
     refuse(path, text, sizeof text);
-    free(path);
 }
 
 FOLDER_TEST(a_ledger_is_no_file_of_retrainings) {
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     struct vw_ledger *ledger = NULL;
     struct vw_retraining_store *retrainings = NULL;
     struct vw_ledger_run run = test_run("{}");
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
     vw_ledger_close(&ledger);
     assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
-    free(path);
 }
 
 // The file of a process that was killed between creating the file and its first transaction.
 // The file appears with its tables, so that no killed program leaves an empty one.
 FOLDER_TEST(an_empty_file_is_refused) {
-    char *path = vw_path_join(*state, "retrainings.db");
+    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
     refuse(path, "", 0);
-    free(path);
 }

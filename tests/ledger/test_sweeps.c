@@ -9,9 +9,8 @@ static char *path_in(void **state) { return vw_path_join(*state, "tradeoff.db");
 
 static struct vw_sweeps *open_sweeps(void **state) {
     struct vw_sweeps *sweeps = NULL;
-    char *path = path_in(state);
+    AUTO_FREE char *path = path_in(state);
     ASSERT_OK(vw_sweeps_open(path, &sweeps));
-    free(path);
     return sweeps;
 }
 
@@ -51,8 +50,8 @@ FOLDER_TEST(what_was_measured_comes_back) {
 FOLDER_TEST(what_was_edited_is_not_taken) {
     static const char *const edits[] = {"UPDATE measurement SET value = 2", "UPDATE measurement SET value = NULL",
                                         "UPDATE measurement SET row_hash = 'none'"};
-    struct vw_sweeps *sweeps = open_sweeps(state);
-    char *path = path_in(state);
+    AUTO(vw_sweeps_close) struct vw_sweeps *sweeps = open_sweeps(state);
+    AUTO_FREE char *path = path_in(state);
     for (size_t i = 0; i < sizeof edits / sizeof edits[0]; i++) {
         bool found = false;
         double value;
@@ -64,8 +63,6 @@ FOLDER_TEST(what_was_edited_is_not_taken) {
         assert_non_null(strstr(vw_error_message(), "train_ms"));
         sql_change(path, "DELETE FROM measurement"); // the remedy
     }
-    vw_sweeps_close(&sweeps);
-    free(path);
 }
 
 // Every column with a value of its own, so that none is written in another's place.
@@ -79,7 +76,7 @@ FOLDER_TEST(metrics_are_a_plain_table) {
     ASSERT_OK(vw_sweeps_set_metrics(sweeps, HEX_B, metrics, 1));
     ASSERT_OK(vw_sweeps_set_metrics(sweeps, HEX_A, metrics, 2)); // replaces
     vw_sweeps_close(&sweeps);
-    char *path = path_in(state);
+    AUTO_FREE char *path = path_in(state);
     assert_answer(path, "SELECT count(*) FROM metric", "3");
     assert_answer(
         path,
@@ -94,13 +91,12 @@ FOLDER_TEST(metrics_are_a_plain_table) {
                   "SELECT configuration || score_pareto_front || coalesce(auc, '-') || coalesce(lds_ci_high, '-') FROM "
                   "metric WHERE place = 1",
                   "rays-621--");
-    free(path);
 }
 
 FOLDER_TEST(what_is_no_such_file_is_refused) {
     static const char text[] = "these are no metrics, though the file is there and is longer than the magic bytes";
     struct vw_sweeps *sweeps = NULL;
-    char *path = path_in(state);
+    AUTO_FREE char *path = path_in(state);
     ASSERT_OK(vw_file_write(path, text, sizeof text));
     assert_int_equal(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT);
     assert_null(sweeps);
@@ -110,5 +106,4 @@ FOLDER_TEST(what_is_no_such_file_is_refused) {
     ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
     vw_ledger_close(&ledger);
     ASSERT_FAILS(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT, path);
-    free(path);
 }

@@ -73,9 +73,9 @@ static void add_view(const struct reference_step *reference, struct vw_ray_range
 }
 
 static void look_at(struct vw_trainer *trainer, struct look *look) {
-    float *params = read_whole(trainer->field.params);
-    struct vw_ray *rays = read_whole(trainer->validation.evaluator.rays);
-    struct vw_ray_range *ranges = read_whole(trainer->validation.ranges);
+    AUTO_FREE float *params = read_whole(trainer->field.params);
+    AUTO_FREE struct vw_ray *rays = read_whole(trainer->validation.evaluator.rays);
+    AUTO_FREE struct vw_ray_range *ranges = read_whole(trainer->validation.ranges);
     struct reference_params *reference_params = reference_params_create(&trainer->model, params);
     struct reference_step *reference =
         reference_step_create(&trainer->model, rays, trainer->validation.evaluator.ray_count);
@@ -85,9 +85,6 @@ static void look_at(struct vw_trainer *trainer, struct look *look) {
     for (uint32_t i = 0; i < views; i++) add_view(reference, ranges[i], views, look);
     reference_step_destroy(reference);
     reference_params_destroy(reference_params);
-    free(params);
-    free(rays);
-    free(ranges);
 }
 
 // ---- The run --------------------------------------------------------------------------------------------------------
@@ -103,7 +100,7 @@ static struct vw_config smallest_config(void) {
 static void take_steps(const char *out, struct look found[LOOKS]) {
     const struct vw_config config = smallest_config();
     const struct vw_run_params params = {.scene = {.path = SMALL_SCENE}, .config = &config, .out = out};
-    struct vw_run *run = NULL;
+    AUTO(vw_run_close) struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
     double started_s = vw_now_s();
     for (size_t i = 0; i < LOOKS; i++) {
@@ -116,7 +113,6 @@ static void take_steps(const char *out, struct look found[LOOKS]) {
     ASSERT_OK(vw_run_finish(run));
     printf("%.2f ms a step; scores, tables and report after %.1f s more\n", 1e3 * steps_s / STEPS,
            vw_now_s() - started_s - steps_s);
-    vw_run_close(&run);
 }
 
 static void compare(const struct look found[LOOKS], const struct vw_step_record *records) {
@@ -133,8 +129,8 @@ static void compare(const struct look found[LOOKS], const struct vw_step_record 
 }
 
 static void check_ledger(const char *path, const struct look found[LOOKS]) {
-    struct vw_ledger *ledger = NULL;
-    struct vw_step_record *records = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
     ASSERT_OK(vw_ledger_open(path, &ledger));
     double started_s = vw_now_s();
@@ -144,16 +140,13 @@ static void check_ledger(const char *path, const struct look found[LOOKS]) {
     assert_int_equal(count, STEPS + 1);
     for (uint64_t i = 0; i < count; i++) assert_false(records[i].nonfinite);
     compare(found, records);
-    free(records);
-    vw_ledger_close(&ledger);
 }
 
 TEST(nothing_grows_and_nothing_drifts) {
     struct look found[LOOKS] = {0};
-    char *folder = temporary_folder_create();
+    AUTO_FOLDER char *folder = temporary_folder_create();
     take_steps(temporary_path(folder, "out"), found);
     check_ledger(temporary_path(folder, "out/ledger.db"), found);
     assert_true(found[LOOKS - 1].resident_kib - found[FIRST_MEASURED].resident_kib <= KIB_MORE);
     assert_int_equal(found[LOOKS - 1].files - found[FIRST_MEASURED].files, FILES_MORE);
-    temporary_folder_remove(folder);
 }

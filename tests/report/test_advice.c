@@ -60,11 +60,10 @@ TEST(credit_alone_says_where_to_look) {
     fixture.scores[2].value = -20;
     add(&fixture, 5, "quality", 0.1, 0.1);
     add(&fixture, 6, "quality", 0.2, 0.1); // up to 0.3: it may be ordinary
-    struct vw_advice advice = advise(&fixture, 0.5, 1);
+    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, 0.5, 1);
     assert_null(advice.basis);
     assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2 | 1u << 5);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
-    vw_advice_free(&advice);
 }
 
 TEST(lasting_credit_advises_by_order) {
@@ -78,13 +77,12 @@ TEST(lasting_credit_advises_by_order) {
         score->rank_ci_low = rank > 2 ? rank - 2 : 1;
         score->rank_ci_high = rank + 1;
     }
-    struct vw_advice advice = advise(&fixture, NAN, NAN);
+    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, NAN, NAN);
     assert_string_equal(advice.basis, "lasting_psnr");
     assert_true(advice.by_order);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 2 | 1u << 3); // ranks 12, 10, 9: from 7 on
     assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 11 | 1u << 10);     // up to rank 3 of 12
     assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 1);
-    vw_advice_free(&advice);
 }
 
 // Worths -0.5, -0.4, ... 0.6, whose median is 0.05, known to 0.25; the last one hardly.
@@ -97,19 +95,17 @@ static struct fixture make_worths(void) {
 
 TEST(worth_advises_by_its_intervals) {
     struct fixture fixture = make_worths();
-    struct vw_advice advice = advise(&fixture, 0.1, 0.01);
+    AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, 0.1, 0.01);
     assert_string_equal(advice.basis, "worth_psnr");
     assert_false(advice.by_order);
     assert_true(advice.tested);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 7);            // up to -0.3, which ends at -0.05
     assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 10); // of the best two
-    vw_advice_free(&advice);
 }
 
 static uint32_t removable(const struct fixture *fixture, double noise_db) {
-    struct vw_advice advice = advise(fixture, 0.1, noise_db);
+    AUTO(vw_advice_free) struct vw_advice advice = advise(fixture, 0.1, noise_db);
     uint32_t bits = marked(&advice, VW_ADVICE_REMOVABLE);
-    vw_advice_free(&advice);
     return bits;
 }
 
@@ -129,17 +125,15 @@ TEST(worth_that_is_not_shown_to_predict_marks_nothing) {
     struct fixture fixture = make_worths();
     const double unshown[] = {0, -0.1, NAN};
     for (size_t i = 0; i < VW_ARRAY_COUNT(unshown); i++) {
-        struct vw_advice advice = advise(&fixture, unshown[i], 0.01);
+        AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, unshown[i], 0.01);
         assert_string_equal(advice.basis, "worth_psnr");
         assert_false(advice.tested);
         assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
-        vw_advice_free(&advice);
     }
 }
 
 TEST(no_scores_no_advice) {
-    struct vw_advice advice;
+    AUTO(vw_advice_free) struct vw_advice advice;
     ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, &advice));
     assert_null(advice.basis);
-    vw_advice_free(&advice);
 }

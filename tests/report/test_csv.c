@@ -12,12 +12,11 @@ static const struct vw_ledger_image images[] = {
 };
 
 static char *written(const char *folder, const struct vw_ledger_score *scores, uint32_t count) {
-    char *path = vw_path_join(folder, "scores.csv");
+    AUTO_FREE char *path = vw_path_join(folder, "scores.csv");
     void *text = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_report_write_csv(path, scores, count, images, VW_ARRAY_COUNT(images)));
     ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
-    free(path);
     return text;
 }
 
@@ -70,10 +69,9 @@ FOLDER_TEST(reals_read_back_and_are_short) {
 
 FOLDER_TEST(failures_name_the_file) {
     const struct vw_ledger_score score = {5, "m", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
-    char *path = vw_path_join(*state, "missing/scores.csv");
+    AUTO_FREE char *path = vw_path_join(*state, "missing/scores.csv");
     assert_int_equal(vw_report_write_csv(path, &score, 1, images, VW_ARRAY_COUNT(images)),
                      VW_ERROR_INPUT); // no image 5
     assert_non_null(strstr(vw_error_message(), "image 5"));
     ASSERT_FAILS(vw_report_write_csv(path, &score, 0, images, VW_ARRAY_COUNT(images)), VW_ERROR_IO, path);
-    free(path);
 }

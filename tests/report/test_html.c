@@ -39,11 +39,10 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    struct fixture *fixture = *state;
+    AUTO_FREE struct fixture *fixture = *state;
     temporary_folder_remove(fixture->folder);
     json_decref(fixture->data);
     free(fixture->html);
-    free(fixture);
     return 0;
 }
 
@@ -51,12 +50,11 @@ static int tear_down(void **state) {
 static void write_page(struct fixture *fixture) {
     static const char begin[] = "<script type=\"application/json\" id=\"data\">", end[] = "</script>";
     size_t size_bytes;
-    char *path = vw_path_join(fixture->folder, "report.html");
+    AUTO_FREE char *path = vw_path_join(fixture->folder, "report.html");
     free(fixture->html);
     json_decref(fixture->data);
     ASSERT_OK(vw_report_write_html(path, &fixture->page));
     ASSERT_OK(vw_file_read(path, 10000000, (void **)&fixture->html, &size_bytes));
-    free(path);
     char *text = strstr(fixture->html, begin);
     assert_non_null(text);
     text += strlen(begin);
@@ -167,7 +165,7 @@ TEST_WITHIN(runs_may_be_empty, set_up, tear_down) {
 TEST_WITHIN(long_runs_are_thinned_to_their_last_step, set_up, tear_down) {
     enum { COUNT = 5321 };
     struct fixture *fixture = *state;
-    struct vw_step_record *records = vw_allocate(COUNT, sizeof *records);
+    AUTO_FREE struct vw_step_record *records = vw_allocate(COUNT, sizeof *records);
     for (uint32_t i = 0; i < COUNT; i++)
         records[i] = (struct vw_step_record){.step = i,
                                              .epoch = i / 100,
@@ -190,7 +188,6 @@ TEST_WITHIN(long_runs_are_thinned_to_their_last_step, set_up, tear_down) {
     assert_int_equal(json_integer_value(json_object_get(steps, "epochs")), 54);
     assert_true(json_number_value(json_object_get(steps, "first_psnr")) == 10);
     assert_true(json_number_value(json_object_get(steps, "last_psnr")) == 10 + COUNT - 2);
-    free(records);
 }
 
 static json_t *of_run(const struct fixture *fixture, const char *key, const char *column) {
@@ -200,7 +197,7 @@ static json_t *of_run(const struct fixture *fixture, const char *key, const char
 TEST_WITHIN(credit_is_summed_by_photo_and_epoch, set_up, tear_down) {
     enum { COUNT = 10, LONG = 100000 };
     struct fixture *fixture = *state;
-    struct vw_step_record *records = vw_allocate(LONG + 1, sizeof *records);
+    AUTO_FREE struct vw_step_record *records = vw_allocate(LONG + 1, sizeof *records);
     for (uint32_t i = 0; i < COUNT; i++) // photos 1, 2 and 3 in turn; epoch 0 is burn-in
         records[i] = (struct vw_step_record){.step = i,
                                              .epoch = i ? (i - 1) / 3 : 0,
@@ -229,7 +226,6 @@ TEST_WITHIN(credit_is_summed_by_photo_and_epoch, set_up, tear_down) {
     for (size_t i = 0; i < json_array_size(row); i++) sum += json_integer_value(json_array_get(row, i));
     assert_in_range(json_array_size(row) * TEST_IMAGE_COUNT, 100000, 200000);
     assert_int_equal(sum, 10 * (LONG - 1)); // all but burn-in, in 1e-5 dB
-    free(records);
 }
 
 TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
@@ -241,7 +237,7 @@ TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
     assert_true(json_is_null(json_object_get(run_of(fixture), "retrainings")));
     assert_true(json_is_null(json_object_get(run_of(fixture), "accuracy")));
     const struct vw_gate_check gate[] = {{6, 0, 0.5, 0.25, 0, 0}, {99, 0, 1, NAN, 0, 0}};
-    struct vw_lasting_step *growth = vw_allocate(STEPS, sizeof *growth);
+    AUTO_FREE struct vw_lasting_step *growth = vw_allocate(STEPS, sizeof *growth);
     for (uint32_t i = 0; i < STEPS; i++) growth[i] = (struct vw_lasting_step){.step = 1 + i, .size_psnr = i};
     static const uint32_t some[] = {1, 3}, others[] = {1, 2};
     const struct vw_ledger_retraining retrainings[] = {{.image_ids = some, .image_count = 2, .val_psnr = 20.5},
@@ -266,7 +262,6 @@ TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
     assert_int_equal(json_object_size(means), 1);
     assert_true(json_number_value(json_array_get(worths, 0)) == 1.5);
     assert_true(json_is_null(json_array_get(worths, 1))); // photo 2 has no score
-    free(growth);
 }
 
 // A retraining gains a dB times the share of its photos that photo 1 is: 24 of them show that, and advice rests on it.
@@ -343,10 +338,9 @@ TEST_WITHIN(documents_carry_their_pictures, set_up, tear_down) {
                         "data:image/png;base64,cG5n");
     assert_int_equal(json_array_size(json_object_get(json_object_get(written, "content"), "lists")), 0);
     fixture->page.documents = &broken;
-    char *path = vw_path_join(fixture->folder, "broken.html");
+    AUTO_FREE char *path = vw_path_join(fixture->folder, "broken.html");
     ASSERT_FAILS(vw_report_write_html(path, &fixture->page), VW_ERROR_INPUT, "out: compare.json: line 1");
     assert_false(vw_file_exists(path));
-    free(path);
 }
 
 TEST_WITHIN(documents_carry_thumbnails_by_name, set_up, tear_down) {
@@ -428,14 +422,13 @@ TEST_WITHIN(short_memory_is_an_error, set_up, tear_down) {
     run->image_count = 2, run->scores = &score, run->score_count = 1, run->records = records, run->record_count = 2;
     run->matrix = &matrix, run->views = views, run->standard_errors = values, run->thumbnails = thumbnails;
     fixture->page.documents = &document, fixture->page.document_count = 1;
-    char *path = vw_path_join(fixture->folder, "short.html");
+    AUTO_FREE char *path = vw_path_join(fixture->folder, "short.html");
     uint32_t blocks = 0;
     while (!fits_into(&fixture->page, path, blocks)) {
         assert_false(vw_file_exists(path));
         assert_true(++blocks < BLOCKS_MOST);
     }
     assert_in_range(blocks, 100, BLOCKS_MOST);
-    free(path);
 }
 
 TEST_WITHIN(a_score_of_no_image_is_refused, set_up, tear_down) {
@@ -443,10 +436,9 @@ TEST_WITHIN(a_score_of_no_image_is_refused, set_up, tear_down) {
     const struct vw_ledger_score score = {77, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
     fixture->run.scores = &score;
     fixture->run.score_count = 1;
-    char *path = vw_path_join(fixture->folder, "report.html");
+    AUTO_FREE char *path = vw_path_join(fixture->folder, "report.html");
     ASSERT_FAILS(vw_report_write_html(path, &fixture->page), VW_ERROR_INPUT, "image 77");
     assert_false(vw_file_exists(path));
-    free(path);
 }
 
 TEST(a_thumbnail_is_small_and_keeps_its_shape) {
@@ -456,14 +448,15 @@ TEST(a_thumbnail_is_small_and_keeps_its_shape) {
                  {300, 3, 300, 3},    {3, 500, 1, 96},  {4000, 100, 384, 96}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const float background[3] = {1, 1, 1};
+        AUTO(vw_image_clear)
         struct vw_image image = {
             .width_px = cases[i].width_px, .height_px = cases[i].height_px, .format = VW_PIXEL_UINT8};
         image.pixels = vw_allocate((size_t)image.width_px * image.height_px, 4); // transparent: the background shows
-        void *bytes = NULL;
+        AUTO_FREE void *bytes = NULL;
         size_t size_bytes = 0;
         ASSERT_OK(vw_image_make_thumbnail(&image, 96, background, &bytes, &size_bytes));
         char *folder = temporary_folder_create(), *path = vw_path_join(folder, "thumbnail.webp");
-        struct vw_image small;
+        AUTO(vw_image_clear) struct vw_image small;
         float rgba[4];
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         ASSERT_OK(vw_image_load(path, 1, &small));
@@ -471,11 +464,8 @@ TEST(a_thumbnail_is_small_and_keeps_its_shape) {
         assert_int_equal(small.height_px, cases[i].small_height_px);
         vw_image_pixel(&small, 0, 0, rgba);
         assert_true(rgba[0] > 0.98f && rgba[2] > 0.98f); // WebP may be off by a few of 255
-        vw_image_clear(&small);
-        vw_image_clear(&image);
         temporary_folder_remove(folder);
         free(path);
-        free(bytes);
     }
 }
 

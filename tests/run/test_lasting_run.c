@@ -52,38 +52,32 @@ static enum vw_status follow(const char *out, uint32_t rays, bool gate, struct o
 
 static struct vw_lasting_pass read_pass(const char *out) {
     struct vw_lasting_pass read = {0};
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
     ASSERT_OK(vw_ledger_get_lasting(ledger, &read));
-    vw_ledger_close(&ledger);
     return read;
 }
 
 static void assert_same_pass(const char *out, const char *other) {
-    struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
+    AUTO(vw_lasting_pass_free) struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
     assert_int_equal(a.step_count, STEPS);
     assert_int_equal(b.step_count, STEPS);
     assert_memory_equal(a.steps, b.steps, STEPS * sizeof *a.steps);
-    vw_lasting_pass_free(&a);
-    vw_lasting_pass_free(&b);
 }
 
 static void assert_same_gate(const char *out, const char *other) {
-    struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
+    AUTO(vw_lasting_pass_free) struct vw_lasting_pass a = read_pass(out), b = read_pass(other);
     assert_int_equal(a.check_count, b.check_count);
     for (uint32_t i = 0; i < a.check_count; i++) {
         assert_int_equal(a.checks[i].image_id, b.checks[i].image_id);
         assert_true(a.checks[i].predicted_psnr == b.checks[i].predicted_psnr);
         assert_true(a.checks[i].measured_psnr == b.checks[i].measured_psnr);
     }
-    vw_lasting_pass_free(&a);
-    vw_lasting_pass_free(&b);
 }
 
 static void assert_verifies(const char *out) {
-    struct vw_verification verification = {0};
+    AUTO(vw_verification_free) struct vw_verification verification = {0};
     ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification));
-    vw_verification_free(&verification);
 }
 
 static bool is_there(const char *out, const char *name) { return vw_file_exists_inside(out, name); }
@@ -109,9 +103,8 @@ static int tear_down(void **state) {
 }
 
 static void copy_plain(const char *folder, const char *out) {
-    char *command = vw_format_text("rm -rf '%s' && cp -r '%s/plain' '%s'", out, folder, out);
+    AUTO_FREE char *command = vw_format_text("rm -rf '%s' && cp -r '%s/plain' '%s'", out, folder, out);
     assert_int_equal(system(command), 0);
-    free(command);
 }
 
 TEST(a_score_is_the_sum_over_the_steps) {
@@ -203,14 +196,13 @@ TEST(damaged_files_of_a_pass_start_it_anew) {
     snprintf(out, sizeof out, "%s/damaged", (const char *)*state);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
-        void *bytes = NULL;
+        AUTO_FREE void *bytes = NULL;
         size_t size_bytes = 0;
         copy_plain(*state, out);
         ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
         ASSERT_OK(vw_file_read(temporary_path(out, names[i]), 1 << 24, &bytes, &size_bytes));
         ((char *)bytes)[size_bytes / 2] ^= 1;
         ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
-        free(bytes);
         ASSERT_OK(follow(out, 0, false, &going_on));
         assert_same_pass(out, whole);
     }
@@ -220,7 +212,7 @@ TEST(damaged_files_of_a_pass_start_it_anew) {
 TEST(lost_credits_start_a_pass_anew) {
     char out[300], whole[300];
     struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
-    void *credits = NULL;
+    AUTO_FREE void *credits = NULL;
     size_t size_bytes = 0;
     snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
     snprintf(out, sizeof out, "%s/lost", (const char *)*state);
@@ -229,7 +221,6 @@ TEST(lost_credits_start_a_pass_anew) {
     ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
     ASSERT_FAILS(follow(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
-    free(credits);
     ASSERT_OK(follow(out, 0, false, &going_on));
     assert_same_pass(out, whole);
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");
@@ -315,8 +306,8 @@ TEST(an_extended_run_is_followed_again) {
 
 TEST(only_differences_select) {
     static const enum vw_selection_rule absolute[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
-    struct vw_ledger *ledger = NULL;
-    struct vw_ledger_score *scores = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     const struct vw_ledger_image *images = NULL;
     struct vw_selection selection = {0};
     uint32_t count = 0, image_count = 0;
@@ -332,8 +323,6 @@ TEST(only_differences_select) {
         ASSERT_FAILS(vw_selection_make(scores, count, images, image_count, &params, &selection), VW_ERROR_USAGE,
                      "only differences");
     }
-    free(scores);
-    vw_ledger_close(&ledger);
 }
 
 TEST_GROUP(set_up, tear_down)

@@ -81,9 +81,8 @@ struct writing {
 static struct writing begin(const char *folder) {
     struct writing writing = {.recording = test_record(&test_four_epochs), .statistics = vw_step_statistics_begin()};
     test_corruption(writing.recording);
-    char *path = vw_path_join(folder, "written.db");
+    AUTO_FREE char *path = vw_path_join(folder, "written.db");
     writing.ledger = test_ledger_create(path);
-    free(path);
     set_disk(false, 0);
     ASSERT_OK(vw_ledger_writer_create(writing.ledger, test_validation_views, &writing.statistics, &writing.writer));
     return writing;
@@ -123,7 +122,7 @@ static void end(struct writing *writing) {
 // The ledger is what appending the first `count` steps one by one gives.
 static void assert_has(const struct writing *writing, const char *folder, uint32_t count) {
     char head[VW_HASH_HEX_BYTES], expected[VW_HASH_HEX_BYTES];
-    char *path = vw_path_join(folder, "expected.db");
+    AUTO_FREE char *path = vw_path_join(folder, "expected.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     for (uint32_t i = 0; i < count; i++)
         ASSERT_OK(vw_ledger_append(ledger, &writing->recording->records[i], 1, test_validation_views));
@@ -132,7 +131,6 @@ static void assert_has(const struct writing *writing, const char *folder, uint32
     assert_string_equal(head, expected);
     vw_ledger_close(&ledger);
     remove(path);
-    free(path);
 }
 
 static void write_all(const char *folder) {
@@ -248,19 +246,17 @@ FOLDER_TEST(a_failure_reaches_every_later_call) {
 
 FOLDER_TEST(more_steps_wait_for_room) {
     struct writing writing = begin(*state);
-    struct adding *adding = overfill(&writing, false);
+    AUTO_FREE struct adding *adding = overfill(&writing, false);
     ASSERT_OK(adding->status);
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
     assert_int_equal(vw_ledger_next_step(writing.ledger), ADDED_MOST);
-    free(adding);
     end(&writing);
 }
 
 FOLDER_TEST(a_failure_ends_the_wait_for_room) {
     struct writing writing = begin(*state);
-    struct adding *adding = overfill(&writing, true);
+    AUTO_FREE struct adding *adding = overfill(&writing, true);
     assert_int_equal(adding->status, VW_ERROR_IO);
     assert_int_equal(vw_ledger_next_step(writing.ledger), 1);
-    free(adding);
     end(&writing);
 }

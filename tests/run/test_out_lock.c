@@ -77,7 +77,7 @@ TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
     static const char *const names[] = {"ledger.db",       "ledger.db-journal", "retrainings.db",
                                         "tradeoff.db-wal", "field.vwf",         "checkpoint_1.vwc"};
     struct vw_out_lock *lock = NULL;
-    char *victim = strdup(temporary_file(*state, "victim", "precious"));
+    AUTO_FREE char *victim = strdup(temporary_file(*state, "victim", "precious"));
     assert_non_null(victim);
     for (size_t i = 0; i < 2 * sizeof names / sizeof *names; i++) {
         const char *name = names[i / 2], *path;
@@ -97,12 +97,10 @@ TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
     assert_int_equal(link(victim, file), 0); // a second name of another file
     ASSERT_OK(vw_out_lock_take(temporary_path(*state, "out"), &lock));
     vw_out_lock_release(&lock);
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(temporary_path(*state, "victim"), 100, &data, &size_bytes));
     assert_string_equal(data, "precious");
-    free(data);
-    free(victim);
 }
 
 TEST_WITHIN(only_a_target_in_the_folder_locks_it, prepare, clean_up) {

@@ -89,14 +89,13 @@ static int tear_down(void **state) {
 }
 
 static void assert_chain_head(const char *out, char head[VW_HASH_HEX_BYTES], const char *status) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row;
     ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
     ASSERT_OK(vw_ledger_verify(ledger));
     ASSERT_OK(vw_ledger_get_run(ledger, &row));
     assert_string_equal(row.status, status);
     if (head) vw_ledger_chain_head(ledger, head);
-    vw_ledger_close(&ledger);
 }
 
 // The sums of the step deltas, which do not depend on how the steps were taken.
@@ -130,15 +129,13 @@ static void assert_images(const struct vw_run *run) {
 
 // The report that a run leaves has the bytes of one that is made later from its folder.
 static void assert_report_is_made_again(const char *out) {
-    void *first = NULL, *later = NULL;
+    AUTO_FREE void *first = NULL, *later = NULL;
     size_t first_bytes = 0, later_bytes = 0;
     ASSERT_OK(vw_report_write(&out, 1, temporary_path(out, "later.html"), NULL));
     ASSERT_OK(vw_file_read(temporary_path(out, "report.html"), 64 << 20, &first, &first_bytes));
     ASSERT_OK(vw_file_read(temporary_path(out, "later.html"), 64 << 20, &later, &later_bytes));
     assert_int_equal(first_bytes, later_bytes);
     assert_memory_equal(first, later, first_bytes);
-    free(first);
-    free(later);
 }
 
 TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {

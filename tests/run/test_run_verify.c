@@ -31,11 +31,10 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
         .payout = "100",
         .lasting = {.wanted = true, .no_gate = true, .matrix = true},
         .resume = resume};
-    struct vw_run *run = NULL;
+    AUTO(vw_run_close) struct vw_run *run = NULL;
     ASSERT_OK(vw_run_open(&params, &run));
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
     ASSERT_OK(vw_run_finish(run));
-    vw_run_close(&run);
 }
 
 static int set_up(void **state) {
@@ -50,21 +49,19 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    struct fixture *fixture = *state;
+    AUTO_FREE struct fixture *fixture = *state;
     temporary_folder_remove(fixture->folder);
-    free(fixture);
     return 0;
 }
 
 static void copy_file(const char *from_folder, const char *to_folder, const char *name) {
     char from[600], to[600];
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     snprintf(from, sizeof from, "%s/%s", from_folder, name);
     snprintf(to, sizeof to, "%s/%s", to_folder, name);
     ASSERT_OK(vw_file_read(from, (size_t)1 << 30, &data, &size_bytes));
     ASSERT_OK(vw_file_write(to, data, size_bytes));
-    free(data);
 }
 
 // A fresh copy of the run.
@@ -84,9 +81,8 @@ static const char *in_copy(const struct fixture *fixture, const char *name) {
 }
 
 static enum vw_status verify(const struct fixture *fixture) {
-    struct vw_verification verification = {0};
+    AUTO(vw_verification_free) struct vw_verification verification = {0};
     enum vw_status status = vw_run_verify(&(struct vw_verify_params){.out = fixture->out}, &verification);
-    vw_verification_free(&verification);
     return status;
 }
 
@@ -203,7 +199,7 @@ TEST(a_replay_looks_at_the_photos) {
 // Edits a text that nothing follows from, which only the head can tell.
 TEST(a_chain_rewritten_whole_has_another_head) {
     const struct fixture *fixture = renew(state);
-    char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
+    AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     sql_change(in_copy(fixture, "ledger.db"), "UPDATE run SET started_utc = '2020-01-01T00:00:00Z'");
     chain_rewrite(in_copy(fixture, "ledger.db"));
     assert_refused(verify(fixture), "the list", "of another state of the run");
@@ -212,14 +208,13 @@ TEST(a_chain_rewritten_whole_has_another_head) {
     struct vw_verification verification = {0};
     assert_refused(vw_run_verify(&(struct vw_verify_params){.out = fixture->out, .expect = head}, &verification),
                    "--expect", "not the one that --expect gives");
-    free(head);
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
 // Replaces the first `old` in a file by a text of the same length.
 static void edit(const struct fixture *fixture, const char *name, const char *old, const char *new) {
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(in_copy(fixture, name), (size_t)1 << 30, &data, &size_bytes));
     char *place = memmem(data, size_bytes, old, strlen(old));
@@ -227,7 +222,6 @@ static void edit(const struct fixture *fixture, const char *name, const char *ol
     assert_int_equal(strlen(old), strlen(new));
     memcpy(place, new, strlen(new));
     ASSERT_OK(vw_file_write(in_copy(fixture, name), data, size_bytes));
-    free(data);
 }
 
 static void append(const struct fixture *fixture, const char *name, const char *text) {
@@ -272,7 +266,7 @@ TEST(edited_tables_are_found) {
 
 // The second field from the end of a line of a table, changed by `factor`.
 static void scale_number(const struct fixture *fixture, const char *name, double factor) {
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(in_copy(fixture, name), 1 << 20, &data, &size_bytes));
     char *text = data, *field = strstr(text, "\nview_");
@@ -283,7 +277,6 @@ static void scale_number(const struct fixture *fixture, const char *name, double
     assert_true(number != 0 && strcmp(changed, text) != 0);
     ASSERT_OK(vw_file_write(in_copy(fixture, name), changed, strlen(changed)));
     free(changed);
-    free(data);
 }
 
 TEST(the_matrix_may_differ_by_rounding_alone) {
@@ -298,16 +291,15 @@ TEST(the_matrix_may_differ_by_rounding_alone) {
 // The payout must be the division of the amount that the file states, whatever it is.
 TEST(a_payout_is_divided_again) {
     const struct fixture *fixture = renew(state);
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(in_copy(fixture, "payout.csv"), 1 << 20, &data, &size_bytes));
     char *line = strchr(data, '\n') + 1, *amount = strchr(line, '\n');
     while (amount[-1] != ',') amount--;
-    char *less = vw_format_text("%.*s%s%s", (int)(amount - (char *)data), (char *)data, "1.23", strchr(amount, '\n'));
+    AUTO_FREE char *less =
+        vw_format_text("%.*s%s%s", (int)(amount - (char *)data), (char *)data, "1.23", strchr(amount, '\n'));
     ASSERT_OK(vw_file_write(in_copy(fixture, "payout.csv"), less, strlen(less)));
     assert_refused(verify(fixture), "a cut amount", "payout.csv");
-    free(less);
-    free(data);
     make_run(fixture->folder, "whole", 1, true, 4); // pays again, the same
     renew(state);
     ASSERT_OK(verify(fixture));
@@ -341,15 +333,13 @@ TEST(links_are_not_followed) {
 
 // Replaces the first `old` of the list.
 static void edit_list(const struct fixture *fixture, const char *old, const char *new) {
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(vw_file_read(in_copy(fixture, VW_CHECKSUMS_FILE), 1 << 16, &data, &size_bytes));
     char *text = data, *place = strstr(text, old);
     assert_non_null(place);
-    char *changed = vw_format_text("%.*s%s%s", (int)(place - text), text, new, place + strlen(old));
+    AUTO_FREE char *changed = vw_format_text("%.*s%s%s", (int)(place - text), text, new, place + strlen(old));
     ASSERT_OK(vw_file_write(in_copy(fixture, VW_CHECKSUMS_FILE), changed, strlen(changed)));
-    free(changed);
-    free(data);
 }
 
 // Edits that sha256sum would pass over, or take for another file.
@@ -376,9 +366,9 @@ TEST(the_list_is_read_strictly) {
 TEST(every_flipped_bit_of_the_list_is_found) {
     const struct fixture *fixture = renew(state);
     struct vw_checksums_found found;
-    void *data = NULL;
+    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
-    char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
+    AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     ASSERT_OK(vw_checksums_check(fixture->out, head, &found));
     vw_checksums_found_free(&found);
     ASSERT_OK(vw_file_read(in_copy(fixture, VW_CHECKSUMS_FILE), 1 << 16, &data, &size_bytes));
@@ -392,20 +382,17 @@ TEST(every_flipped_bit_of_the_list_is_found) {
         assert_int_equal(pwrite(descriptor, &byte, 1, (off_t)(bit / 8)), 1);
     }
     close(descriptor);
-    free(data);
-    free(head);
 }
 
 // A payout of any amount fits the ledger: the list alone tells that it was added.
 TEST(a_table_that_was_added_is_found) {
     const struct fixture *fixture = renew(state);
     unlink(in_copy(fixture, "payout.csv"));
-    char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
+    AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     ASSERT_OK(vw_checksums_write(fixture->out, head));
     ASSERT_OK(verify(fixture));
     copy_file(temporary_path(fixture->folder, "whole"), fixture->out, "payout.csv");
     assert_refused(verify(fixture), "added since", "payout.csv: is not listed");
-    free(head);
 }
 
 TEST(new_steps_remove_the_list) {

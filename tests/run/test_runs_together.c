@@ -83,34 +83,30 @@ static int set_up(void **state) {
 }
 
 static int tear_down(void **state) {
-    struct fixture *f = *state;
+    AUTO_FREE struct fixture *f = *state;
     close_runs(f);
     vw_session_close(&f->session);
     temporary_folder_remove((char *)f->folder);
-    free(f);
     return 0;
 }
 
 // All rows, with the hashes that chain them.
 static char *read_rows(const char *out) {
     char *ledger = vw_format_text("%s/ledger.db", out), *rows = NULL;
-    char *command =
+    AUTO_FREE char *command =
         vw_format_text("sqlite3 '%s' 'SELECT * FROM step; SELECT * FROM view; SELECT * FROM score'", ledger);
     FILE *stream = popen(command, "r");
     size_t capacity = 0;
     assert_non_null(stream);
     assert_true(getdelim(&rows, &capacity, 0, stream) > 0);
     assert_int_equal(pclose(stream), 0);
-    free(command);
     free(ledger);
     return rows;
 }
 
 static void assert_as_alone(const struct fixture *f, const char *set, uint32_t index) {
-    char *expected = read_rows(path_of(f, "alone", index, "")), *rows = read_rows(path_of(f, set, index, ""));
+    AUTO_FREE char *expected = read_rows(path_of(f, "alone", index, "")), *rows = read_rows(path_of(f, set, index, ""));
     assert_string_equal(expected, rows);
-    free(expected);
-    free(rows);
 }
 
 static void take_all(struct fixture *f, const char *set) {

@@ -80,23 +80,20 @@ static void check_points(const struct vw_scene *scene) {
 FOLDER_TEST(every_field_is_read) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
-    struct vw_scene *scene = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(*state);
     check_test_scene(scene, &model);
     check_points(scene);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(text_is_the_same_scene) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_text(*state, "sparse/0", &model);
-    struct vw_scene *text = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *text = open_colmap(*state);
     check_test_scene(text, &model);
     check_points(text);
     colmap_write_binary(*state, "sparse/0", &model);
-    struct vw_scene *binary = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *binary = open_colmap(*state);
     assert_memory_equal(text->hash, binary->hash, sizeof text->hash);
-    vw_scene_close(&text);
-    vw_scene_close(&binary);
 }
 
 FOLDER_TEST(the_binary_model_wins) {
@@ -121,11 +118,10 @@ FOLDER_TEST(comments_and_blank_lines_are_skipped) {
     temporary_file(*state, "sparse/images.txt",
                    "1 1 0 0 0 0 0 5 1 x.png\r\n\r\n# between\n\n2 1 0 0 0 1 0 5 1 ./y z.png \r\n1 2 -1 3 4 77\r\n");
     temporary_file(*state, "sparse/points3D.txt", "# none\n\n");
-    struct vw_scene *scene = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(*state);
     assert_int_equal(scene->view_count, 2);
     assert_string_equal(scene->views[1].name, "images/y z.png");
     assert_true(scene->views[0].camera.focal_x_px == 9 && scene->point_count == 0);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
@@ -134,23 +130,20 @@ FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         colmap_write_binary(*state, names[i], &model);
         assert_true(vw_colmap_probe(*state));
-        char *found = vw_colmap_find(*state);
+        AUTO_FREE char *found = vw_colmap_find(*state);
         assert_string_equal(found, temporary_path(*state, names[i]));
-        free(found);
     }
     assert_false(vw_colmap_probe(temporary_path(*state, "images")));
-    char *dense = temporary_folder_create();
+    AUTO_FOLDER char *dense = temporary_folder_create();
     colmap_write_binary(dense, "dense/sparse", &model);
     tiny_photo_write(temporary_path(dense, "dense/images/a.png"), 1);
     tiny_photo_write(temporary_path(dense, "dense/images/b.png"), 2);
-    struct vw_scene *scene = open_colmap(dense);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(dense);
     assert_int_equal(scene->view_count, 2); // the third photo is missing, which is noted
     assert_string_equal(scene->views[1].name, "dense/images/b.png");
     assert_non_null(strstr(scene->notes[0], "1 images skipped"));
     assert_non_null(strstr(scene->notes[0], "sub/c d.png"));
     assert_ptr_equal(scene->missing, scene->notes[0]);
-    vw_scene_close(&scene);
-    temporary_folder_remove(dense);
 }
 
 // Points that a single view of the scene sees are no evidence.
@@ -158,9 +151,8 @@ FOLDER_TEST(points_of_missing_photos_are_dropped) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
     assert_int_equal(unlink(temporary_path(*state, "images/b.png")), 0);
-    struct vw_scene *scene = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(*state);
     assert_true(scene->view_count == 2 && scene->point_count == 0 && scene->track_count == 0);
-    vw_scene_close(&scene);
 }
 
 // ---- Lenses: COLMAP's formulas written out, model by model, for a position u, v = X/Z, Y/Z --------------------------
@@ -212,7 +204,7 @@ static void check_lens(const struct colmap_test_camera *lens, const struct vw_ca
 
 FOLDER_TEST(every_lens_is_read) {
     for (int text = 0; text < 2; text++) {
-        char *folder = temporary_folder_create();
+        AUTO_FOLDER char *folder = temporary_folder_create();
         struct colmap_test_model model = {.camera_count = VW_ARRAY_COUNT(lenses),
                                           .image_count = VW_ARRAY_COUNT(lenses)};
         static const char *const names[] = {"0.png", "1.png", "2.png", "3.png", "4.png", "5.png", "6.png"};
@@ -225,10 +217,8 @@ FOLDER_TEST(every_lens_is_read) {
                 .id = (uint32_t)i, .camera_id = lenses[i].id, .name = names[i], .rotation = {1}};
         }
         (text ? colmap_write_text : colmap_write_binary)(folder, "sparse/0", &model);
-        struct vw_scene *scene = open_colmap(folder);
+        AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(folder);
         for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) check_lens(&lenses[i], &scene->views[i].camera);
-        vw_scene_close(&scene);
-        temporary_folder_remove(folder);
     }
 }
 
@@ -237,7 +227,7 @@ FOLDER_TEST(fisheye_corners_are_masked) {
     struct colmap_test_model model = colmap_test_scene(*state);
     model.cameras[0] = (struct colmap_test_camera){7, 5, "OPENCV_FISHEYE", 8, 6, 8, {2.5, 2.5, 4, 3}};
     colmap_write_binary(*state, "sparse/0", &model);
-    struct vw_scene *scene = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(*state);
     const uint8_t *mask = scene->views[0].mask;
     assert_non_null(mask);
     static const size_t corners[] = {0, 7, 40, 47};
@@ -248,26 +238,23 @@ FOLDER_TEST(fisheye_corners_are_masked) {
     for (uint32_t i = 0; i < scene->note_count; i++)
         noted |= strstr(scene->notes[i], "the lens model has no inverse there") != NULL;
     assert_true(noted);
-    vw_scene_close(&scene);
 }
 
 // World coordinates of 10^6: the positions keep what their own rounding leaves, and the box does not notice.
 FOLDER_TEST(a_scene_far_from_the_origin_is_the_same) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);
-    struct vw_scene *near = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *near = open_colmap(*state);
     for (size_t i = 0; i < model.image_count; i++) {
         double moved[3];
         rotate(model.images[i].rotation, (const double[]){1e6, -1e6, 1e6}, moved);
         for (int k = 0; k < 3; k++) model.images[i].translation[k] -= moved[k];
     }
     colmap_write_binary(*state, "sparse", &model);
-    struct vw_scene *far = open_colmap(*state);
+    AUTO(vw_scene_close) struct vw_scene *far = open_colmap(*state);
     for (uint32_t v = 0; v < near->view_count; v++)
         for (int k = 0; k < 3; k++)
             assert_near(far->views[v].camera_to_world[k][3] - (k == 1 ? -1e6 : 1e6),
                         near->views[v].camera_to_world[k][3], 4e-9);
     assert_near(far->box.half_extent_world, near->box.half_extent_world, 1e-8);
-    vw_scene_close(&near);
-    vw_scene_close(&far);
 }

@@ -48,7 +48,7 @@ static bool same_place(const struct vw_view *a, const struct vw_view *b) {
 static void check_same_rays(const char *name, uint32_t same_places) {
     const char *path = real_scene_path(name);
     if (!path) skip();
-    struct vw_scene *colmap = open_as(path, "colmap"), *transforms = open_as(path, "transforms");
+    AUTO(vw_scene_close) struct vw_scene *colmap = open_as(path, "colmap"), *transforms = open_as(path, "transforms");
     assert_int_equal(colmap->view_count, transforms->view_count);
     double worst_px = 0;
     uint32_t same = 0;
@@ -65,8 +65,6 @@ static void check_same_rays(const char *name, uint32_t same_places) {
            worst_px, same, transforms->view_count);
     assert_true(worst_px < SAME_RAY_PX);
     assert_true(same >= same_places);
-    vw_scene_close(&colmap);
-    vw_scene_close(&transforms);
 }
 
 TEST(rays_of_fox_agree) { (void)state, check_same_rays("fox", 20); }
@@ -97,13 +95,12 @@ static double mean_error_px(const struct vw_scene *scene) {
 static void check_errors(const char *name, uint32_t points, double stated_px, double tolerance_px) {
     const char *path = real_scene_path(name);
     if (!path) skip();
-    struct vw_scene *scene = open_as(path, "colmap");
+    AUTO(vw_scene_close) struct vw_scene *scene = open_as(path, "colmap");
     double error_px = mean_error_px(scene);
     printf("%s: %u points, %u observations, mean reprojection error %.4f px (stated: %.3f)\n", name, scene->point_count,
            scene->track_count, error_px, stated_px);
     assert_int_equal(scene->point_count, points);
     assert_near(error_px, stated_px, tolerance_px);
-    vw_scene_close(&scene);
 }
 
 TEST(reprojection_errors_of_fox_are_small) { (void)state, check_errors("fox", 4000, 0.373, 0.02); }

@@ -29,23 +29,21 @@ FOLDER_TEST(a_cut_at_any_byte_is_refused) {
         char path[4096];
         snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
         size_t size_bytes;
-        void *data = read_whole(path, &size_bytes);
+        AUTO_FREE void *data = read_whole(path, &size_bytes);
         assert_true(size_bytes > 100);
         for (size_t kept = 0; kept < size_bytes; kept++) {
             assert_int_equal(vw_file_write(path, data, kept), VW_OK);
             assert_refused(*state, files[f], "field ");
         }
-        char *longer = vw_allocate(size_bytes + 1, 1);
+        AUTO_FREE char *longer = vw_allocate(size_bytes + 1, 1);
         memcpy(longer, data, size_bytes);
         assert_int_equal(vw_file_write(path, longer, size_bytes + 1), VW_OK);
         assert_refused(*state, files[f], "1 bytes follow");
         assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
-        free(longer);
-        free(data);
     }
+    AUTO(vw_scene_close)
     struct vw_scene *scene =
         tiny_scene_open(&(struct vw_scene_params){.path = *state, .format = "colmap"}); // the files are whole again
-    vw_scene_close(&scene);
 }
 
 // Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has
@@ -59,7 +57,7 @@ FOLDER_TEST(any_byte_may_change) {
         char path[4096];
         snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
         size_t size_bytes;
-        uint8_t *data = read_whole(path, &size_bytes);
+        AUTO_FREE uint8_t *data = read_whole(path, &size_bytes);
         for (size_t i = 0; i < size_bytes; i++) {
             static const uint8_t flips[] = {0x01, 0x80, 0x7f, 0xff};
             for (size_t k = 0; k < VW_ARRAY_COUNT(flips); k++) {
@@ -68,17 +66,15 @@ FOLDER_TEST(any_byte_may_change) {
                 assert_int_equal(fwrite(data, 1, size_bytes, file), size_bytes);
                 fclose(file);
                 data[i] ^= flips[k];
-                struct vw_colmap_model read = {0};
+                AUTO(vw_colmap_clear) struct vw_colmap_model read = {0};
                 if (vw_colmap_read(folder, *state, &read)) {
                     assert_non_null(strstr(vw_error_message(), files[f]) ? vw_error_message()
                                                                          : strstr(vw_error_message(), "sparse/0/"));
                     assert_null(strchr(vw_error_message(), '\n'));
                 }
-                vw_colmap_clear(&read);
             }
         }
         assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
-        free(data);
     }
 }
 
@@ -245,7 +241,7 @@ FOLDER_TEST(bad_names_are_refused) {
 // Photos and model files that are links out of the folder.
 FOLDER_TEST(links_out_of_the_scene_are_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
-    char *outside = temporary_folder_create();
+    AUTO_FOLDER char *outside = temporary_folder_create();
     colmap_write_binary(*state, "sparse/0", &model);
     tiny_photo_write(temporary_path(outside, "secret.png"), 1);
     const char *photo = temporary_path(*state, "images/b.png");
@@ -262,7 +258,6 @@ FOLDER_TEST(links_out_of_the_scene_are_refused) {
         assert_int_equal(unlink(path), 0);
         assert_int_equal(rename(moved, path), 0);
     }
-    temporary_folder_remove(outside);
 }
 
 FOLDER_TEST(photos_of_another_shape_are_refused) {

@@ -64,11 +64,10 @@ static struct vw_duplicate *find(const struct vw_scene *scene, uint32_t *count) 
 }
 
 TEST(neighbours_are_no_duplicates) {
-    struct vw_scene *scene = make_scene();
+    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
     uint32_t count = 1;
     free(find(scene, &count));
     assert_int_equal(count, 0);
-    vw_scene_close(&scene);
 }
 
 TEST(copies_are_found) {
@@ -93,7 +92,7 @@ TEST(copies_are_found) {
         {.what = "excluded", .gain = 1, .other_split = true, .expected = 0},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct vw_scene *scene = make_scene();
+        AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
         struct vw_view *copy = copy_photo(scene, 3, 17);
         change_pixels(copy, cases[i].gain, cases[i].bias, cases[i].noise);
         if (cases[i].halved) halve(copy);
@@ -101,7 +100,7 @@ TEST(copies_are_found) {
         turn(copy, cases[i].angle_deg);
         copy->camera_to_world[2][3] += cases[i].shift_world;
         uint32_t count = 0;
-        struct vw_duplicate *duplicates = find(scene, &count);
+        AUTO_FREE struct vw_duplicate *duplicates = find(scene, &count);
         if (count != cases[i].expected)
             fail_msg("%s: %u photos in groups, not %u", cases[i].what, count, cases[i].expected);
         if (count == 2) {
@@ -111,19 +110,17 @@ TEST(copies_are_found) {
             assert_in_range((uint32_t)(1e6 * duplicates[1].similarity), 980000, 1000000);
             print_message("%s: similarity %.4f\n", cases[i].what, duplicates[1].similarity);
         }
-        free(duplicates);
-        vw_scene_close(&scene);
     }
 }
 
 // Equal bytes are a copy wherever the camera is said to have stood, also where there is nothing to see.
 TEST(equal_files_are_copies) {
-    struct vw_scene *scene = make_scene();
+    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
     memcpy(scene->views[20].sha256, scene->views[4].sha256, VW_HASH_BYTES);
     memcpy(scene->views[34].sha256, scene->views[4].sha256, VW_HASH_BYTES);
     memcpy(scene->views[9].sha256, scene->views[8].sha256, VW_HASH_BYTES);
     uint32_t count = 0;
-    struct vw_duplicate *duplicates = find(scene, &count);
+    AUTO_FREE struct vw_duplicate *duplicates = find(scene, &count);
     static const struct vw_duplicate expected[] = {{0, 4, 1}, {0, 20, 1}, {0, 34, 1}, {1, 8, 1}, {1, 9, 1}};
     assert_int_equal(count, 5);
     for (uint32_t i = 0; i < count; i++)
@@ -142,7 +139,7 @@ TEST(equal_files_are_copies) {
             i, scene->views[i].name, i < TRAIN ? "train" : "val", i % 8 ? "" : "bob", HEX_A, NULL};
     images[4].provider = "alice";
     images[20].provider = "eve, inc.";
-    struct vw_duplicate_score *rows = NULL;
+    AUTO_FREE struct vw_duplicate_score *rows = NULL;
     uint32_t row_count = 0;
     ASSERT_OK(vw_duplicates_score(duplicates, count, "dv_psnr", scores, VW_ARRAY_COUNT(scores), images, TRAIN + VAL,
                                   &rows, &row_count));
@@ -154,7 +151,7 @@ TEST(equal_files_are_copies) {
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
     char *folder = temporary_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
-    void *text = NULL;
+    AUTO_FREE void *text = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
     ASSERT_OK(vw_file_read(path, 10000, &text, &size_bytes));
@@ -162,29 +159,24 @@ TEST(equal_files_are_copies) {
                               "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
                               "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"
                               "0,view_034,val,,1,,,,,-2.5\n");
-    free(text);
     free(path);
     temporary_folder_remove(folder);
-    free(rows);
-    free(duplicates);
-    vw_scene_close(&scene);
 }
 
 // A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
 // into a single one.
 TEST(groups_do_not_grow_along_a_film) {
+    AUTO(vw_scene_close)
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
     uint32_t count = 0, longest = 0;
-    struct vw_duplicate *duplicates = find(scene, &count);
+    AUTO_FREE struct vw_duplicate *duplicates = find(scene, &count);
     assert_true(count > 0);
     for (uint32_t i = 0, length = 0; i < count; i++) {
         length = i > 0 && duplicates[i].group == duplicates[i - 1].group ? length + 1 : 1;
         if (length > longest) longest = length;
     }
     assert_in_range(longest, 2, 3);
-    free(duplicates);
-    vw_scene_close(&scene);
 }
 
 // ---- Validation views -----------------------------------------------------------------------------------------------
@@ -196,7 +188,7 @@ static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *
 }
 
 TEST(far_validation_views_are_told) {
-    struct vw_scene *scene = make_scene();
+    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
     uint32_t count = 0;
     struct vw_view_distance *distances = measure(scene, &count);
     assert_int_equal(count, VAL);
@@ -229,5 +221,4 @@ TEST(far_validation_views_are_told) {
     distances = measure(scene, &count);
     assert_int_equal(count, 0);
     free(distances);
-    vw_scene_close(&scene);
 }

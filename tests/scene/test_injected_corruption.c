@@ -45,18 +45,17 @@ static bool same_pixels(const struct vw_view *a, const struct vw_view *b) {
 }
 
 TEST_WITHIN(kinds_come_in_turn, make_folder, remove_folder) {
-    struct vw_scene *scene = open_corrupted(*state, 10);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_corrupted(*state, 10);
     static const char *const kinds[] = {"noise", "blur", "occluder", "exposure", "wrong_pose"};
     for (int i = 0; i < 5; i++) assert_int_equal(count_truth(scene, kinds[i]), 2);
     assert_int_equal(count_truth(scene, "clean"), PHOTOS - 10);
     for (uint32_t v = 0; v < scene->view_count; v++)
         if (scene->views[v].split != VW_SPLIT_TRAIN) assert_string_equal(scene->views[v].ground_truth, "clean");
-    vw_scene_close(&scene);
 }
 
 // Photos are of one colour, which a blur leaves as it is.
 TEST_WITHIN(only_what_is_corrupted_changes, make_folder, remove_folder) {
-    struct vw_scene *before = open_corrupted(*state, 0), *after = open_corrupted(*state, 5);
+    AUTO(vw_scene_close) struct vw_scene *before = open_corrupted(*state, 0), *after = open_corrupted(*state, 5);
     assert_null(before->views[1].ground_truth);
     for (uint32_t v = 0; v < PHOTOS; v++) {
         const struct vw_view *a = &before->views[v], *b = &after->views[v];
@@ -74,8 +73,6 @@ TEST_WITHIN(only_what_is_corrupted_changes, make_folder, remove_folder) {
         assert_true(fabs(acos(cosine) * 180 / M_PI - 8) < 1e-9);
     }
     assert_memory_not_equal(before->hash, after->hash, sizeof before->hash);
-    vw_scene_close(&before);
-    vw_scene_close(&after);
 }
 
 TEST_WITHIN(injection_is_repeatable_and_grows, make_folder, remove_folder) {
@@ -94,18 +91,17 @@ TEST_WITHIN(injection_is_repeatable_and_grows, make_folder, remove_folder) {
 static struct vw_scene *open_listed(const char *folder, uint32_t first) {
     static const char names[] =
         "images/02.png\nimages/03.png\nimages/05.png\nimages/06.png\nimages/07.png\nimages/09.png\nimages/10.png";
-    char *list = vw_path_join(folder, "train.txt");
+    AUTO_FREE char *list = vw_path_join(folder, "train.txt");
     tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
     assert_int_equal(vw_file_write(list, names, sizeof names - 1), VW_OK);
     struct vw_scene *scene =
         tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = 7, .train_list = list});
-    free(list);
     return scene;
 }
 
 // The same photos elsewhere in the scene file, and trained on by a list, suffer the same.
 TEST_WITHIN(injection_does_not_depend_on_places, make_folder, remove_folder) {
-    struct vw_scene *scene = open_listed(*state, 0), *shifted = open_listed(*state, 2);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_listed(*state, 0), *shifted = open_listed(*state, 2);
     for (uint32_t v = 2; v < PHOTOS; v++) {
         const struct vw_view *a = &scene->views[v], *b = &shifted->views[v - 2];
         assert_string_equal(a->name, b->name);
@@ -113,19 +109,16 @@ TEST_WITHIN(injection_does_not_depend_on_places, make_folder, remove_folder) {
         assert_memory_equal(a->sha256, b->sha256, sizeof a->sha256); // noise and occluders among them
     }
     assert_int_equal(count_truth(shifted, "clean"), PHOTOS - 2 - 7);
-    vw_scene_close(&scene);
-    vw_scene_close(&shifted);
 }
 
 // A scene of headers alone has the same ground_truths.
 TEST_WITHIN(headers_tell_the_truth, make_folder, remove_folder) {
-    struct vw_scene *whole = open_corrupted(*state, 6);
+    AUTO(vw_scene_close) struct vw_scene *whole = open_corrupted(*state, 6);
+    AUTO(vw_scene_close)
     struct vw_scene *headers =
         tiny_scene_open(&(struct vw_scene_params){.path = *state, .corrupt = 6, .headers_only = true});
     for (uint32_t v = 0; v < PHOTOS; v++)
         assert_string_equal(whole->views[v].ground_truth, headers->views[v].ground_truth);
-    vw_scene_close(&whole);
-    vw_scene_close(&headers);
 }
 
 TEST_WITHIN(what_cannot_be_corrupted_is_refused, make_folder, remove_folder) {

@@ -131,13 +131,12 @@ FOLDER_TEST(masks_lie_beside_images) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(mask_names); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
         write_mask(*state, mask_names[i], 8, 6, half);
-        struct vw_scene *scene = open_scene(*state);
+        AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
         assert_int_equal(scene->masked_view_count, 1);
         assert_null(scene->views[0].mask);
         check_mask(scene->views[1].mask, half);
         assert_int_equal(scene->note_count, 1);
         assert_non_null(strstr(scene->notes[0], "1 of 4 photos have a mask"));
-        vw_scene_close(&scene);
         assert_int_equal(unlink(temporary_path(*state, mask_names[i])), 0);
     }
 }
@@ -152,11 +151,10 @@ FOLDER_TEST(masks_have_other_extensions) {
         tiny_photo_write(temporary_path(*state, name), 0);
         write_mask(*state, mask, 8, 6, half);
     }
-    struct vw_scene *scene = open_scene(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
     assert_int_equal(scene->masked_view_count, 3);
     check_mask(scene->views[2].mask, half);
     assert_int_equal(scene->note_count, 0);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(mask_path_names_the_mask) {
@@ -165,10 +163,9 @@ FOLDER_TEST(mask_path_names_the_mask) {
                        "does not exist", NULL);
     write_mask(*state, "shapes/m.png", 8, 6, most);
     write_mask(*state, "masks/01.png", 8, 6, half); // the frame's word wins
-    struct vw_scene *scene = open_scene(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
     assert_int_equal(scene->masked_view_count, 3);
     check_mask(scene->views[1].mask, most);
-    vw_scene_close(&scene);
     write_mask(*state, "shapes/m.png", 8, 5, most);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true}, VW_ERROR_INPUT, "m.png",
                        "8 x 5", NULL);
@@ -181,26 +178,24 @@ FOLDER_TEST(mask_path_names_the_mask) {
 }
 
 FOLDER_TEST(masks_stay_in_the_folder) {
-    char *elsewhere = temporary_folder_create();
+    AUTO_FOLDER char *elsewhere = temporary_folder_create();
     write_mask(elsewhere, "m.png", 8, 6, half);
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(vw_folder_create(temporary_path(*state, "masks")), VW_OK);
     assert_int_equal(symlink(temporary_path(elsewhere, "m.png"), temporary_path(*state, "masks/02.png")), 0);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "masks/02.png", "through a link",
                        NULL);
-    temporary_folder_remove(elsewhere);
 }
 
 FOLDER_TEST(hidden_pixels_weigh_nothing) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     write_mask(*state, "masks/01.png", 8, 6, half);
-    struct vw_scene *scene = open_scene(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
     assert_int_equal(vw_scene_decode_all(scene), VW_OK);
     for (uint32_t i = 0; i < 48; i++) {
         assert_true(vw_pixels_at(scene, 1, i % 8, i / 8).weight == (i % 8 < 4 ? 0 : 1));
         assert_true(vw_pixels_at(scene, 0, i % 8, i / 8).weight == 1);
     }
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(masks_are_hashed) {
@@ -208,9 +203,8 @@ FOLDER_TEST(masks_are_hashed) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     for (int i = 0; i < 3; i++) {
         if (i) write_mask(*state, "masks/01.png", 8, 6, i == 1 ? half : most);
-        struct vw_scene *scene = open_scene(*state);
+        AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
         memcpy(hashes[i], scene->hash, VW_HASH_BYTES);
-        vw_scene_close(&scene);
         for (int j = 0; j < i; j++) assert_memory_not_equal(hashes[i], hashes[j], VW_HASH_BYTES);
     }
 }
@@ -218,12 +212,11 @@ FOLDER_TEST(masks_are_hashed) {
 TEST(masks_of_statue_of_liberty_are_read) {
     const char *path = real_scene_path("statue_of_liberty");
     if (!path) skip();
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
     assert_int_equal(scene->masked_view_count, 135);
     const uint8_t *mask = scene->views[0].mask; // the statue is in the middle, sky in the corners
     assert_int_equal(mask[0], 0);
     assert_int_equal(mask[192 * 256 + 128], 255);
-    vw_scene_close(&scene);
 }
 
 static int start_decoder(void **state) {

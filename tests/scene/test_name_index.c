@@ -26,7 +26,7 @@ static int find_ending(const struct vw_name_index *index, const char *name) {
 }
 
 TEST(a_name_is_found_whole_and_at_its_first_place) {
-    struct vw_name_index index = index_names();
+    AUTO(vw_name_index_clear) struct vw_name_index index = index_names();
     assert_int_equal(find(&index, "images/a.png"), 0);
     assert_int_equal(find(&index, "a.png"), 8);
     assert_int_equal(find(&index, "./././b.png"), 1);
@@ -34,11 +34,10 @@ TEST(a_name_is_found_whole_and_at_its_first_place) {
     assert_int_equal(find(&index, ".png"), -1);
     assert_int_equal(find(&index, "images/a.pn"), -1);
     assert_int_equal(find(&index, ""), -1);
-    vw_name_index_clear(&index);
 }
 
 TEST(an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name) {
-    struct vw_name_index index = index_names();
+    AUTO(vw_name_index_clear) struct vw_name_index index = index_names();
     assert_int_equal(find_ending(&index, "a.png"), 0); // the name a.png itself does not end with /a.png
     assert_int_equal(find_ending(&index, "./e.png"), 9);
     assert_int_equal(find_ending(&index, "left/d.png"), 4);
@@ -46,7 +45,6 @@ TEST(an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name) {
     assert_int_equal(find_ending(&index, "right/d.png"), -1); // whole, and behind another letter
     assert_int_equal(find_ending(&index, "b.png"), -1);
     assert_int_equal(find_ending(&index, ""), -1);
-    vw_name_index_clear(&index);
 }
 
 // Against looking at every name.
@@ -54,7 +52,7 @@ TEST(many_names_are_all_found) {
     enum { COUNT = 3000 };
     static char texts[COUNT][24];
     static const char *many[COUNT];
-    struct vw_name_index index = {0};
+    AUTO(vw_name_index_clear) struct vw_name_index index = {0};
     for (int i = 0; i < COUNT; i++) {
         snprintf(texts[i], sizeof texts[i], "%d/%d.png", i % 7, i * 31 % 2500);
         many[i] = texts[i];
@@ -68,5 +66,4 @@ TEST(many_names_are_all_found) {
         assert_int_equal(find(&index, many[i]), first);
         assert_int_equal(find_ending(&index, strchr(many[i], '/') + 1), endings == 1 ? last : -1);
     }
-    vw_name_index_clear(&index);
 }

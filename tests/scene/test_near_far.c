@@ -31,7 +31,7 @@ static void place(const struct vw_view *view, double depth, double aside, struct
 }
 
 TEST(near_and_far_are_percentiles) {
-    struct vw_scene *scene = scene_with_points(1001, 1001, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1001, 1001, 0);
     for (uint32_t p = 0; p < 1001; p++)
         place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
     assert_int_equal(vw_near_far_measure(scene), VW_OK);
@@ -46,11 +46,10 @@ TEST(near_and_far_are_percentiles) {
     assert_near(scene->views[0].near_world, 1.004,
                 1e-12); // interpolated among 401 points; those behind the camera do not count
     assert_near(scene->views[0].far_world, 4.996, 1e-12);
-    vw_scene_close(&scene);
 }
 
 TEST(each_view_has_its_own) {
-    struct vw_scene *scene = scene_with_points(400, 4, 1e6);
+    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(400, 4, 1e6);
     for (uint32_t p = 0; p < 400; p++) {
         place(&scene->views[1], 2, 0, &scene->points[p]); // at one place: all depths are equal
         scene->points[p].position_world[0] += 1e-3 * (p % 4);
@@ -59,7 +58,6 @@ TEST(each_view_has_its_own) {
     assert_near(scene->views[1].near_world, 2, 1e-9); // those that it sees: p % 4 == 0
     assert_near(scene->views[1].far_world, 2, 1e-9);
     assert_true(scene->views[0].far_world > scene->views[0].near_world);
-    vw_scene_close(&scene);
 }
 
 // ---- The box --------------------------------------------------------------------------------------------------------
@@ -79,7 +77,7 @@ TEST(the_box_holds_the_points) {
     static const double offsets[] = {0, 1e6, -1e6};
     struct vw_box boxes[VW_ARRAY_COUNT(offsets)];
     for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
-        struct vw_scene *scene = scene_with_points(1020, 1, offsets[i]);
+        AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, offsets[i]);
         scatter(scene, offsets[i]);
         assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
         boxes[i] = scene->box;
@@ -91,13 +89,12 @@ TEST(the_box_holds_the_points) {
                     0.05); // half of 2, less what the percentiles take, and a tenth more
         assert_near(scene->box.half_extent_world, boxes[0].half_extent_world,
                     1e-8); // exact but for the coordinates' own rounding
-        vw_scene_close(&scene);
     }
 }
 
 // The box contains what the cameras look at, even where no points are: the synthetic cameras look at the origin.
 TEST(the_box_holds_what_is_looked_at) {
-    struct vw_scene *scene = scene_with_points(1000, 1, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)
         for (int i = 0; i < 3; i++)
             scene->points[p].position_world[i] =
@@ -106,11 +103,10 @@ TEST(the_box_holds_what_is_looked_at) {
     assert_true(scene->box.centre_world[0] - scene->box.half_extent_world <= 1e-9);
     assert_true(scene->box.centre_world[0] + scene->box.half_extent_world >= 5.2);
     assert_near(scene->box.half_extent_world, 2.6, 0.1);
-    vw_scene_close(&scene);
 }
 
 TEST(a_declared_box_wins_over_points) {
-    struct vw_scene *scene = scene_with_points(1020, 1, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, 0);
     scatter(scene, 0);
     const struct vw_ngp_box declared = {.aabb_scale = 1, .scale = 0.25, .offset = {0.5, 0.5, 0.5}};
     assert_int_equal(vw_bounds_choose(&declared, scene), VW_OK); // aabb_scale wins over points
@@ -120,5 +116,4 @@ TEST(a_declared_box_wins_over_points) {
     scene->point_count = 10; // too few
     assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
     assert_non_null(strstr(scene->box_source, "cameras"));
-    vw_scene_close(&scene);
 }

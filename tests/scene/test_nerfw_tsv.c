@@ -26,13 +26,12 @@ FOLDER_TEST(columns_come_in_any_order) {
         "note\tsplit\tother\tid\tfilename\n\ttest\t\t5\tb.jpg\n\ttrain\t\t\ta.jpg\n\n\ttrain\t\t5\tc d.jpg",
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(texts); i++) {
-        struct vw_tsv tsv = read(temporary_file(*state, "a.tsv", texts[i]));
+        AUTO(vw_tsv_clear) struct vw_tsv tsv = read(temporary_file(*state, "a.tsv", texts[i]));
         assert_int_equal(tsv.row_count, 3);
         assert_int_equal(tsv.test_count, 1);
         check_row(&tsv.rows[0], "b.jpg", true, true, 2);
         check_row(&tsv.rows[1], "a.jpg", false, false, 3);
         check_row(&tsv.rows[2], "c d.jpg", false, true, 5);
-        vw_tsv_clear(&tsv);
     }
     struct vw_tsv tsv = read(temporary_file(*state, "a.tsv", "split\tfilename\ntrain\ta.jpg\n")); // ids are not needed
     check_row(&tsv.rows[0], "a.jpg", false, false, 2);
@@ -96,7 +95,7 @@ TEST(published_files_are_read) {
     const char *folder = real_scene_path("nerfw_splits");
     if (!folder) skip();
     for (size_t f = 0; f < VW_ARRAY_COUNT(files); f++) {
-        struct vw_tsv tsv = read(temporary_path(folder, files[f].name));
+        AUTO(vw_tsv_clear) struct vw_tsv tsv = read(temporary_path(folder, files[f].name));
         size_t without_id = 0;
         for (size_t i = 0; i < tsv.row_count; i++) without_id += !tsv.rows[i].test && !tsv.rows[i].has_id;
         print_message("%s: %zu rows, %zu test, %zu train without id\n", files[f].name, tsv.row_count, tsv.test_count,
@@ -104,6 +103,5 @@ TEST(published_files_are_read) {
         assert_int_equal(tsv.row_count, files[f].with_id + files[f].without_id + files[f].test);
         assert_int_equal(tsv.test_count, files[f].test);
         assert_int_equal(without_id, files[f].without_id);
-        vw_tsv_clear(&tsv);
     }
 }

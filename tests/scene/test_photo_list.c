@@ -43,20 +43,18 @@ static void check_written(enum vw_status status) {
 // A word per view: its name and t(rain), v(al), T(est) or x(excluded).
 static void check_scene(const struct vw_scene_params *params, const char *expected) {
     char text[1000] = "";
-    struct vw_scene *scene = tiny_scene_open(params);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
     for (uint32_t v = 0; v < scene->view_count; v++)
         snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s:%c", v > 0 ? " " : "", scene->views[v].name,
                  "tvTx"[scene->views[v].split]);
     assert_string_equal(text, expected);
-    vw_scene_close(&scene);
 }
 
 static void check_text(const char *path, const char *expected) {
-    void *text = NULL;
+    AUTO_FREE void *text = NULL;
     size_t size_bytes = 0;
     check_written(vw_file_read(path, 1 << 20, &text, &size_bytes));
     assert_string_equal(text, expected);
-    free(text);
 }
 
 // ---- transforms.json ------------------------------------------------------------------------------------------------
@@ -102,7 +100,7 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
 
 // With a file for each split, photos go to the file of their split, as long as all else in the files is the same.
 FOLDER_TEST(three_files_hold_a_split_each) {
-    char *scene = vw_path_join(*state, "a/b");
+    AUTO_FREE char *scene = vw_path_join(*state, "a/b");
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(
@@ -139,7 +137,6 @@ FOLDER_TEST(three_files_hold_a_split_each) {
     ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
                  "a folder that exists");
     assert_false(vw_folder_exists(temporary_path(*state, "p")));
-    free(scene);
 }
 
 // A way that starts anywhere leads to the photos, links followed.
@@ -153,7 +150,7 @@ FOLDER_TEST(paths_lead_from_the_list) {
         {"s/s/in/t.json", "../images/00.png", false}, {"x/y/z/t.json", "../../../s/s/images/00.png", false},
         {"link/t.json", "../images/00.png", false},
     };
-    char *scene = vw_path_join(*state, "s/s");
+    AUTO_FREE char *scene = vw_path_join(*state, "s/s");
     assert_int_equal(vw_folder_create(scene), VW_OK);
     tiny_scene_write(scene, &(struct tiny_scene){.count = 4, .name_prefix = "./images/"});
     const char *folders[] = {"s/sb", "s/s/in", "x/y/z"};
@@ -162,17 +159,15 @@ FOLDER_TEST(paths_lead_from_the_list) {
     assert_int_equal(symlink("s/s/in", temporary_path(*state, "link")), 0);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const char *to = temporary_path(*state, cases[i].to);
-        void *text = NULL;
+        AUTO_FREE void *text = NULL;
         size_t size_bytes;
         unlink(to);
         check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy", to, NULL,
                                  cases[i].opens));
         check_written(vw_file_read(to, 1 << 20, &text, &size_bytes));
-        char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "",
-                                      cases[i].path); // untouched in the same folder
+        AUTO_FREE char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "",
+                                                cases[i].path); // untouched in the same folder
         if (!strstr(text, wanted)) fail_msg("%s: %s is not in %s", cases[i].to, wanted, (char *)text);
-        free(wanted);
-        free(text);
     }
     ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
                             temporary_path(*state, "no/t.json"), NULL, false),
@@ -180,7 +175,6 @@ FOLDER_TEST(paths_lead_from_the_list) {
     assert_int_equal(vw_folder_create(temporary_path(*state, "bad\xff")), VW_OK);
     check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
                              temporary_path(*state, "bad\xff/t.json"), NULL, false)); // only the way down matters
-    free(scene);
 }
 
 // ---- PhotoTourism ---------------------------------------------------------------------------------------------------
@@ -200,10 +194,9 @@ static void write_dense(const char *folder, const char *tsv) {
         .image_count = VW_ARRAY_COUNT(names),
     };
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        char *photo = vw_format_text("dense/images/%s", names[i]);
+        AUTO_FREE char *photo = vw_format_text("dense/images/%s", names[i]);
         temporary_file(folder, photo, "");
         tiny_photo_write(temporary_path(folder, photo), i);
-        free(photo);
         model.images[i] = (struct colmap_test_image){.id = 10 + i,
                                                      .camera_id = 1,
                                                      .name = names[i],
@@ -307,7 +300,7 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
                                         "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
-    char *tourism = vw_path_join(*state, "tourism");
+    AUTO_FREE char *tourism = vw_path_join(*state, "tourism");
     write_dense(tourism, rows);
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
@@ -321,7 +314,6 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
         temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
     check_written(
         write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
-    free(tourism);
 }
 
 // A list is whole or absent, wherever memory runs out.
@@ -338,7 +330,7 @@ FOLDER_TEST(transforms_are_whole_or_not_there) {
         .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "l.json")};
     const char *format = NULL;
     size_t shortages = 0, size_bytes = 0;
-    void *text = NULL;
+    AUTO_FREE void *text = NULL;
     bool opens = false;
     enum vw_status status = VW_ERROR_MEMORY;
     for (; status && shortages < 100000; shortages++) {
@@ -356,7 +348,6 @@ FOLDER_TEST(transforms_are_whole_or_not_there) {
             .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
         &format, &opens));
     check_text(temporary_path(*state, "whole.json"), text);
-    free(text);
 }
 
 FOLDER_TEST(names_unfit_for_lists_are_refused) {

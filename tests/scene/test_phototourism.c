@@ -73,7 +73,7 @@ static const char rows[] =
 
 FOLDER_TEST(splits_come_from_the_tsv) {
     write_dense(*state, rows);
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_string_equal(scene->format, "phototourism");
     assert_string_equal(scene->views[1].name, "dense/images/p1.png");
     check_splits(scene, "tvttTtvt"); // test rows in file order: p6 and p1 validate, p4 tests
@@ -84,7 +84,6 @@ FOLDER_TEST(splits_come_from_the_tsv) {
     assert_int_equal(scene->point_count, 2);
     assert_int_equal(scene->track_count, 5);
     assert_near(scene->views[3].camera_to_world[0][3], 3, 1e-12);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(pool_list_excludes_unlisted_photos) {
@@ -119,8 +118,7 @@ FOLDER_TEST(bad_scenes_are_refused) {
     tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test", NULL);
     temporary_file(*state, "splits.tsv", rows);
     temporary_file(*state, "other.tsv", "name\tscore\n"); // another kind of TSV is nobody's business
-    struct vw_scene *scene = tiny_scene_open(&params);
-    vw_scene_close(&scene);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&params);
     temporary_file(*state, "other.tsv", "filename\tsplit\n");
     tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "2 TSV files", NULL);
     unlink(temporary_path(*state, "other.tsv"));
@@ -136,13 +134,12 @@ FOLDER_TEST(bad_scenes_are_refused) {
 
 // A TSV that links out of the folder is not read, not even to see what it is.
 FOLDER_TEST(the_tsv_stays_in_the_folder) {
-    char *elsewhere = temporary_folder_create();
+    AUTO_FOLDER char *elsewhere = temporary_folder_create();
     write_dense(*state, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.tsv"), temporary_path(*state, "splits.tsv")), 0);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "phototourism"}, VW_ERROR_INPUT, "no TSV",
                        NULL);
-    temporary_folder_remove(elsewhere);
 }
 
 // ---- Precedence -----------------------------------------------------------------------------------------------------
@@ -157,17 +154,16 @@ static void write_transforms(const char *folder, double focal_px, double shift, 
         free(json);
         json = longer;
     }
-    char *whole = vw_format_text("%s]}", json);
+    AUTO_FREE char *whole = vw_format_text("%s]}", json);
     temporary_file(folder, "transforms.json", whole);
-    free(whole);
     free(json);
 }
 
 static void check_format(const char *folder, const char *asked, const char *got) {
+    AUTO(vw_scene_close)
     struct vw_scene *scene =
         tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = asked, .headers_only = true});
     assert_string_equal(scene->format, got);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(formats_have_a_precedence) {
@@ -196,13 +192,12 @@ static struct vw_scene *open_with_points(const char *folder, double focal_px, do
 }
 
 FOLDER_TEST(points_are_evidence) {
-    struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 2);
     assert_near(scene->points[1].position_world[2], -20, 1e-12);
     assert_int_equal(scene->tracks[scene->points[1].first_track + 2].view, 2);
     assert_int_equal(scene->note_count, 0);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(points_of_other_cameras_are_no_evidence) {
@@ -241,8 +236,7 @@ FOLDER_TEST(points_of_other_photos_are_no_evidence) {
 
 // A broken model is refused also where only its points would be used.
 FOLDER_TEST(broken_points_are_refused) {
-    struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
-    vw_scene_close(&scene);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "points3D.txt", NULL);
 }

@@ -44,7 +44,7 @@ static uint32_t count_files(const char *folder) {
 }
 
 TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_folder) {
-    struct vw_scene *scene = open_in(*state, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
     const uint32_t wanted[] = {5, 2, 5};
     for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
     assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // what is needed without pixels is known
@@ -55,7 +55,6 @@ TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_f
     assert_int_equal(vw_scene_decode_all(scene), VW_OK);
     assert_ptr_equal(scene->views[2].image.pixels, pixels);
     assert_int_equal(scene->source->decoded_count, PHOTOS);
-    vw_scene_close(&scene);
 }
 
 TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder) {
@@ -77,7 +76,7 @@ TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder)
 }
 
 TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder) {
-    struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
+    AUTO(vw_scene_close) struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
     const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
     assert_int_equal(vw_scene_open(&params, &corrupted), VW_OK);
     assert_int_equal(vw_scene_decode_all(corrupted), VW_OK);
@@ -86,8 +85,6 @@ TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove
     for (uint32_t v = 0; v < PHOTOS; v++)
         differ += memcmp(plain->views[v].image.pixels, corrupted->views[v].image.pixels, PHOTO_BYTES) != 0;
     assert_int_equal(differ, 1);
-    vw_scene_close(&plain);
-    vw_scene_close(&corrupted);
 }
 
 TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
@@ -105,7 +102,7 @@ TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
 }
 
 TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder) {
-    struct vw_scene *scene = open_in(*state, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
     const uint32_t replaced = 3, intact = 4;
     tiny_photo_write(temporary_path(*state, "images/03.png"), 11);
     assert_int_equal(vw_scene_decode(scene, &intact, 1), VW_OK);
@@ -114,35 +111,31 @@ TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder)
     assert_null(scene->views[replaced].image.pixels);
     tiny_photo_write(temporary_path(*state, "images/03.png"), 3); // restored
     assert_int_equal(vw_scene_decode(scene, &replaced, 1), VW_OK);
-    vw_scene_close(&scene);
 }
 
 TEST_WITHIN(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_folder, remove_folder) {
     const char *path = temporary_path(*state, "images/03.png");
     const uint32_t broken = 3;
-    void *bytes = NULL;
+    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     assert_int_equal(vw_file_read(path, 1 << 20, &bytes, &size_bytes), VW_OK);
     assert_int_equal(vw_file_write(path, bytes, size_bytes - 20), VW_OK);
-    free(bytes);
-    struct vw_scene *scene = open_in(*state, 1);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
     ASSERT_FAILS(vw_scene_decode(scene, &broken, 1), VW_ERROR_IO, "cannot decode the image");
-    vw_scene_close(&scene);
 }
 
 TEST_WITHIN(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder) {
     const float clear[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0};
     assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear),
                      VW_OK);
-    struct vw_scene *scene = open_in(*state, 1);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
     assert_true(scene->has_alpha);
     assert_non_null(scene->views[1].image.pixels);
     assert_null(scene->views[2].image.pixels);
-    vw_scene_close(&scene);
 }
 
 TEST_WITHIN(reading_pixels_that_are_not_there_ends_the_program, make_folder, remove_folder) {
-    struct vw_scene *scene = open_in(*state, 0);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
     float rgba[4];
     int result = 0;
     fflush(NULL);
@@ -155,5 +148,4 @@ TEST_WITHIN(reading_pixels_that_are_not_there_ends_the_program, make_folder, rem
     }
     assert_int_equal(waitpid(child, &result, 0), child);
     assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGABRT);
-    vw_scene_close(&scene);
 }

@@ -66,14 +66,13 @@ TEST(bad_recipes_are_refused) {
          "defects[1].share: no clean train view is left"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        char *text = replaced(recipe_text, cases[i].from, cases[i].to);
+        AUTO_FREE char *text = replaced(recipe_text, cases[i].from, cases[i].to);
         struct vw_scene *scene = NULL;
         enum vw_status status = open_text(text, headers, &scene);
         if (status != VW_ERROR_INPUT || !strstr(vw_error_message(), cases[i].message))
             fail_msg("case %zu, %s: status %d, \"%s\" does not hold \"%s\"", i, cases[i].to, status,
                      status ? vw_error_message() : "", cases[i].message);
         assert_null(scene);
-        free(text);
     }
 }
 
@@ -84,6 +83,7 @@ TEST(pixels_need_a_device) {
 }
 
 TEST(views_are_named_and_posed) {
+    AUTO(vw_scene_close)
     struct vw_scene *scene =
         open_changed(headers, "\"count\": 24", "\"count\": 24, \"provider\": \"anna\"", NULL, NULL);
     assert_int_equal(scene->view_count, 24);
@@ -103,27 +103,25 @@ TEST(views_are_named_and_posed) {
     const struct vw_camera *camera = &scene->views[0].camera;
     assert_near(camera->focal_x_px, 16 / tan(25 * M_PI / 180), 1e-9);
     assert_true(camera->focal_y_px == camera->focal_x_px && camera->centre_x_px == 16 && camera->centre_y_px == 12);
-    vw_scene_close(&scene);
 }
 
 TEST(a_path_may_name_its_split) {
     const char *two_paths =
         "\"split\": \"val\", \"count\": 3, \"field_of_view_deg\": 50}, {\"path\": \"orbit\", \"centre\": [0, 0, 0], "
         "\"radius\": 2, \"split\": \"train\", \"count\": 21";
-    struct vw_scene *scene = open_changed(headers, "\"count\": 24", two_paths, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_changed(headers, "\"count\": 24", two_paths, NULL, NULL);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 3);
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 21);
     assert_int_equal(scene->views[2].split, VW_SPLIT_VAL);
-    vw_scene_close(&scene);
 }
 
 TEST(downscale_divides_the_camera) {
+    AUTO(vw_scene_close)
     struct vw_scene *scene =
         open_changed((struct vw_scene_params){.headers_only = true, .downscale = 5}, NULL, NULL, NULL, NULL);
     const struct vw_camera *camera = &scene->views[0].camera;
     assert_true(camera->width_px == 6 && camera->height_px == 4);
     assert_near(camera->focal_x_px, 3 / tan(25 * M_PI / 180), 1e-9);
-    vw_scene_close(&scene);
 }
 
 static uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {
@@ -138,7 +136,7 @@ TEST(the_ground_truth_lists_defects) {
                           "\"strength\": 2, \"every\": 4}, "
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"share\": 0.11}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 8, \"share\": 0.06}]";
-    struct vw_scene *scene = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
     assert_string_equal(scene->views[1].ground_truth, "exposure");
     assert_string_equal(scene->views[23].ground_truth, "exposure");
     assert_int_equal(count_truth(scene, "exposure"), 2);
@@ -149,14 +147,14 @@ TEST(the_ground_truth_lists_defects) {
     assert_int_equal(count_truth(scene, "clean"), 24 - 11);
     for (uint32_t v = 0; v < 24; v++)
         if (scene->views[v].split != VW_SPLIT_TRAIN) assert_string_equal(scene->views[v].ground_truth, "clean");
-    vw_scene_close(&scene);
 }
 
 // A share falls on the same views every time, and on others with another seed.
 TEST(the_seed_chooses_defective_views) {
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.5}]";
-    struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
-    struct vw_scene *again = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *again = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close)
     struct vw_scene *other = open_changed(headers, "\"defects\": []", defects, "\"seed\": 3", "\"seed\": 4");
     uint32_t different = 0;
     for (uint32_t v = 0; v < 24; v++) {
@@ -164,9 +162,6 @@ TEST(the_seed_chooses_defective_views) {
         different += strcmp(first->views[v].ground_truth, other->views[v].ground_truth) != 0;
     }
     assert_true(different > 0);
-    vw_scene_close(&first);
-    vw_scene_close(&again);
-    vw_scene_close(&other);
 }
 
 // The angle of the rotation from one pose to the other.
@@ -179,8 +174,8 @@ static double angle_between(const double a[3][4], const double b[3][4]) {
 
 TEST(a_wrong_pose_turns_only_its_views) {
     const char *defects = "\"defects\": [{\"kind\": \"wrong_pose\", \"strength\": 8, \"views\": [2, 5, 11]}]";
-    struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
-    struct vw_scene *right = open_changed(headers, NULL, NULL, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *right = open_changed(headers, NULL, NULL, NULL, NULL);
     for (uint32_t v = 0; v < 24; v++) {
         const struct vw_view *a = &wrong->views[v], *b = &right->views[v];
         double sight = 0; // cosine between the lines of sight
@@ -194,8 +189,6 @@ TEST(a_wrong_pose_turns_only_its_views) {
         for (int i = 0; i < 3; i++) assert_true(a->camera_to_world[i][3] == b->camera_to_world[i][3]);
     }
     assert_int_equal(count_truth(wrong, "wrong_pose"), 3);
-    vw_scene_close(&wrong);
-    vw_scene_close(&right);
 }
 
 // The scenes that come with viewworth can be read.
@@ -210,8 +203,8 @@ TEST(our_own_recipes_are_read) {
         {"exposure", 30, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
-        char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);
-        struct vw_scene *scene = NULL;
+        AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);
+        AUTO(vw_scene_close) struct vw_scene *scene = NULL;
         if (vw_scene_open(&(struct vw_scene_params){.path = path, .headers_only = true}, &scene))
             fail_msg("%s", vw_error_message());
         assert_string_equal(scene->format, "recipe");
@@ -219,7 +212,5 @@ TEST(our_own_recipes_are_read) {
         assert_int_equal(scene->view_count - count_truth(scene, "clean"), scenes[i].corrupted);
         assert_int_equal(scene->views[0].camera.k1 != 0, scenes[i].distorted);
         assert_int_equal(scene->has_alpha, scenes[i].transparent);
-        vw_scene_close(&scene);
-        free(path);
     }
 }

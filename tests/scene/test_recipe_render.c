@@ -14,11 +14,10 @@ static struct vw_scene *draw(const char *from, const char *to, const char *from2
 }
 
 static struct vw_scene *draw_own(const char *name) {
-    char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
+    AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
     struct vw_scene *scene = NULL;
     if (vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene))
         fail_msg("%s", vw_error_message());
-    free(path);
     return scene;
 }
 
@@ -88,19 +87,17 @@ static void check_rim(const struct vw_scene *scene) {
 }
 
 TEST(a_sphere_has_its_outline) {
-    struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
-    vw_scene_close(&scene);
 }
 
 TEST(a_distorted_lens_bends_the_sphere) {
     const char *lens =
         "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
-    struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
-    vw_scene_close(&scene);
 }
 
 // Signed distances of the shapes below from a point.
@@ -149,6 +146,7 @@ TEST(points_lie_on_the_shapes) {
          from_cylinder},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        AUTO(vw_scene_close)
         struct vw_scene *scene = draw(RECIPE_SPHERE, cases[i].shape, "\"background\": [0, 0, 0]", LIT_BACKGROUND);
         assert_true(scene->point_count > 200);
         double highest = -1, lowest = 1;
@@ -160,7 +158,6 @@ TEST(points_lie_on_the_shapes) {
             lowest = fmin(lowest, position[2]);
         }
         assert_true(cases[i].distance == from_plane || highest > lowest + 0.3);
-        vw_scene_close(&scene);
     }
 }
 
@@ -171,7 +168,7 @@ TEST(light_and_shadow_fall) {
         "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
     const char *ground = RECIPE_SPHERE
         ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.4], \"radius\": 0.95, \"texture\": " RECIPE_GREY "}";
-    struct vw_scene *scene = draw("\"background\": [0, 0, 0]", lit, RECIPE_SPHERE, ground);
+    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"background\": [0, 0, 0]", lit, RECIPE_SPHERE, ground);
     uint32_t shaded = 0, sunny = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
         const struct vw_point *point = &scene->points[p];
@@ -181,15 +178,14 @@ TEST(light_and_shadow_fall) {
         *(from_axis < 0.5 ? &shaded : &sunny) += 1;
     }
     assert_true(shaded > 20 && sunny > 20);
-    vw_scene_close(&scene);
 }
 
 TEST(textures_differ) {
     const char *kinds[] = {"checker", "stripes", "noise"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(kinds); i++) {
-        char *texture = vw_format_text(
+        AUTO_FREE char *texture = vw_format_text(
             "{\"kind\": \"%s\", \"colour\": [0.2, 0, 1], \"second_colour\": [0.8, 0, 1], \"cell\": 0.25}", kinds[i]);
-        struct vw_scene *scene = draw(RECIPE_GREY, texture, NULL, NULL);
+        AUTO(vw_scene_close) struct vw_scene *scene = draw(RECIPE_GREY, texture, NULL, NULL);
         uint32_t low = 0, high = 0, between = 0;
         for (uint32_t p = 0; p < scene->point_count; p++) {
             const float *rgb = scene->points[p].rgb;
@@ -198,31 +194,28 @@ TEST(textures_differ) {
         }
         assert_true(low > scene->point_count / 10 && high > scene->point_count / 10);
         assert_true(i == 2 ? between > scene->point_count / 10 : between == 0);
-        vw_scene_close(&scene);
-        free(texture);
     }
 }
 
 TEST(a_recipe_renders_the_same_bits_twice) {
-    struct vw_scene *first = draw_own("courtyard"), *second = draw_own("courtyard");
+    AUTO(vw_scene_close) struct vw_scene *first = draw_own("courtyard"), *second = draw_own("courtyard");
     assert_memory_equal(first->hash, second->hash, sizeof first->hash);
     for (uint32_t v = 0; v < first->view_count; v++)
         assert_memory_equal(first->views[v].sha256, second->views[v].sha256, sizeof first->views[v].sha256);
     assert_int_equal(first->point_count, second->point_count);
     assert_int_equal(first->track_count, second->track_count);
     assert_true(first->point_count > 2000);
-    vw_scene_close(&first);
-    vw_scene_close(&second);
 }
 
 // A scene a million units away looks the same.
 TEST(a_scene_far_from_the_origin_looks_the_same) {
     const char *far_text = "\"centre\": [1000000.2, -2000000.1, 3000000.3], \"radius\": 0.5";
-    char *moved = replaced(recipe_text, "\"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5", far_text);
-    char *boxed =
+    AUTO_FREE char *moved = replaced(recipe_text, "\"centre\": [0.2, -0.1, 0.3], \"radius\": 0.5", far_text);
+    AUTO_FREE char *boxed =
         replaced(moved, "\"centre\": [0, 0, 0], \"half_extent\"", "\"centre\": [1e6, -2e6, 3e6], \"half_extent\"");
-    char *text = replaced(boxed, "\"centre\": [0, 0, 0], \"radius\": 3", "\"centre\": [1e6, -2e6, 3e6], \"radius\": 3");
-    struct vw_scene *here = draw(NULL, NULL, NULL, NULL), *there = NULL;
+    AUTO_FREE char *text =
+        replaced(boxed, "\"centre\": [0, 0, 0], \"radius\": 3", "\"centre\": [1e6, -2e6, 3e6], \"radius\": 3");
+    AUTO(vw_scene_close) struct vw_scene *here = draw(NULL, NULL, NULL, NULL), *there = NULL;
     if (open_text(text, on_gpu(), &there)) fail_msg("%s", vw_error_message());
     uint32_t different = 0;
     for (uint32_t v = 0; v < 24; v++) {
@@ -230,11 +223,6 @@ TEST(a_scene_far_from_the_origin_looks_the_same) {
         for (uint32_t i = 0; i < 32 * 24 * 4; i++) different += a[i] != b[i];
     }
     if (different > 3 * 4) fail_msg("%u channel values differ", different); // of rim pixels
-    vw_scene_close(&here);
-    vw_scene_close(&there);
-    free(moved);
-    free(boxed);
-    free(text);
 }
 
 // A square whose columns have one colour each, ten different ones in all.
@@ -265,8 +253,10 @@ TEST(defects_have_their_strength) {
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"views\": [3]}, "
                           "{\"kind\": \"striped_box\", \"strength\": 0.5, \"views\": [6]}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 10, \"views\": [5]}]";
+    AUTO(vw_scene_close)
     struct vw_scene *scene =
         draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", "\"defects\": []", defects);
+    AUTO(vw_scene_close)
     struct vw_scene *clean = draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", NULL, NULL);
     const uint32_t values = 32 * 24 * 4;
     double sum = 0, sum2 = 0;
@@ -287,8 +277,6 @@ TEST(defects_have_their_strength) {
     check_striped_box(&scene->views[6].image, clean->views[0].image.pixels, 16);
     for (uint32_t v = 0; v < 24; v++)
         if (v == 0 || (v > 3 && v != 6)) assert_memory_equal(scene->views[v].sha256, clean->views[v].sha256, 32);
-    vw_scene_close(&scene);
-    vw_scene_close(&clean);
 }
 
 // Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for
@@ -317,6 +305,7 @@ TEST(exposure_varies_by_view) {
 // sqrt(2 pi)).
 TEST(blur_widens_edges) {
     const char *defects = "\"defects\": [{\"kind\": \"blur\", \"strength\": 2, \"views\": [6]}]";
+    AUTO(vw_scene_close)
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL), *clean = draw(NULL, NULL, NULL, NULL);
     const uint8_t *blurred = scene->views[6].image.pixels, *sharp = clean->views[6].image.pixels;
     double blurred_sum = 0, sharp_sum = 0;
@@ -328,8 +317,6 @@ TEST(blur_widens_edges) {
     }
     assert_near(blurred_sum, sharp_sum, 0.03 * sharp_sum);
     assert_near(steepest, 128 / (2 * sqrt(2 * M_PI)), 4);
-    vw_scene_close(&scene);
-    vw_scene_close(&clean);
 }
 
 TEST(a_transparent_background_becomes_alpha) {
@@ -354,7 +341,7 @@ TEST(a_transparent_background_becomes_alpha) {
 // Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour
 // there.
 TEST(tracks_end_at_the_points) {
-    struct vw_scene *scene = draw_own("courtyard");
+    AUTO(vw_scene_close) struct vw_scene *scene = draw_own("courtyard");
     uint32_t compared = 0, alike = 0, tracks = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
         const struct vw_point *point = &scene->points[p];
@@ -384,13 +371,12 @@ TEST(tracks_end_at_the_points) {
     assert_int_equal(tracks, scene->track_count);
     assert_true(compared > 10000);
     if (alike < 0.85 * compared) fail_msg("only %u of %u tracks show their point's colour", alike, compared);
-    vw_scene_close(&scene);
 }
 
 // Points behind an occluder, or behind a shape, are not seen.
 TEST(hidden_points_have_no_track) {
     const char *defects = "\"defects\": [{\"kind\": \"occluder\", \"strength\": 0.95, \"views\": [3]}]";
-    struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
+    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
     uint32_t by_view[24] = {0};
     for (uint32_t p = 0; p < scene->point_count; p++)
         for (uint32_t t = 0; t < scene->points[p].track_count; t++) {
@@ -404,7 +390,6 @@ TEST(hidden_points_have_no_track) {
         }
     assert_true(by_view[2] > 50);
     assert_true(by_view[3] * 5 < by_view[2]);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -13,10 +13,10 @@
 
 static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
     tiny_scene_write(folder, tiny);
+    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
     struct vw_box box = scene->box;
     if (!strstr(scene->box_source, source)) fail_msg("box_source '%s' does not say '%s'", scene->box_source, source);
-    vw_scene_close(&scene);
     return box;
 }
 
@@ -76,10 +76,10 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
     temporary_file(folder, "transforms.json", json);
     for (int i = 0; i < 4; i++) free(frames[i]);
     free(json);
+    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
     assert_non_null(strstr(scene->box_source, "no common point"));
     struct vw_box box = scene->box;
-    vw_scene_close(&scene);
     return box;
 }
 
@@ -96,6 +96,7 @@ FOLDER_TEST(axes_without_a_common_point_have_a_box) {
 FOLDER_TEST(a_downscale_fits_the_camera) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
     for (int headers_only = 0; headers_only < 2; headers_only++) {
+        AUTO(vw_scene_close)
         struct vw_scene *scene =
             tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 3, .headers_only = headers_only});
         const struct vw_camera *camera = &scene->views[0].camera;
@@ -106,7 +107,6 @@ FOLDER_TEST(a_downscale_fits_the_camera) {
         assert_near(camera->centre_x_px, 5 * 2.0 / 8, 1e-12);
         assert_near(camera->centre_y_px, 2 * 2.0 / 6, 1e-12);
         assert_int_equal(scene->views[0].image.width_px, headers_only ? 0 : 2);
-        vw_scene_close(&scene);
     }
 }
 
@@ -128,6 +128,7 @@ FOLDER_TEST(the_background_follows_alpha) {
 FOLDER_TEST(excluded_views_are_not_decoded) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
+    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
     assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
     assert_int_equal(vw_scene_decode_all(scene), VW_OK);
@@ -135,15 +136,13 @@ FOLDER_TEST(excluded_views_are_not_decoded) {
     assert_non_null(scene->views[2].image.pixels);
     const uint8_t zero[VW_HASH_BYTES] = {0};
     assert_memory_not_equal(scene->views[3].sha256, zero, VW_HASH_BYTES); // but they are in the ledger
-    vw_scene_close(&scene);
 }
 
 // ---- The hash -------------------------------------------------------------------------------------------------------
 
 static void hash_of(const struct vw_scene_params *params, char hex[VW_HASH_HEX_BYTES]) {
-    struct vw_scene *scene = tiny_scene_open(params);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
     vw_hash_to_hex(scene->hash, hex);
-    vw_scene_close(&scene);
 }
 
 static void check_hash_differs(const struct vw_scene_params *params, const char *from) {
@@ -211,10 +210,9 @@ FOLDER_TEST(a_clamped_share_is_noted) {
         snprintf(name, sizeof name, "images/0%d.exr", i);
         assert_int_equal(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels), VW_OK);
     }
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "1 photos: 0.347 %")); // 2 of 3 * 48 pixels * 4 channels
-    vw_scene_close(&scene);
 }
 
 // ---- Real scenes ----------------------------------------------------------------------------------------------------
@@ -222,7 +220,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
 TEST(fox_is_read) {
     const char *path = real_scene_path("fox");
     if (!path) skip();
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
     assert_int_equal(scene->view_count, 50);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 7);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 6);
@@ -239,13 +237,12 @@ TEST(fox_is_read) {
             assert_true(hypot(x_px - column, y_px - row) < 0.01);
         }
     }
-    vw_scene_close(&scene);
 }
 
 TEST(chair_synthetic_is_read) {
     const char *path = real_scene_path("chair_synthetic");
     if (!path) skip();
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 100);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 20);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 20);
@@ -254,5 +251,4 @@ TEST(chair_synthetic_is_read) {
     assert_true(scene->has_alpha);
     assert_true(scene->background[1] == 1);
     check_box(&scene->box, 0, 0, 0, 1.55, 0.06);
-    vw_scene_close(&scene);
 }

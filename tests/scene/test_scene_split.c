@@ -6,7 +6,7 @@
 
 // One letter per view: t(rain), v(al), T(est), x(excluded).
 static void check_splits(const struct vw_scene_params *params, const char *expected) {
-    struct vw_scene *scene = tiny_scene_open(params);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
     char splits[100] = "";
     uint32_t count[4] = {0};
     for (uint32_t v = 0; v < scene->view_count; v++) {
@@ -15,7 +15,6 @@ static void check_splits(const struct vw_scene_params *params, const char *expec
     }
     assert_string_equal(splits, expected);
     assert_memory_equal(count, scene->split_count, sizeof count);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(every_eighth_view_validates) {
@@ -139,11 +138,11 @@ FOLDER_TEST(providers_are_read) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *csv =
         temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
+    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .providers = csv});
     assert_string_equal(scene->views[0].provider, "anna");
     assert_string_equal(scene->views[1].provider, "");
     assert_string_equal(scene->views[2].provider, "Smith, \"Jo\"");
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(bad_providers_are_refused) {

@@ -11,9 +11,9 @@
 // The camera of the first view of a scene with these keys.
 static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
+    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
     struct vw_camera camera = scene->views[0].camera;
-    vw_scene_close(&scene);
     return camera;
 }
 
@@ -82,11 +82,10 @@ FOLDER_TEST(frame_keys_win) {
 FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
     tiny_scene_write(*state,
                      &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     check_camera(&scene->views[5].camera, 7, 7, 4.1, 2.9);
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "8 frames: intrinsics scaled"));
-    vw_scene_close(&scene);
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"w\": 80, \"h\": 61,"});
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frame 0",
                        "80 x 61", "8 x 6", NULL);
@@ -112,11 +111,10 @@ FOLDER_TEST(the_pose_is_read) {
         "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
         "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
         "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
     for (int i = 0; i < 12; i++)
         assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(bad_poses_are_refused) {
@@ -225,14 +223,13 @@ FOLDER_TEST(missing_photos_are_skipped) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_int_equal(scene->view_count, 3);
     assert_string_equal(scene->views[1].name, "images/02.png");
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "2 frames skipped"));
     assert_non_null(strstr(scene->notes[0], "images/01.png"));
     assert_ptr_equal(scene->missing, scene->notes[0]);
-    vw_scene_close(&scene);
     for (int i = 0; i < 5; i += 2) {
         char name[32];
         snprintf(name, sizeof name, "images/%02d.png", i);
@@ -257,19 +254,17 @@ FOLDER_TEST(photos_stay_in_the_folder) {
     temporary_folder_remove(elsewhere);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink("00.png", temporary_path(*state, "images/01.png")), 0); // inside is fine
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
-    vw_scene_close(&scene);
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
 }
 
 // The scene file too: what it links to would show in messages.
 FOLDER_TEST(the_scene_file_stays_in_the_folder) {
-    char *elsewhere = temporary_folder_create();
+    AUTO_FOLDER char *elsewhere = temporary_folder_create();
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "t.json"), temporary_path(*state, "transforms.json")), 0);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "through a link",
                        NULL);
-    temporary_folder_remove(elsewhere);
 }
 
 FOLDER_TEST(photos_that_are_no_files_are_refused) {

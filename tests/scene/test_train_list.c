@@ -96,7 +96,7 @@ FOLDER_TEST(photos_scored_so_highly) {
 }
 
 FOLDER_TEST(a_file_that_is_not_there) {
-    struct vw_scene *scene = open_scene(*state);
+    AUTO(vw_scene_close) struct vw_scene *scene = open_scene(*state);
     bool chosen[PHOTOS] = {false};
     uint32_t passed_over;
     static const char *const missing[] = {"none.txt", "none.json", "none.tsv"};
@@ -106,5 +106,4 @@ FOLDER_TEST(a_file_that_is_not_there) {
         ASSERT_FAILS(vw_train_list_read(scene, path, i == 3 ? &least : NULL, chosen, &passed_over), VW_ERROR_INPUT,
                      path);
     }
-    vw_scene_close(&scene);
 }

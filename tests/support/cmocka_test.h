@@ -33,6 +33,17 @@
 void test_add(struct CMUnitTest test, int line);
 void test_group(CMFixtureFunction set_up, CMFixtureFunction tear_down);
 
+// Goes before a declaration: AUTO ends what the variable holds by a call of `end` with its address, and AUTO_FREE frees
+// it, when its block ends. (A failing test leaves the block without that.)
+#define AUTO(end) __attribute__((cleanup(end)))
+#define AUTO_FREE AUTO(free_at_end)
+
+static inline void free_at_end(void *variable) {
+    void *pointer;
+    memcpy(&pointer, variable, sizeof pointer);
+    free(pointer);
+}
+
 // Fails the test, with the call and its message, unless the call gives VW_OK.
 #define ASSERT_OK(call)                                                                                                \
     do {                                                                                                               \

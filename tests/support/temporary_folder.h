@@ -13,6 +13,10 @@ int temporary_folder_tear_down(void **state);
 char *temporary_folder_create(void);
 // Removes the folder with all it holds, and frees the path.
 void temporary_folder_remove(char *folder);
+// Goes before the declaration of such a path: removes the folder when the block of the variable ends.
+#define AUTO_FOLDER AUTO(temporary_folder_end)
+
+static inline void temporary_folder_end(char **folder) { temporary_folder_remove(*folder); }
 
 // "folder/name" in storage that the next eight calls keep.
 const char *temporary_path(const char *folder, const char *name);

@@ -102,7 +102,7 @@ TEST(pairs_are_summarised) {
                        /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
     struct vw_score_table table = {.method = "some", .unit = "dB", .values = values};
     struct vw_score_tables tables = {.run_count = 4, .photo_count = 3, .tables = &table, .count = 1};
-    struct vw_agreement *pairs = NULL;
+    AUTO_FREE struct vw_agreement *pairs = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_agreement_of_pairs(&tables, &table, &pairs, &count));
     assert_int_equal(count, 6);
@@ -114,7 +114,6 @@ TEST(pairs_are_summarised) {
     assert_real(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, "the pair of the first and third run");
     summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
     assert_true(summary.pairs == 0 && isnan(summary.mean) && isnan(summary.lowest) && isnan(summary.highest));
-    free(pairs);
 }
 
 // ---- From ledgers ---------------------------------------------------------------------------------------------------
@@ -136,7 +135,7 @@ static struct test_recording *train(uint32_t epochs, uint64_t seed) {
 
 // The first epochs of a longer run are the run of so many epochs.
 TEST(first_epochs_are_scored_as_a_run_of_their_own) {
-    struct test_recording *longer = train(9, 1), *shorter = train(4, 1), *other = train(4, 2);
+    AUTO_FREE struct test_recording *longer = train(9, 1), *shorter = train(4, 1), *other = train(4, 2);
     struct vw_value_input runs[] = {input_of(longer, test_images), input_of(other, test_images)};
     struct vw_value_input wanted[] = {input_of(shorter, test_images), input_of(other, test_images)};
     struct vw_score_tables first, whole;
@@ -161,13 +160,10 @@ TEST(first_epochs_are_scored_as_a_run_of_their_own) {
     ASSERT_OK(vw_score_tables_make(runs, 2, 1, &first)); // burn-in alone
     assert_int_equal(first.count, 0);
     vw_score_tables_free(&first);
-    free(longer);
-    free(shorter);
-    free(other);
 }
 
 TEST(probes_of_later_epochs_are_left_out) {
-    struct test_recording *training = train(4, 1);
+    AUTO_FREE struct test_recording *training = train(4, 1);
     const struct vw_probe probes[] = {{.step = 1}, {.step = 10}, {.step = 10}, {.step = 11}, {.step = 20}};
     struct vw_value_input input = input_of(training, test_images);
     input.probes = probes;
@@ -178,19 +174,18 @@ TEST(probes_of_later_epochs_are_left_out) {
     first = vw_value_input_truncate(&input, 4);
     assert_int_equal(first.record_count, training->count);
     assert_int_equal(first.probe_count, 5);
-    free(training);
 }
 
 // A run that has no step after burn-in has no score of any method: its places are NaN, and the others' pairs stay.
 TEST(a_run_without_scores_takes_no_part) {
-    struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);
+    AUTO_FREE struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);
     struct vw_value_input runs[] = {input_of(burned, test_images), input_of(full, test_images),
                                     input_of(other, test_images)};
-    struct vw_score_tables tables;
+    AUTO(vw_score_tables_free) struct vw_score_tables tables;
     ASSERT_OK(vw_score_tables_make(runs, 3, 4, &tables));
     const struct vw_score_table *table = vw_score_tables_find(&tables, "dv_loss");
     assert_non_null(table);
-    struct vw_agreement *pairs = NULL;
+    AUTO_FREE struct vw_agreement *pairs = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_agreement_of_pairs(&tables, table, &pairs, &count));
     assert_true(isnan(table->values[0]) && isfinite(table->values[TEST_TRAIN_COUNT]));
@@ -198,36 +193,27 @@ TEST(a_run_without_scores_takes_no_part) {
     assert_int_equal(pairs[2].photos, TEST_TRAIN_COUNT);
     assert_int_equal(pairs[2].clean, 3);
     assert_int_equal(vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).pairs, 1);
-    free(pairs);
-    vw_score_tables_free(&tables);
-    free(full);
-    free(other);
-    free(burned);
 }
 
 TEST(truth_is_not_made_up) {
-    struct test_recording *training = train(4, 1);
+    AUTO_FREE struct test_recording *training = train(4, 1);
     struct vw_ledger_image images[TEST_IMAGE_COUNT];
     for (int i = 0; i < TEST_IMAGE_COUNT; i++) {
         images[i] = test_images[i];
         images[i].ground_truth = NULL;
     }
     struct vw_value_input run = input_of(training, images);
-    struct vw_score_tables tables;
+    AUTO(vw_score_tables_free) struct vw_score_tables tables;
     ASSERT_OK(vw_score_tables_make(&run, 1, 4, &tables));
     assert_null(tables.clean);
-    vw_score_tables_free(&tables);
-    free(training);
 }
 
 TEST(runs_on_other_photos_are_refused) {
-    struct test_recording *training = train(4, 1);
+    AUTO_FREE struct test_recording *training = train(4, 1);
     struct vw_ledger_image images[TEST_IMAGE_COUNT];
     memcpy(images, test_images, sizeof images);
     images[3].name = "images/other.png";
     struct vw_value_input runs[] = {input_of(training, test_images), input_of(training, images)};
-    struct vw_score_tables tables;
+    AUTO(vw_score_tables_free) struct vw_score_tables tables;
     ASSERT_FAILS(vw_score_tables_make(runs, 2, 4, &tables), VW_ERROR_INPUT, "run 2");
-    vw_score_tables_free(&tables);
-    free(training);
 }

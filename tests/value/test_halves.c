@@ -53,13 +53,12 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
         record->val_psnr_pooled = vw_psnr_db(mse);
         if (record->nonfinite) record->val_psnr = record->val_psnr_pooled = record->val_l1 = NAN;
     }
-    char *path = vw_path_join(folder, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(folder, "ledger.db");
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row = test_run("{}");
     remove(path);
     ASSERT_OK(vw_ledger_create(path, &row, images, IMAGES, &ledger));
     ASSERT_OK(vw_ledger_append(ledger, records, STEPS, views));
-    free(path);
     *input = (struct vw_value_input){
         .records = records, .record_count = STEPS, .burn_in_epochs = 1, .images = images, .image_count = IMAGES};
     return ledger;
@@ -68,7 +67,7 @@ static struct vw_ledger *record(const char *folder, const bool validates[IMAGES]
 static void check_half(const char *folder, const uint8_t *halves, uint8_t half) {
     bool all[IMAGES], of_half[IMAGES];
     struct vw_value_input input;
-    struct vw_ledger_score *scores = NULL, *expected = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL, *expected = NULL;
     uint32_t score_count = 0, expected_count = 0;
     for (uint32_t i = 0; i < IMAGES; i++) {
         all[i] = halves[i] != VW_HALF_NONE;
@@ -89,8 +88,6 @@ static void check_half(const char *folder, const uint8_t *halves, uint8_t half) 
         assert_near(scores[i].value, expected[i].value, 1e-9); // rounding of sums
         if (!isnan(expected[i].ci_low)) assert_near(scores[i].ci_low, expected[i].ci_low, 1e-6);
     }
-    free(scores);
-    free(expected);
 }
 
 FOLDER_TEST(scores_of_a_half_are_of_its_photos_alone) {
@@ -140,7 +137,7 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     make_images();
     ASSERT_OK(vw_halves_split(images, IMAGES, 5, halves, sizes));
     for (uint32_t i = 0; i < IMAGES; i++) all[i] = halves[i] != VW_HALF_NONE;
-    struct vw_ledger *ledger = record(*state, all, &input);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record(*state, all, &input);
     for (uint32_t t = 1; t < STEPS; t++) {
         steps[t - 1] = (struct vw_lasting_step){t, 9, 9, 1, 1};
         for (uint32_t v = 0; v < VIEWS; v++) view_psnr[t - 1][v] = error_of(t, views[v]).l1;
@@ -164,7 +161,6 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     }
     assert_int_equal(found, PHOTOS);
     free(scores);
-    vw_ledger_close(&ledger);
 }
 
 // A ledger that lacks rows of view has no values for that half.
@@ -172,15 +168,13 @@ FOLDER_TEST(a_step_without_all_photos_has_no_value) {
     uint8_t halves[IMAGES];
     uint32_t sizes[VW_HALVES], score_count = 77;
     struct vw_value_input input;
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     bool of_half[IMAGES];
     make_images();
     ASSERT_OK(vw_halves_split(images, IMAGES, 5, halves, sizes));
     for (uint32_t i = 0; i < IMAGES; i++) of_half[i] = halves[i] == VW_HALF_A;
-    struct vw_ledger *ledger = record(*state, of_half, &input);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record(*state, of_half, &input);
     ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
     for (uint32_t i = 0; i < score_count; i++) // quality may have scores, by the training loss
         assert_true(strncmp(scores[i].method, "dv_", 3) != 0);
-    free(scores);
-    vw_ledger_close(&ledger);
 }

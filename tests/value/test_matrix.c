@@ -49,13 +49,12 @@ static void add_step(struct run *run, uint32_t epoch, uint32_t photo, const stru
 }
 
 static struct vw_ledger *record(const char *folder, const struct run *run) {
-    char *path = vw_path_join(folder, "ledger.db");
+    AUTO_FREE char *path = vw_path_join(folder, "ledger.db");
     struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row = test_run("{}");
     remove(path);
     ASSERT_OK(vw_ledger_create(path, &row, run->images, run->image_count, &ledger));
     ASSERT_OK(vw_ledger_append(ledger, run->records, run->count, run->views));
-    free(path);
     return ledger;
 }
 
@@ -101,8 +100,8 @@ static struct run *hand_made(void) {
 
 // The tolerance is the rounding of powers of ten and their logarithms.
 FOLDER_TEST(deltas_are_summed_by_view) {
-    struct run *run = hand_made();
-    struct vw_ledger *ledger = record(*state, run);
+    AUTO_FREE struct run *run = hand_made();
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record(*state, run);
     struct vw_value_input input = input_of(run, 1);
     struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
@@ -120,8 +119,8 @@ FOLDER_TEST(deltas_are_summed_by_view) {
     assert_near(matrix.end_psnr[1], 22, 1e-12);
 
     const double standard_errors[] = {0.5, NAN};
-    char *path = vw_path_join(*state, "matrix.csv");
-    void *text = NULL;
+    AUTO_FREE char *path = vw_path_join(*state, "matrix.csv");
+    AUTO_FREE void *text = NULL;
     size_t size_bytes;
     for (size_t i = 0; i < 4; i++) matrix.psnr[i] = psnr[i], matrix.l1[i] = i / 4.0;
     ASSERT_OK(vw_table_write_matrix(path, &matrix, standard_errors, run->images, run->image_count));
@@ -132,8 +131,6 @@ FOLDER_TEST(deltas_are_summed_by_view) {
                               "2.png,,dv_psnr,dB,43,,87,-1\n"
                               "2.png,,dv_loss,mean absolute error,,,0.5,0.75\n");
     assert_int_equal(vw_table_write_matrix(path, &matrix, standard_errors, run->images, 3), VW_ERROR_INPUT);
-    free(text);
-    free(path);
     vw_matrix_clear(&matrix);
 
     input.burn_in_epochs = 3;
@@ -141,31 +138,25 @@ FOLDER_TEST(deltas_are_summed_by_view) {
     assert_int_equal(matrix.visit_count, 0);
     for (size_t i = 0; i < 4; i++) assert_true(matrix.psnr[i] == 0 && matrix.l1[i] == 0);
     vw_matrix_clear(&matrix);
-    vw_ledger_close(&ledger);
-    free(run);
 }
 
 FOLDER_TEST(a_run_without_views_has_no_columns) {
-    struct run *run = hand_made();
+    AUTO_FREE struct run *run = hand_made();
     run->view_count = 0;
     for (uint32_t i = 0; i < run->count; i++) {
         run->records[i].view_count = 0;
         run->records[i].val_psnr_pooled = NAN; // an imported run: no reason to flag it
     }
-    struct vw_ledger *ledger = record(*state, run);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record(*state, run);
     struct vw_value_input input = input_of(run, 1);
-    struct vw_matrix matrix;
+    AUTO(vw_matrix_clear) struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
     assert_int_equal(matrix.view_count, 0);
-    vw_matrix_clear(&matrix);
-    struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
     for (uint64_t i = 0; i < count; i++) assert_int_equal(records[i].nonfinite, i == 4);
     assert_true(records[1].validated && isnan(records[1].val_psnr_pooled));
-    free(records);
-    vw_ledger_close(&ledger);
-    free(run);
 }
 
 // Some units in [-1, 1), each a function of its place.
@@ -179,7 +170,7 @@ static double noise(uint64_t seed, uint32_t a, uint32_t b) {
 FOLDER_TEST(row_means_are_the_scores) {
     const uint64_t seed = 11;
     enum { PHOTOS = 20, EPOCHS = 6 };
-    struct run *run = vw_allocate(1, sizeof *run);
+    AUTO_FREE struct run *run = vw_allocate(1, sizeof *run);
     for (uint32_t i = 0; i < PHOTOS + VIEWS_MOST; i++)
         add_image(run, vw_format_text("%u.png", i), i % 3 == 1 && i < 24 ? "val" : "train");
     assert_int_equal(run->view_count, VIEWS_MOST);
@@ -197,8 +188,8 @@ FOLDER_TEST(row_means_are_the_scores) {
         }
     struct vw_ledger *ledger = record(*state, run);
     struct vw_value_input input = input_of(run, 1);
-    struct vw_matrix matrix;
-    struct vw_ledger_score *scores = NULL;
+    AUTO(vw_matrix_clear) struct vw_matrix matrix;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
     ASSERT_OK(vw_value_score(&input, &scores, &count));
@@ -216,11 +207,8 @@ FOLDER_TEST(row_means_are_the_scores) {
         assert_near(l1, test_find_score(scores, count, "dv_loss", matrix.photos[p])->value, 1e-13);
     }
     assert_int_equal(matrix.visit_count, visits);
-    vw_matrix_clear(&matrix);
-    free(scores);
     vw_ledger_close(&ledger);
     for (uint32_t i = 0; i < run->image_count; i++) free((char *)run->images[i].name);
-    free(run);
 }
 
 // ---- The jackknife --------------------------------------------------------------------------------------------------
@@ -329,9 +317,9 @@ TEST(a_constant_view_hides_no_odd_one) {
 // A small ledger that names many photos and views, but has rows of few: its matrix would take more time than there is.
 FOLDER_TEST(a_large_matrix_needs_as_many_rows) {
     enum { MORE = 600, NAME_BYTES = 16 };
-    struct run *run = hand_made();
+    AUTO_FREE struct run *run = hand_made();
     uint32_t count = run->image_count + MORE;
-    struct vw_ledger_image *images = vw_allocate(count, sizeof *images);
+    AUTO_FREE struct vw_ledger_image *images = vw_allocate(count, sizeof *images);
     char(*names)[NAME_BYTES] = vw_allocate(MORE, sizeof *names);
     memcpy(images, run->images, run->image_count * sizeof *images);
     for (uint32_t i = 0; i < MORE; i++) {
@@ -339,22 +327,17 @@ FOLDER_TEST(a_large_matrix_needs_as_many_rows) {
         snprintf(names[i], NAME_BYTES, "more-%u", i);
         images[id] = (struct vw_ledger_image){id, names[i], i % 2 ? "val" : "train", NULL, HEX_A, NULL};
     }
-    char *path = vw_path_join(*state, "ledger.db");
-    struct vw_ledger *ledger = NULL;
+    AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row = test_run("{}");
     ASSERT_OK(vw_ledger_create(path, &row, images, count, &ledger));
     ASSERT_OK(vw_ledger_append(ledger, run->records, run->count, run->views));
     struct vw_value_input input = input_of(run, 1);
     input.images = images;
     input.image_count = count;
-    struct vw_matrix matrix;
+    AUTO(vw_matrix_clear) struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
     assert_int_equal(matrix.view_count, 0);
     assert_int_equal(matrix.visit_count, 0);
-    vw_matrix_clear(&matrix);
-    vw_ledger_close(&ledger);
-    free(path);
     free(names);
-    free(images);
-    free(run);
 }

@@ -26,9 +26,8 @@ static void check_near(double value, double expected, const char *what) {
 // ---- Games whose values are known -----------------------------------------------------------------------------------
 
 static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
-    struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
+    AUTO_FREE struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
     double value = game->records[game->count - 1].val_psnr - 12;
-    free(game);
     return value;
 }
 
@@ -59,9 +58,9 @@ static double additive(const uint32_t *order, uint32_t first, uint32_t step, uin
 // In a game where no photo changes another's worth, leaving one out, Shapley's value and every method that sums agree:
 // visits * worth.
 TEST(additive_worths_come_back) {
-    struct test_game *game = test_play(additive, EPOCHS, seed);
+    AUTO_FREE struct test_game *game = test_play(additive, EPOCHS, seed);
     uint32_t count = 0;
-    struct vw_ledger_score *scores = score(game, 0, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(game, 0, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         double worth = worth_db[photo], whole = VALUED * worth;
         check_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
@@ -76,8 +75,6 @@ TEST(additive_worths_come_back) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++)
             check_near(value_of(scores, count, cases[i].method, photo), cases[i].expected, cases[i].method);
     }
-    free(scores);
-    free(game);
 }
 
 // Two photos show the same: whichever comes first in an epoch brings all that either has, the other nothing.
@@ -93,15 +90,13 @@ TEST(duplicates_share_their_worth) {
     double pair[2] = {0};
     enum { SEEDS = 40 };
     for (uint64_t with_seed = 0; with_seed < SEEDS; with_seed++) {
-        struct test_game *game = test_play(duplicates, EPOCHS, with_seed);
+        AUTO_FREE struct test_game *game = test_play(duplicates, EPOCHS, with_seed);
         uint32_t count = 0;
-        struct vw_ledger_score *scores = score(game, 0, &count);
+        AUTO_FREE struct vw_ledger_score *scores = score(game, 0, &count);
         double first = value_of(scores, count, "dv_psnr", 0), second = value_of(scores, count, "dv_psnr", 1);
         check_near(first + second, 0.5 * VALUED, "what a pair shares");
         pair[0] += first / SEEDS;
         pair[1] += second / SEEDS;
-        free(scores);
-        free(game);
     }
     // Half each but for the luck of the draw: 480 coins of 0.5 dB, summed per run, spread the mean by 0.137 dB; within
     // four of that.
@@ -176,7 +171,7 @@ static double contribution(const char *method, const double *epoch, uint32_t pho
 // Holds one score against its formula.
 static void check_score(const struct test_game *game, const struct vw_ledger_score *score) {
     const char *end = strrchr(score->method, '_');
-    char *method = vw_format_text("%.*s", (int)(end - score->method), score->method);
+    AUTO_FREE char *method = vw_format_text("%.*s", (int)(end - score->method), score->method);
     uint32_t photo = 0, visits = 0;
     while (test_train_views[photo] != score->image_id) photo++;
     const struct grid grid = grid_of(game, strcmp(end, "_loss") == 0, method);
@@ -189,33 +184,30 @@ static void check_score(const struct test_game *game, const struct vw_ledger_sco
     }
     check_near(score->value, sum, score->method);
     assert_int_equal(score->visits, visits);
-    free(method);
 }
 
 TEST(methods_follow_their_formulas) {
     for (uint64_t with_seed = 0; with_seed < 6; with_seed++) {
-        struct test_game *game = test_play(noisy, EPOCHS, with_seed);
+        AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, with_seed);
         for (uint32_t step = 17; step < 23 + with_seed; step++) test_flag(game, step); // one epoch keeps a photo or two
         uint32_t count = 0;
         bool momentum = with_seed % 2;
-        struct vw_ledger_score *scores = score(game, momentum ? beta1 : 0, &count);
+        AUTO_FREE struct vw_ledger_score *scores = score(game, momentum ? beta1 : 0, &count);
         for (uint32_t i = 0; i < count; i++)
             if (strcmp(scores[i].method, "quality") != 0) check_score(game, &scores[i]); // see test_quality
         assert_int_equal(count, (momentum ? 9 : 8) * TEST_TRAIN_COUNT);
-        free(scores);
-        free(game);
     }
 }
 
 // ---- The table and the edges ----------------------------------------------------------------------------------------
 
 TEST(the_list_is_in_the_order_of_scores) {
-    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0, listed;
     const struct vw_value_method *methods = vw_value_methods(&listed);
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
-    struct vw_lasting_step *pass = vw_allocate(input.record_count, sizeof *pass);
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_lasting_step *pass = vw_allocate(input.record_count, sizeof *pass);
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     input.lasting = (struct vw_lasting_pass){.steps = pass, .step_count = input.record_count - 1};
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;
@@ -229,13 +221,10 @@ TEST(the_list_is_in_the_order_of_scores) {
         for (uint32_t j = 0; j < i; j++) assert_string_not_equal(methods[i].name, methods[j].name);
     }
     assert_true(has_default);
-    free(scores);
-    free(pass);
-    free(game);
 }
 
 TEST(a_single_epoch_has_scores_without_errors) {
-    struct test_game *game = test_play(noisy, 1, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 1, seed);
     struct vw_value_input input = test_input_of(game, 0, 0);
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
@@ -260,34 +249,31 @@ TEST(a_single_epoch_has_scores_without_errors) {
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     assert_int_equal(count, 0); // no visit after burn-in
     free(scores);
-    free(game);
 }
 
 TEST(intervals_contain_their_scores) {
-    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, seed);
     uint32_t count = 0;
-    struct vw_ledger_score *scores = score(game, 0, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(game, 0, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         const struct vw_ledger_score *sum = test_find_score(scores, count, "dv_psnr", test_train_views[photo]);
         assert_true(sum->ci_low < sum->value && sum->value < sum->ci_high && sum->standard_error > 0);
         assert_in_range(sum->rank_ci_low, 1, sum->rank_ci_high);
         assert_in_range(sum->rank_ci_high, 1, TEST_TRAIN_COUNT);
     }
-    free(scores);
-    free(game);
 }
 
 // Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their
 // weights have it.
 TEST(resampling_stderr_heed_weights) {
-    struct test_game *game = test_play(noisy, EPOCHS, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, seed);
     struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
     const struct vw_probe probe = {
         .step = 23, .kind = VW_PROBE_RESAMPLED, .val_psnr = game->records[23].val_psnr + 0.2};
     input.probes = &probe;
     input.probe_count = 1;
     input.paper_methods = true;
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
     double linear = 0;
     for (int e = 1; e <= VALUED; e++) linear += pow(2 * e / (VALUED + 1.0), 2);
@@ -307,6 +293,4 @@ TEST(resampling_stderr_heed_weights) {
     }
     for (uint32_t i = 0; i < count; i++)
         if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed
-    free(scores);
-    free(game);
 }

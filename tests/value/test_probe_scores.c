@@ -120,7 +120,7 @@ TEST(a_run_without_probes_has_no_scores) {
 TEST(they_stand_behind_the_other_scores) {
     struct probed_run run;
     struct vw_value_input input = make_run(&run);
-    struct vw_ledger_score *with = NULL, *without = NULL;
+    AUTO_FREE struct vw_ledger_score *with = NULL, *without = NULL;
     struct vw_noise_floor floor;
     uint32_t with_count = 0, without_count = 0;
     ASSERT_OK(vw_value_score(&input, &with, &with_count));
@@ -134,8 +134,6 @@ TEST(they_stand_behind_the_other_scores) {
         assert_string_equal(with[i].method, without[i].method);
         assert_true(with[i].value == without[i].value && with[i].visits == without[i].visits);
     }
-    free(with);
-    free(without);
 }
 
 TEST(an_unknown_photo_is_an_error) {

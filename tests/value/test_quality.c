@@ -41,13 +41,13 @@ static const struct vw_ledger_score *quality_of(const struct vw_ledger_score *sc
 TEST(it_is_the_mean_of_two_ranks) {
     const double expected[TEST_TRAIN_COUNT] = {(4 + 2.5) / 8, (1 + 0) / 8.0, (2 + 2.5) / 8, (0 + 4) / 8.0,
                                                (3 + 1) / 8.0};
-    struct test_game *game = play(additive, EPOCHS);
+    AUTO_FREE struct test_game *game = play(additive, EPOCHS);
     uint32_t count = 0;
     for (uint32_t step = game->count - 3; step < game->count; step++) { // flagged steps do not count
         test_flag(game, step);
         game->records[step].train_loss = 1e9;
     }
-    struct vw_ledger_score *scores = score(game, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(game, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         const struct vw_ledger_score *quality = quality_of(scores, count, photo);
         assert_string_equal(quality->unit, "mean rank");
@@ -55,12 +55,10 @@ TEST(it_is_the_mean_of_two_ranks) {
             fail_msg("photo %u has quality %g, not %g", photo, quality->value, expected[photo]);
         assert_in_range(quality->visits, EPOCHS - BURN_IN - 1, EPOCHS - BURN_IN);
     }
-    free(scores);
-    free(game);
 }
 
 TEST(its_interval_is_drawn_from_the_epochs) {
-    struct test_game *steady = play(additive, EPOCHS), *moving = play(noisy, EPOCHS);
+    AUTO_FREE struct test_game *steady = play(additive, EPOCHS), *moving = play(noisy, EPOCHS);
     uint32_t count = 0;
     struct vw_ledger_score *same = score(steady, &count), *scores = score(moving, &count),
                            *again = score(moving, &count);
@@ -78,8 +76,6 @@ TEST(its_interval_is_drawn_from_the_epochs) {
     free(same);
     free(scores);
     free(again);
-    free(steady);
-    free(moving);
 }
 
 static bool has_quality(const struct vw_ledger_score *scores, uint32_t count) {
@@ -89,7 +85,7 @@ static bool has_quality(const struct vw_ledger_score *scores, uint32_t count) {
 }
 
 TEST(without_losses_there_is_none) {
-    struct test_game *game = play(noisy, 4);
+    AUTO_FREE struct test_game *game = play(noisy, 4);
     uint32_t count = 0;
     struct vw_ledger_score *scores = score(game, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++)
@@ -105,5 +101,4 @@ TEST(without_losses_there_is_none) {
     scores = score(game, &count);
     assert_true(count > 0 && !has_quality(scores, count));
     free(scores);
-    free(game);
 }

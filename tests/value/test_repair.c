@@ -51,7 +51,7 @@ static void assert_db(double value, double expected) {
 TEST(test_curves_are_the_responses) {
     static const uint32_t horizons[] = {1, 2, 3, 5, 8, 12, 20, 30};
     struct game game;
-    struct vw_repair_curves curves;
+    AUTO(vw_repair_curves_free) struct vw_repair_curves curves;
     make_game(&game);
     assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
     assert_int_equal(curves.horizon_count, 8); // up to an epoch
@@ -69,12 +69,11 @@ TEST(test_curves_are_the_responses) {
     }
     for (uint32_t k = 0; k < 8; k++) assert_int_equal(curves.horizons[k], horizons[k]);
     assert_int_equal(curves.photos[PHOTOS - 1].visits[1], 3); // the run ends
-    vw_repair_curves_free(&curves);
 }
 
 TEST(test_kinds_are_means_of_photos) {
     struct game game;
-    struct vw_repair_curves curves;
+    AUTO(vw_repair_curves_free) struct vw_repair_curves curves;
     make_game(&game);
     assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
     assert_int_equal(curves.kind_count, 2);
@@ -88,7 +87,6 @@ TEST(test_kinds_are_means_of_photos) {
     assert_int_equal(kind->curve.visits[0], 8);
     double sum = (PHOTOS - 2) * curves.kinds[0].curve.excess_db[0] + 2 * kind->curve.excess_db[0];
     assert_db(sum, 0); // excesses of an epoch add up to nothing
-    vw_repair_curves_free(&curves);
 }
 
 TEST(test_unknown_values_are_left_out) {

@@ -34,25 +34,23 @@ static double sum_of(const struct vw_series *series, uint32_t image) { // TEST_I
 static const double rounding = 1e-12;
 
 TEST(steps_add_up_to_last_minus_first) {
-    struct test_game *game = test_play(noisy, 20, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 20, seed);
     const double before[] = {12, game->records[TEST_TRAIN_COUNT].val_psnr,
                              game->records[7 * TEST_TRAIN_COUNT].val_psnr};
     const uint32_t burn_in[] = {0, 1, 7};
     for (size_t i = 0; i < VW_ARRAY_COUNT(burn_in); i++) {
-        struct vw_series series = make(game, burn_in[i], 0, VW_FORM_STEP);
+        AUTO(vw_series_free) struct vw_series series = make(game, burn_in[i], 0, VW_FORM_STEP);
         assert_int_equal(series.count, (20 - burn_in[i]) * TEST_TRAIN_COUNT);
         assert_int_equal(series.epoch_count, 20 - burn_in[i]);
         assert_close(sum_of(&series, TEST_IMAGE_COUNT), game->records[game->count - 1].val_psnr - before[i], rounding,
                      "the sum");
-        vw_series_free(&series);
     }
-    free(game);
 }
 
 // Each photo's revisit deltas add up to the measure after its last visit minus the one after its last visit within
 // burn-in.
 TEST(revisits_telescope) {
-    struct test_game *game = test_play(noisy, 20, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 20, seed);
     struct vw_series series = make(game, 2, 0, VW_FORM_REVISIT);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
         double first = NAN, last = NAN;
@@ -71,11 +69,10 @@ TEST(revisits_telescope) {
     for (uint32_t i = 0; i < series.count; i++) // the first visit has none before it: the untrained field is no visit
         assert_int_equal(isnan(series.visits[i].delta), i < TEST_TRAIN_COUNT);
     vw_series_free(&series);
-    free(game);
 }
 
 TEST(flagged_steps_are_bridged) {
-    struct test_game *game = test_play(noisy, 6, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 6, seed);
     const uint32_t flagged = 12, photo = game->order[flagged];
     uint32_t later = flagged + 1, earlier = flagged - 1;
     while (game->order[later] != photo) later++;
@@ -92,25 +89,22 @@ TEST(flagged_steps_are_bridged) {
     assert_true(isnan(visits[flagged].delta));
     assert_true(visits[later].delta == records[later].val_psnr - records[earlier].val_psnr);
     vw_series_free(&series);
-    free(game);
 }
 
 TEST(less_loss_is_more_worth) {
-    struct test_game *game = test_play(noisy, 2, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 2, seed);
     struct vw_value_input input = test_input_of(game, 1, 0);
-    struct vw_series series;
+    AUTO(vw_series_free) struct vw_series series;
     ASSERT_OK(vw_series_make(&input, &vw_measure_l1, -1, VW_FORM_STEP, &series));
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
         assert_true(series.visits[i].delta == -(game->records[step].val_l1 - game->records[step - 1].val_l1));
     }
-    vw_series_free(&series);
-    free(game);
 }
 
 // Epochs may have any numbers, and photos any number of visits in each.
 TEST(epochs_are_counted_where_they_change) {
-    struct test_game *game = test_play(noisy, 4, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 4, seed);
     const uint32_t epochs[] = {3, 3, 5, 4000000000u}, expected[] = {0, 1, 2};
     for (uint32_t step = 1; step < game->count; step++) game->records[step].epoch = epochs[game->records[step].epoch];
     struct vw_series series = make(game, 3, 0, VW_FORM_STEP);
@@ -123,11 +117,11 @@ TEST(epochs_are_counted_where_they_change) {
     assert_int_equal(series.count, 0);
     assert_int_equal(series.epoch_count, 0);
     vw_series_free(&series);
-    free(game);
 }
 
 TEST(visits_are_sorted_by_photo) {
-    struct test_game *game = test_play(noisy, 5, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 5, seed);
+    AUTO(vw_series_free)
     struct vw_series series = make(game, 1, 0, VW_FORM_STEP), sorted = make(game, 1, 0, VW_FORM_STEP);
     uint64_t starts[TEST_IMAGE_COUNT + 1], at = 0;
     ASSERT_OK(vw_series_sort_by_photo(&sorted, TEST_IMAGE_COUNT, starts));
@@ -141,20 +135,15 @@ TEST(visits_are_sorted_by_photo) {
     }
     assert_int_equal(at, series.count);
     assert_int_equal(starts[TEST_IMAGE_COUNT], at);
-    vw_series_free(&series);
-    vw_series_free(&sorted);
-    free(game);
 }
 
 TEST(an_unknown_image_is_refused) {
-    struct test_game *game = test_play(noisy, 2, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 2, seed);
     game->records[7].view = 99;
     struct vw_value_input input = test_input_of(game, 1, 0);
-    struct vw_series series;
+    AUTO(vw_series_free) struct vw_series series;
     ASSERT_FAILS(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series), VW_ERROR_INPUT,
                  "step 7: trained on image 99");
-    vw_series_free(&series);
-    free(game);
 }
 
 // ---- Momentum -------------------------------------------------------------------------------------------------------
@@ -184,28 +173,24 @@ static const double amplified_rounding = 1e-12;
 
 // The worth comes back with the luck of its step's draw: credits are no noisier than deltas without momentum.
 TEST(draws_stay_with_their_steps) {
-    struct test_game *game = test_play(mixed_with_draws, 20, seed);
-    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
+    AUTO_FREE struct test_game *game = test_play(mixed_with_draws, 20, seed);
+    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
         assert_close(series.visits[i].delta, worth_db[game->order[step]] + 0.5 * test_noise(seed, step),
                      amplified_rounding, "a credit");
     }
-    vw_series_free(&series);
-    free(game);
 }
 
 TEST(without_momentum_credits_are_deltas) {
-    struct test_game *game = test_play(noisy, 20, seed);
+    AUTO_FREE struct test_game *game = test_play(noisy, 20, seed);
     test_flag(game, 33);
+    AUTO(vw_series_free)
     struct vw_series series = make(game, 1, 0, VW_FORM_STEP), credits = make(game, 1, 0, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         assert_int_equal(isnan(series.visits[i].delta), isnan(credits.visits[i].delta));
         if (!isnan(series.visits[i].delta)) assert_true(credits.visits[i].delta == series.visits[i].delta);
     }
-    vw_series_free(&series);
-    vw_series_free(&credits);
-    free(game);
 }
 
 // A flagged step was not taken: it leaves the first moment as it is.
@@ -218,41 +203,35 @@ static double mixed_but_for_one(const uint32_t *order, uint32_t first, uint32_t 
 }
 
 TEST(steps_not_taken_have_no_part_in_momentum) {
-    struct test_game *game = test_play(mixed_but_for_one, 20, seed);
+    AUTO_FREE struct test_game *game = test_play(mixed_but_for_one, 20, seed);
     test_flag(game, 31);
-    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
+    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
         if (step == 31) assert_true(isnan(series.visits[i].delta));
         else assert_close(series.visits[i].delta, worth_db[game->order[step]], amplified_rounding, "a credit");
     }
-    vw_series_free(&series);
-    free(game);
 }
 
 TEST(what_has_no_value_has_no_credit) {
-    struct test_game *game = test_play(mixed, 3, seed);
+    AUTO_FREE struct test_game *game = test_play(mixed, 3, seed);
     for (uint32_t step = 0; step < 9; step++) test_flag(game, step);
-    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
+    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count;
          i++) // step 9 is the first that has a value, but nothing to start from, and 10 needs its delta
         assert_int_equal(isnan(series.visits[i].delta), 1 + TEST_TRAIN_COUNT + i <= 10);
-    vw_series_free(&series);
-    free(game);
 }
 
 // Imported runs may have such steps: what the step earned went into the moment, unseen.
 TEST(steps_taken_unvalidated_leave_credits_unknown) {
-    struct test_game *game = test_play(mixed, 20, seed);
+    AUTO_FREE struct test_game *game = test_play(mixed, 20, seed);
     const uint32_t unvalidated = 31;
     test_set_psnr(&game->records[unvalidated], NAN);
     game->records[unvalidated].validated = false;
-    struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
+    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
         if (step >= unvalidated && step <= unvalidated + 2) assert_true(isnan(series.visits[i].delta));
         else assert_close(series.visits[i].delta, worth_db[game->order[step]], amplified_rounding, "a credit");
     }
-    vw_series_free(&series);
-    free(game);
 }

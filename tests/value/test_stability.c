@@ -36,7 +36,7 @@ static struct vw_stability measure_epochs(const struct test_recording *training,
 }
 
 TEST(photos_that_differ_are_stable_once_enough_epochs_count) {
-    struct test_recording *training = train(0, 20);
+    AUTO_FREE struct test_recording *training = train(0, 20);
     for (uint32_t burn_in = 0; burn_in < 3; burn_in++)
         for (uint32_t epochs = 0; epochs <= 20; epochs++) {
             struct vw_stability stability = measure_epochs(training, epochs, burn_in);
@@ -46,7 +46,6 @@ TEST(photos_that_differ_are_stable_once_enough_epochs_count) {
             assert_true(enough ? stability.correlation > 1 - 1e-12 : isnan(stability.correlation)); // 1 to rounding
             assert_int_equal(vw_stability_reaches(&stability, 0.99), enough);
         }
-    free(training);
 }
 
 // Photo 1's deltas turn from +1 to -1 after the sixth of the epochs that count, the others' do not change: 0.11, 0.22,
@@ -54,7 +53,7 @@ TEST(photos_that_differ_are_stable_once_enough_epochs_count) {
 // correlate by 0.4. From 11 on, when it has 1, it is the worst: by 0. After 22, when half the epochs agree again, the
 // last ends give 0.9, 0.9 and 1.
 TEST(ranks_that_turn_are_not) {
-    struct test_recording *training = train(0, 25);
+    AUTO_FREE struct test_recording *training = train(0, 25);
     double psnr = training->records[0].val_psnr = 10;
     for (uint32_t i = 1; i < training->count; i++) {
         struct vw_step_record *record = &training->records[i];
@@ -77,11 +76,10 @@ TEST(ranks_that_turn_are_not) {
                      cases[i].correlation);
         assert_false(vw_stability_reaches(&stability, cases[i].correlation + 0.01));
     }
-    free(training);
 }
 
 TEST(an_incomplete_epoch_is_left_out) {
-    struct test_recording *training = train(0.4, 12);
+    AUTO_FREE struct test_recording *training = train(0.4, 12);
     const struct vw_stability whole = measure_epochs(training, 11, 1);
     assert_true(whole.correlation < 1); // the noise is large enough to tell epochs apart
     for (uint32_t extra = 0; extra < TEST_TRAIN_COUNT; extra++) {
@@ -91,11 +89,10 @@ TEST(an_incomplete_epoch_is_left_out) {
     }
     struct vw_stability next = measure_epochs(training, 12, 1);
     assert_int_equal(next.epochs, 11);
-    free(training);
 }
 
 TEST(nothing_is_never_stable) {
-    struct test_recording *training = train(0, 12);
+    AUTO_FREE struct test_recording *training = train(0, 12);
     struct vw_stability none = measure(training, 0, 1);
     assert_true(none.epochs == 0 && isnan(none.correlation));
     for (uint32_t i = 0; i < training->count; i++) training->records[i].val_psnr = 10; // photos that do not differ
@@ -106,15 +103,14 @@ TEST(nothing_is_never_stable) {
         training->records[i].val_psnr = NAN; // a run without validation has no scores
     struct vw_stability blind = measure_epochs(training, 12, 1);
     assert_true(blind.epochs == 11 && isnan(blind.correlation));
-    free(training);
 }
 
 // After every epoch the sums are the default method's scores of a run that ended there, to the bit.
 TEST(sums_are_the_scores_of_the_epochs_so_far) {
-    struct test_recording *training = train(0.4, 12);
+    AUTO_FREE struct test_recording *training = train(0.4, 12);
     training->records[7].val_psnr = NAN; // a step without a value, and a photo without a visit in its epoch
     training->records[7].nonfinite = true;
-    struct vw_stability_watch watch = {0};
+    AUTO(vw_stability_watch_end) struct vw_stability_watch watch = {0};
     watch_records(training, training->count, 1, &watch);
     assert_int_equal(watch.epoch_count, 11);
     for (uint32_t epoch = 0; epoch < watch.epoch_count; epoch++) {
@@ -123,7 +119,7 @@ TEST(sums_are_the_scores_of_the_epochs_so_far) {
                                              .burn_in_epochs = 1,
                                              .images = test_images,
                                              .image_count = TEST_IMAGE_COUNT};
-        struct vw_ledger_score *scores = NULL;
+        AUTO_FREE struct vw_ledger_score *scores = NULL;
         uint32_t count = 0;
         ASSERT_OK(vw_value_score(&input, &scores, &count));
         for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
@@ -132,16 +128,12 @@ TEST(sums_are_the_scores_of_the_epochs_so_far) {
             double sum = watch.sums[epoch * TEST_TRAIN_COUNT + photo];
             assert_true(score->visits ? sum == score->value : isnan(sum));
         }
-        free(scores);
     }
-    vw_stability_watch_end(&watch);
-    free(training);
 }
 
 TEST(a_step_on_another_photo_is_refused) {
-    struct vw_stability_watch watch = {0};
+    AUTO(vw_stability_watch_end) struct vw_stability_watch watch = {0};
     ASSERT_OK(vw_stability_watch_begin(test_train_views, TEST_TRAIN_COUNT, 0, &watch));
     const struct vw_step_record record = {.step = 1, .view = 1000, .val_psnr = 10};
     ASSERT_FAILS(vw_stability_watch_add(&watch, &record), VW_ERROR_INPUT, "image 1000");
-    vw_stability_watch_end(&watch);
 }

@@ -42,9 +42,9 @@ static void check_near(double value, double expected, const char *what) {
 }
 
 TEST(known_worths_come_back) {
-    struct test_recording *training = train(0, 6, 3);
+    AUTO_FREE struct test_recording *training = train(0, 6, 3);
     uint32_t count = 0;
-    struct vw_ledger_score *scores = score(training, 1, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(training, 1, &count);
     assert_int_equal(count, 3 * TEST_TRAIN_COUNT); // and quality
     const char *methods[] = {"dv_psnr", "dv_loss"}, *units[] = {"dB", "mean absolute error"};
     const double factors[] = {1, 0.01}; // positive = helps, also where the measure falls
@@ -57,25 +57,21 @@ TEST(known_worths_come_back) {
         check_near(scores[i].value, 5 * factors[method] * worth_db[image], scores[i].method);
         check_near(scores[i].standard_error, 0, "the standard error of equal deltas");
     }
-    free(scores);
-    free(training);
 }
 
 TEST(burn_in_leaves_epochs_out) {
-    struct test_recording *training = train(0, 4, 3);
+    AUTO_FREE struct test_recording *training = train(0, 4, 3);
     const double expected[] = {13, 3, 2, 1}; // visits' worth of photo 1: the first epoch counts tenfold
     uint32_t count = 0;
     for (uint32_t burn_in = 0; burn_in < 4; burn_in++) {
-        struct vw_ledger_score *scores = score(training, burn_in, &count);
+        AUTO_FREE struct vw_ledger_score *scores = score(training, burn_in, &count);
         const struct vw_ledger_score *first = test_find_score(scores, count, "dv_psnr", 1);
         check_near(first->value, expected[burn_in] * worth_db[0], "dv_psnr of image 1");
         assert_int_equal(first->visits, 4 - burn_in);
         assert_int_equal(isnan(first->standard_error), burn_in == 3); // one visit has none
-        free(scores);
     }
     free(score(training, 4, &count));
     assert_int_equal(count, 0);
-    free(training);
 }
 
 // Three visits with deltas 1, 2 and 6. How large the standard error is, is the matter of value/uncertainty.h.
@@ -91,40 +87,37 @@ TEST(what_was_visited_has_a_standard_error) {
                                                       .val_psnr_pooled = 0,
                                                       .val_l1 = 0};
     uint32_t count = 0;
-    struct vw_ledger_score *scores = score(&training, 0, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
     check_near(third->value, 9, "dv_psnr");
     assert_true(third->standard_error > 0 && third->ci_low < 9 && third->ci_high > 9);
     assert_int_equal(third->visits, 3);
     const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
     assert_true(unvisited->value == 0 && unvisited->visits == 0 && isnan(unvisited->standard_error));
-    free(scores);
 }
 
 // The delta of the first step after burn-in is taken from the last value within it, and step 0 may lack a value.
 TEST(a_flagged_start_is_no_delta) {
-    struct test_recording *training = train(0, 1, 3);
+    AUTO_FREE struct test_recording *training = train(0, 1, 3);
     flag(training, 0);
     uint32_t count = 0, visits = 0;
-    struct vw_ledger_score *scores = score(training, 0, &count);
+    AUTO_FREE struct vw_ledger_score *scores = score(training, 0, &count);
     for (uint32_t i = 0; i < TEST_TRAIN_COUNT; i++) visits += scores[i].visits;
     assert_int_equal(visits, TEST_TRAIN_COUNT - 1);
-    free(scores);
     for (uint32_t step = 0; step < training->count; step++) flag(training, step); // as a run without validation
     free(score(training, 0, &count));
     assert_int_equal(count, 0);
     free(score(&(struct test_recording){.count = 0}, 0, &count));
     assert_int_equal(count, 0);
-    free(training);
 }
 
 // A table of photos and epochs would take 3 GB for a ledger of 7 MB.
 TEST(epochs_that_no_training_has_are_refused) {
     enum { STEPS = 20000 };
     enum { IMAGES = 2000 };
-    struct test_recording *training = train(0, 3, 3);
-    struct vw_step_record *records = vw_allocate(STEPS, sizeof *records);
-    struct vw_ledger_image *images = vw_allocate(IMAGES, sizeof *images);
+    AUTO_FREE struct test_recording *training = train(0, 3, 3);
+    AUTO_FREE struct vw_step_record *records = vw_allocate(STEPS, sizeof *records);
+    AUTO_FREE struct vw_ledger_image *images = vw_allocate(IMAGES, sizeof *images);
     for (uint32_t i = 0; i < IMAGES; i++) images[i] = (struct vw_ledger_image){.image_id = i, .split = "train"};
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
@@ -140,9 +133,6 @@ TEST(epochs_that_no_training_has_are_refused) {
     input.image_count = IMAGES;
     ASSERT_FAILS(vw_value_score(&input, &scores, &count), VW_ERROR_INPUT, "too many for 20000 steps");
     assert_null(scores);
-    free(images);
-    free(records);
-    free(training);
 }
 
 // ---- Noise ----
@@ -325,7 +315,7 @@ static void compare_with_query(const char *path, const char *sql, const struct v
 }
 
 FOLDER_TEST(the_query_reproduces_dv_psnr) {
-    void *sql = NULL;
+    AUTO_FREE void *sql = NULL;
     size_t size_bytes;
     ASSERT_OK(vw_file_read(VW_SOURCE_FOLDER "/scripts/dv_psnr.sql", 100000, &sql, &size_bytes));
     const struct {
@@ -334,24 +324,20 @@ FOLDER_TEST(the_query_reproduces_dv_psnr) {
     } runs[] = {{"three", "{\"burn_in_epochs\": 3}", 3}, {"none", "{\"burn_in_epochs\": 0}", 0}, {"default", "{}", 1}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(runs); i++) {
         uint32_t count = 0;
-        struct vw_ledger_score *scores =
+        AUTO_FREE struct vw_ledger_score *scores =
             record_run(*state, runs[i].name, runs[i].config_json, runs[i].burn_in_epochs, 7, &count);
-        char *path = vw_format_text("%s/%s/ledger.db", (const char *)*state, runs[i].name);
+        AUTO_FREE char *path = vw_format_text("%s/%s/ledger.db", (const char *)*state, runs[i].name);
         compare_with_query(path, sql, scores, count);
-        free(path);
-        free(scores);
     }
-    free(sql);
 }
 
 // The number after `method` in a line of `output`, at `column` (0 = auc, 1 = r).
 static double figure(const char *output, const char *method, int column) {
-    char *line_start = vw_format_text("\n%s ", method);
+    AUTO_FREE char *line_start = vw_format_text("\n%s ", method);
     const char *line = strstr(output, line_start);
     if (!line) fail_msg("no line of %s in:%s", method, output);
     double figures[2] = {NAN, NAN};
     sscanf(line + strlen(line_start), "%lf %lf", &figures[0], &figures[1]);
-    free(line_start);
     return figures[column];
 }
 
@@ -385,7 +371,7 @@ FOLDER_TEST(score_quality_tells_auc_and_r) {
     uint32_t count = 0;
     struct vw_ledger_score *a = record_run(*state, "it's one", "{}", 1, 7, &count),
                            *b = record_run(*state, "two", "{}", 1, 8, &count);
-    char *script = vw_format_text("%s/scripts/lab/score_quality", VW_SOURCE_FOLDER);
+    AUTO_FREE char *script = vw_format_text("%s/scripts/lab/score_quality", VW_SOURCE_FOLDER);
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
     check_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
@@ -394,7 +380,7 @@ FOLDER_TEST(score_quality_tells_auc_and_r) {
     free(output);
     free(command);
 
-    char *ledger = vw_format_text("%s/two/ledger.db", (const char *)*state);
+    AUTO_FREE char *ledger = vw_format_text("%s/two/ledger.db", (const char *)*state);
     sqlite3 *raw = NULL;
     assert_int_equal(sqlite3_open(ledger, &raw), SQLITE_OK);
     // Clean photos 1, 3, 6 score 1, 5, 3 and corrupted ones 2, 5 score 3, 4: of 6 pairs 2 are right and one is a tie.
@@ -411,8 +397,6 @@ FOLDER_TEST(score_quality_tells_auc_and_r) {
     command = vw_format_text("'%s' '%s/none' 2>/dev/null", script, (const char *)*state);
     assert_int_equal(WEXITSTATUS(system(command)), 2);
     free(command);
-    free(ledger);
-    free(script);
     free(a);
     free(b);
 }

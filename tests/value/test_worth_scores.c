@@ -150,7 +150,7 @@ TEST(retrainings_are_dealt_out_by_kind) {
 }
 
 TEST(known_worths_are_found) {
-    struct played *played = play_game(100, 0, 1, 0, false);
+    AUTO_FREE struct played *played = play_game(100, 0, 1, 0, false);
     uint32_t count;
     const struct vw_ledger_score *worths = find_worths(played, &count);
     assert_int_equal(count, PHOTOS);
@@ -162,21 +162,19 @@ TEST(known_worths_are_found) {
     }
     assert_true(worths[2].ci_high < 0 && worths[5].ci_high < 0 && worths[0].ci_low > 0);
     assert_int_equal(worths[5].rank_ci_low, PHOTOS);
-    free(played);
 }
 
 // Means over 40 games with as many retrainings as photos or twice as many, with a prior and without.
 TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0, all = 0;
     for (uint32_t game = 0; game < 40; game++) {
-        struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(game % 4 < 2 ? 2 * PHOTOS : 4 * PHOTOS, 0.1, 100 + game, 0, false);
         uint32_t count;
         if (game % 2) add_score(played, "dv_psnr", 1, 3, 100 + game);
         const struct vw_ledger_score *worths = find_worths(played, &count);
         for (uint32_t i = 0; i < PHOTOS; i++, all++)
             held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
         zero_known += worths[9].ci_low > 0 || worths[9].ci_high < 0;
-        free(played);
     }
     print_message("%u of %u intervals hold, %u of 40 are sure of a photo of no worth\n", held, all, zero_known);
     if (held < 0.9 * all) fail_msg("%u of %u intervals hold the true worth", held, all);
@@ -188,14 +186,13 @@ TEST(few_retrainings_leave_wide_intervals) {
     uint32_t held = 0, all = 0;
     double width = 0;
     for (uint32_t game = 0; game < 40; game++) {
-        struct played *played = play_game(PHOTOS - 2, 0.1, 500 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(PHOTOS - 2, 0.1, 500 + game, 0, false);
         uint32_t count;
         const struct vw_ledger_score *worths = find_worths(played, &count);
         for (uint32_t i = 0; i < PHOTOS; i++, all++) {
             held += worths[i].ci_low <= worth_of(i, 1, false) && worth_of(i, 1, false) <= worths[i].ci_high;
             width += (worths[i].ci_high - worths[i].ci_low) / (40 * PHOTOS);
         }
-        free(played);
     }
     print_message("%u of %u intervals hold, of a width of %.3f dB\n", held, all, width);
     if (fabs(width - 1.904) > 0.002) fail_msg("the width is not 1.904 dB, which a fit with a column per photo gives");
@@ -206,14 +203,13 @@ TEST(few_retrainings_leave_wide_intervals) {
 TEST(a_prior_helps_where_it_is_right) {
     double none = 0, good = 0, chance = 0;
     for (uint32_t game = 0; game < 20; game++) {
-        struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(PHOTOS + 2, 0.3, 200 + game, 0, false);
         none += error_of(played) / 20;
         add_score(played, "dv_psnr", 1, 0.5, 200 + game);
         good += error_of(played) / 20;
         played->input.score_count = 0;
         add_score(played, "dv_psnr", 0, 1, 200 + game);
         chance += error_of(played) / 20;
-        free(played);
     }
     print_message("error %.3f dB without a prior, %.3f with a good one, %.3f with chance\n", none, good, chance);
     if (!(good < 0.7 * none)) fail_msg("a good prior leaves %g of %g dB of error", good, none);
@@ -255,7 +251,7 @@ TEST(lasting_credit_is_taken_at_its_word) {
 }
 
 TEST(too_few_retrainings_have_no_worths) {
-    struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
+    AUTO_FREE struct played *played = play_game(VW_WORTH_FOLDS - 1, 0, 1, 0, false);
     struct vw_worth_summary summary;
     uint32_t count;
     find_worths(played, &count);
@@ -270,7 +266,6 @@ TEST(too_few_retrainings_have_no_worths) {
     assert_string_equal(vw_worth_first_prior(played->scores, PHOTOS), "dv_psnr");
     add_score(played, "lasting_psnr", 1, 0, 1);
     assert_string_equal(vw_worth_first_prior(played->scores, 2 * PHOTOS), "lasting_psnr");
-    free(played);
 }
 
 // ---- The claim -----------------------------------------------------------------------------------------------------
@@ -281,7 +276,7 @@ TEST(what_cannot_be_known_is_not_claimed) {
     uint32_t sure = 0;
     double mean = 0;
     for (uint32_t game = 0; game < 20; game++) {
-        struct played *played = play_game(40, 0, 300 + game, 0, false);
+        AUTO_FREE struct played *played = play_game(40, 0, 300 + game, 0, false);
         struct vw_worth_summary summary;
         for (uint32_t i = 0; i < 40; i++)
             played->rows[i].val_psnr = 20 + 3 * log(played->rows[i].image_count / 12.0) + 0.2 * noise_of(game, 50 + i);
@@ -292,7 +287,6 @@ TEST(what_cannot_be_known_is_not_claimed) {
         assert_true(summary.r2 > 0.5); // the number of photos is predicted
         mean += summary.claims[0].accuracy.spearman / 20;
         sure += summary.claims[0].accuracy.ci_low > 0;
-        free(played);
     }
     print_message("mean accuracy of nothing %.3f, %u of 20 sure\n", mean, sure);
     if (mean > 0.1) fail_msg("an accuracy of %g is claimed of noise", mean);
@@ -322,7 +316,7 @@ TEST(the_claim_grows_with_what_is_known) {
 // Ada's four photos are copies: each alone is worth little, since the others stand in for it; together they are worth
 // what one gives. The sum over photos does not say that, trainings with and without her do.
 TEST(a_provider_is_worth_what_all_its_photos_are) {
-    struct played *played = play_game(120, 0.02, 7, 3, true);
+    AUTO_FREE struct played *played = play_game(120, 0.02, 7, 3, true);
     struct vw_provider_score groups[5] = {{.method = "dv_psnr", .provider = "ada", .value = 5},
                                           {.method = vw_worth_method, .provider = "cyd", .value = 1},
                                           {.method = vw_worth_method, .provider = "bob", .value = 2},
@@ -349,7 +343,6 @@ TEST(a_provider_is_worth_what_all_its_photos_are) {
     groups[1].value = 17;
     ASSERT_OK(vw_worth_of_groups(&played->input, groups, 5, &replaced));
     assert_true(!replaced && groups[1].value == 17);
-    free(played);
 }
 
 TEST_GROUP(set_up, NULL)
