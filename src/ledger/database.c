@@ -101,6 +101,29 @@ enum vw_status vw_database_read_number(struct vw_database *database, const char 
     return status;
 }
 
+enum vw_status vw_database_run_with(struct vw_database *database, const char *sql, const char *first,
+                                    const char *second, const char *doing) {
+    struct vw_row row = {0};
+    enum vw_status status = vw_database_prepare(database, sql, &row.statement);
+    if (status) return status;
+    vw_row_add_text(&row, first);
+    if (second) vw_row_add_text(&row, second);
+    status = vw_row_write(&row, database, doing);
+    sqlite3_finalize(row.statement);
+    return status;
+}
+
+enum vw_status vw_database_read_hash(struct vw_database *database, const char *sql, char hash[VW_HASH_HEX_BYTES]) {
+    sqlite3_stmt *statement = NULL;
+    bool found = false;
+    enum vw_status status = vw_database_prepare(database, sql, &statement);
+    if (!status) status = vw_database_next(database, statement, &found);
+    hash[0] = 0;
+    if (!status && found) vw_row_copy_hash(statement, 0, hash);
+    sqlite3_finalize(statement);
+    return status;
+}
+
 void vw_row_add_integer(struct vw_row *row, int64_t value) {
     if (row->hasher) vw_hasher_add_integer(row->hasher, value);
     if (row->statement && sqlite3_bind_int64(row->statement, ++row->column, value) != SQLITE_OK) row->failed = true;

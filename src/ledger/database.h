@@ -45,6 +45,12 @@ enum vw_status vw_database_next(struct vw_database *database, sqlite3_stmt *stat
 // Reads the integer in the first column of a query's first row; 0 if the query returns no rows.
 enum vw_status vw_database_read_number(struct vw_database *database, const char *sql, int64_t *number);
 
+// Runs a statement that returns no rows, with texts for its one or two parameters; `second` is NULL if it has one.
+enum vw_status vw_database_run_with(struct vw_database *database, const char *sql, const char *first,
+                                    const char *second, const char *doing);
+// Reads the hash in the first column of a query's first row; "", which equals no hash, if there is none.
+enum vw_status vw_database_read_hash(struct vw_database *database, const char *sql, char hash[VW_HASH_HEX_BYTES]);
+
 enum vw_status vw_database_begin(struct vw_database *database);
 // Begins a reading transaction: all queries until its end see the same state of the file.
 enum vw_status vw_database_begin_reading(struct vw_database *database);

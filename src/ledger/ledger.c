@@ -10,63 +10,20 @@
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
 
-static enum vw_status insert_images(struct vw_database *database, const char *scene_hash,
-                                    const struct vw_ledger_image *images, uint32_t image_count) {
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(database,
-                                                "INSERT INTO image (image_id, scene_hash, name, split, provider, "
-                                                "sha256, ground_truth) VALUES (?, ?, ?, ?, ?, ?, ?)",
-                                                &row.statement);
-    for (uint32_t i = 0; !status && i < image_count; i++) {
-        const struct vw_ledger_image *image = &images[i];
-        vw_row_add_integer(&row, image->image_id);
-        vw_row_add_text(&row, scene_hash);
-        vw_row_add_text(&row, image->name);
-        vw_row_add_text(&row, image->split);
-        vw_row_add_text(&row, image->provider);
-        vw_row_add_text(&row, image->sha256);
-        vw_row_add_text(&row, image->ground_truth);
-        status = vw_row_write(&row, database, "record the images");
-    }
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
 // Inserts the row of the run with empty hashes. The hashes cover this row, so they are computed after it is written.
 static enum vw_status insert_run(struct vw_database *database, const struct vw_ledger_run *run) {
-    struct vw_row row = {0};
-    enum vw_status status =
-        vw_database_prepare(database,
-                            "INSERT INTO run (run_id, scene_hash, scene_path, seed, config_json, subset_hash, device, "
-                            "driver, shader_hash, version,"
-                            " started_utc, scene_options_json, effects_json, plan_json, status, row_hash, final_hash)"
-                            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, '" VW_LEDGER_RUNNING "', '', '')",
-                            &row.statement);
-    if (status) return status;
-    vw_row_add_text(&row, run->run_id);
-    vw_row_add_text(&row, run->scene_hash);
-    vw_row_add_text(&row, run->scene_path);
-    vw_row_add_integer(&row, run->seed);
-    vw_row_add_text(&row, run->config_json);
-    vw_row_add_text(&row, run->subset_hash);
-    vw_row_add_text(&row, run->device);
-    vw_row_add_text(&row, run->driver);
-    vw_row_add_text(&row, run->shader_hash);
-    vw_row_add_text(&row, run->version);
-    vw_row_add_text(&row, run->started_utc);
-    vw_row_add_text(&row, run->scene_options_json);
-    vw_row_add_text(&row, run->effects_json);
-    vw_row_add_text(&row, run->plan_json ? run->plan_json : "{}");
-    status = vw_row_write(&row, database, "record the run");
-    sqlite3_finalize(row.statement);
-    return status;
+    struct vw_run_row row = {.run = *run, .row_hash = "", .final_hash = ""};
+    if (!run->plan_json) row.run.plan_json = "{}";
+    row.run.status = VW_LEDGER_RUNNING;
+    row.run.finished_utc = row.run.field_sha256 = NULL;
+    return vw_table_insert(database, &vw_run_table, NULL, &row, 1, NULL);
 }
 
 static enum vw_status write_first_rows(struct vw_database *database, const struct vw_ledger_run *run,
                                        const struct vw_ledger_image *images, uint32_t image_count) {
     char run_hash[VW_HASH_HEX_BYTES], final_hash[VW_HASH_HEX_BYTES];
     enum vw_status status = insert_run(database, run);
-    if (!status) status = insert_images(database, run->scene_hash, images, image_count);
+    if (!status) status = vw_table_insert(database, &vw_image_table, run->scene_hash, images, image_count, NULL);
     if (!status) status = vw_ledger_write_run_hash(database, run_hash);
     if (!status) status = vw_ledger_write_final_hash(database, run_hash, run_hash, final_hash);
     return status;
@@ -116,9 +73,9 @@ enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **led
 void vw_ledger_close(struct vw_ledger **ledger) {
     struct vw_ledger *closed = *ledger;
     if (!closed) return;
-    sqlite3_finalize(closed->inserts.step);
-    sqlite3_finalize(closed->inserts.view);
-    sqlite3_finalize(closed->inserts.probe);
+    vw_insertion_end(&closed->inserts.step);
+    vw_insertion_end(&closed->inserts.view);
+    vw_insertion_end(&closed->inserts.probe);
     vw_database_close(&closed->database);
     for (size_t i = 0; i < closed->text_count; i++) free(closed->texts[i]);
     free(closed->texts);

@@ -1,4 +1,3 @@
-#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,21 +19,10 @@ static enum vw_status hash_pass(struct vw_database *database, const char *head, 
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
-    enum vw_status status =
-        vw_ledger_hash_rows(database, "SELECT run_id, rays, epochs, states FROM lasting ORDER BY run_id", &hasher);
-    if (!status)
-        status = vw_ledger_hash_rows(database,
-                                     "SELECT run_id, step, psnr, loss, size_psnr, size_loss FROM lasting_step"
-                                     " ORDER BY run_id, step",
-                                     &hasher);
-    if (!status)
-        status = vw_ledger_hash_rows(database,
-                                     "SELECT run_id, image_id, from_step, predicted_psnr, measured_psnr,"
-                                     " predicted_loss, measured_loss FROM lasting_check ORDER BY run_id, image_id",
-                                     &hasher);
-    if (!status)
-        status = vw_ledger_hash_rows(
-            database, "SELECT run_id, step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", &hasher);
+    enum vw_status status = vw_table_hash(database, &vw_lasting_table, &hasher);
+    if (!status) status = vw_table_hash(database, &vw_lasting_step_table, &hasher);
+    if (!status) status = vw_table_hash(database, &vw_lasting_check_table, &hasher);
+    if (!status) status = vw_table_hash(database, &vw_lasting_view_table, &hasher);
     vw_row_end_hash(&hasher, hash);
     return status;
 }
@@ -47,21 +35,18 @@ static const char stray_rows[] =
     "FROM run))";
 
 enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char *head) {
-    char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES] = "";
-    sqlite3_stmt *statement = NULL;
-    bool found = false;
-    int64_t stray_count = 0;
+    char hash[VW_HASH_HEX_BYTES], stored[VW_HASH_HEX_BYTES];
+    int64_t stray_count = 0, pass_count = 0;
     enum vw_status status = vw_database_read_number(database, stray_rows, &stray_count);
     if (!status && stray_count)
         return vw_fail(VW_ERROR_MISMATCH,
                        "%s: lasting credit has rows without a row in the table lasting: a row was edited or removed",
                        database->path);
-    if (!status) status = vw_database_prepare(database, "SELECT row_hash FROM lasting", &statement);
-    if (!status) status = vw_database_next(database, statement, &found);
-    if (!status && found) vw_row_copy_hash(statement, 0, stored);
-    sqlite3_finalize(statement);
-    if (!status && found) status = hash_pass(database, head, hash);
-    if (status || !found || strcmp(stored, hash) == 0) return status;
+    if (!status) status = vw_database_read_number(database, "SELECT count(*) FROM lasting", &pass_count);
+    if (status || !pass_count) return status;
+    status = vw_database_read_hash(database, "SELECT row_hash FROM lasting", stored);
+    if (!status) status = hash_pass(database, head, hash);
+    if (status || strcmp(stored, hash) == 0) return status;
     return vw_fail(VW_ERROR_MISMATCH,
                    "%s: a row of lasting credit (lasting, lasting_step, lasting_check or"
                    " lasting_view) was edited, "
@@ -71,101 +56,45 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
-static enum vw_status write_settings(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        &ledger->database, "INSERT INTO lasting (run_id, rays, epochs, states, row_hash) VALUES (?, ?, ?, ?, '')",
-        &row.statement);
-    if (status) return status;
-    vw_row_add_text(&row, ledger->run.run_id);
-    vw_row_add_integer(&row, pass->rays);
-    vw_row_add_integer(&row, pass->epochs);
-    vw_row_add_integer(&row, pass->states);
-    status = vw_row_write(&row, &ledger->database, "record the settings of lasting credit");
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
-static enum vw_status write_steps(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    struct vw_row row = {0};
+static enum vw_status insert_views(struct vw_ledger *ledger, const struct vw_lasting_pass *pass,
+                                   struct vw_hasher *hasher) {
+    struct vw_insertion insertion;
     enum vw_status status =
-        vw_database_prepare(&ledger->database,
-                            "INSERT INTO lasting_step (run_id, step, psnr, loss, size_psnr, size_loss)"
-                            " VALUES (?, ?, ?, ?, ?, ?)",
-                            &row.statement);
-    for (uint64_t i = 0; !status && i < pass->step_count; i++) {
-        const struct vw_lasting_step *step = &pass->steps[i];
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, (int64_t)step->step);
-        vw_row_add_real(&row, step->psnr);
-        vw_row_add_real(&row, step->loss);
-        vw_row_add_real(&row, step->size_psnr);
-        vw_row_add_real(&row, step->size_loss);
-        status = vw_row_write(&row, &ledger->database, "record the lasting credit of a step");
+        vw_insertion_begin(&ledger->database, &vw_lasting_view_table, ledger->run.run_id, &insertion);
+    insertion.row.hasher = hasher;
+    for (uint64_t i = 0; !status && i < pass->step_count * pass->view_count; i++) {
+        const struct vw_lasting_view_row row = {.step = pass->steps[i / pass->view_count].step,
+                                                .image_id = pass->views[i % pass->view_count],
+                                                .psnr = pass->view_psnr[i]};
+        status = vw_insertion_add(&insertion, &row);
     }
-    sqlite3_finalize(row.statement);
+    vw_insertion_end(&insertion);
     return status;
 }
 
-static enum vw_status write_checks(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    struct vw_row row = {0};
-    enum vw_status status =
-        vw_database_prepare(&ledger->database,
-                            "INSERT INTO lasting_check (run_id, image_id, from_step, predicted_psnr, measured_psnr,"
-                            " predicted_loss, measured_loss) VALUES (?, ?, ?, ?, ?, ?, ?)",
-                            &row.statement);
-    for (uint32_t i = 0; !status && i < pass->check_count; i++) {
-        const struct vw_gate_check *check = &pass->checks[i];
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, check->image_id);
-        vw_row_add_integer(&row, (int64_t)check->from_step);
-        vw_row_add_real(&row, check->predicted_psnr);
-        vw_row_add_real(&row, check->measured_psnr);
-        vw_row_add_real(&row, check->predicted_loss);
-        vw_row_add_real(&row, check->measured_loss);
-        status = vw_row_write(&row, &ledger->database, "record a photo of the gate");
-    }
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
-static enum vw_status write_views(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    struct vw_row row = {0};
-    const double *psnr = pass->view_psnr;
-    enum vw_status status = vw_database_prepare(
-        &ledger->database, "INSERT INTO lasting_view (run_id, step, image_id, psnr) VALUES (?, ?, ?, ?)",
-        &row.statement);
-    for (uint64_t i = 0; !status && i < pass->step_count; i++)
-        for (uint32_t v = 0; !status && v < pass->view_count; v++) {
-            vw_row_add_text(&row, ledger->run.run_id);
-            vw_row_add_integer(&row, (int64_t)pass->steps[i].step);
-            vw_row_add_integer(&row, pass->views[v]);
-            vw_row_add_real(&row, *psnr++);
-            status = vw_row_write(&row, &ledger->database, "record the lasting credit of a validation photo");
-        }
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
-static enum vw_status write_hash(struct vw_ledger *ledger) {
+// Inserts the settings last, with the hash of all rows.
+static enum vw_status write_pass(struct vw_ledger *ledger, void *context) {
+    const struct vw_lasting_pass *pass = context;
+    const char *run_id = ledger->run.run_id;
+    struct vw_database *database = &ledger->database;
+    struct vw_insertion settings;
+    struct vw_hasher hasher;
     char hash[VW_HASH_HEX_BYTES];
-    struct vw_row row = {0};
-    enum vw_status status = hash_pass(&ledger->database, ledger->head, hash);
-    if (!status) status = vw_database_prepare(&ledger->database, "UPDATE lasting SET row_hash = ?", &row.statement);
-    if (status) return status;
-    vw_row_add_text(&row, hash);
-    status = vw_row_write(&row, &ledger->database, "record the hash of lasting credit");
-    sqlite3_finalize(row.statement);
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, ledger->head);
+    enum vw_status status = vw_insertion_begin(database, &vw_lasting_table, run_id, &settings);
+    settings.row.hasher = &hasher;
+    vw_insertion_add_columns(&settings, pass);
+    if (!status) status = vw_ledger_remove_lasting(database);
+    if (!status)
+        status = vw_table_insert(database, &vw_lasting_step_table, run_id, pass->steps, pass->step_count, &hasher);
+    if (!status)
+        status = vw_table_insert(database, &vw_lasting_check_table, run_id, pass->checks, pass->check_count, &hasher);
+    if (!status) status = insert_views(ledger, pass, &hasher);
+    vw_row_end_hash(&hasher, hash);
+    if (!status) status = vw_insertion_write(&settings, hash);
+    vw_insertion_end(&settings);
     return status;
-}
-
-static enum vw_status write_pass(struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    enum vw_status status = vw_ledger_remove_lasting(&ledger->database);
-    if (!status) status = write_settings(ledger, pass);
-    if (!status) status = write_steps(ledger, pass);
-    if (!status) status = write_checks(ledger, pass);
-    if (!status && pass->view_count) status = write_views(ledger, pass);
-    return status ? status : write_hash(ledger);
 }
 
 // Returns true if the views are all validation photos, sorted by image_id. Load the images first.
@@ -180,17 +109,12 @@ static bool are_views(const struct vw_ledger *ledger, const uint32_t *views, uin
 }
 
 static bool is_whole(const struct vw_ledger *ledger, const struct vw_lasting_pass *pass) {
-    bool whole = pass->step_count > 0 && pass->step_count + 1 == ledger->next_step;
-    for (uint64_t i = 0; whole && i < pass->step_count; i++) {
-        const struct vw_lasting_step *step = &pass->steps[i];
-        whole = step->step == i + 1 && isfinite(step->psnr) && isfinite(step->loss) && isfinite(step->size_psnr) &&
-                isfinite(step->size_loss);
-    }
-    for (uint32_t i = 0; whole && i < pass->check_count; i++) {
-        const struct vw_gate_check *check = &pass->checks[i];
-        whole = isfinite(check->predicted_psnr) && !isinf(check->measured_psnr) && isfinite(check->predicted_loss) &&
-                !isinf(check->measured_loss);
-    }
+    bool whole = pass->step_count > 0 && pass->step_count + 1 == ledger->next_step &&
+                 vw_table_accepts(&vw_lasting_step_table, pass->steps, pass->step_count) &&
+                 vw_table_accepts(&vw_lasting_check_table, pass->checks, pass->check_count);
+    for (uint64_t i = 0; whole && i < pass->step_count; i++) whole = pass->steps[i].step == i + 1;
+    for (uint32_t i = 1; whole && i < pass->check_count; i++)
+        whole = pass->checks[i - 1].image_id < pass->checks[i].image_id; // rows are hashed in key order
     for (uint64_t i = 0; whole && i < pass->step_count * pass->view_count; i++) whole = isfinite(pass->view_psnr[i]);
     return whole && (!pass->view_count || are_views(ledger, pass->views, pass->view_count));
 }
@@ -204,96 +128,37 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
                        "%s: lasting credit needs a finite row for each step of a run that has ended; "
                        "run viewworth lasting on the finished run",
                        ledger->database.path);
-    struct vw_ledger_state state = {.status = ledger->run.status,
-                                    .finished_utc = ledger->run.finished_utc,
-                                    .field_sha256 = ledger->run.field_sha256,
-                                    .scores = scores,
-                                    .score_count = score_count};
-    status = vw_database_begin(&ledger->database);
-    if (status) return status;
-    status = vw_ledger_check_current(ledger);
-    if (!status) status = write_pass(ledger, pass);
-    if (!status) status = vw_ledger_write_state(ledger, &state);
-    status = vw_database_end(&ledger->database, status);
-    if (!status) vw_ledger_take_state(ledger, &state);
-    return status;
+    struct vw_ledger_state state = vw_ledger_state_with(ledger, scores, score_count);
+    return vw_ledger_change(ledger, &state, write_pass, (void *)pass);
 }
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-static void refuse(const struct vw_ledger *ledger, const char *what, enum vw_status *status) {
-    if (!*status)
-        *status = vw_fail(VW_ERROR_INPUT, "%s: damaged: lasting credit %s; restore the file from a copy",
-                          ledger->database.path, what);
+static enum vw_status refuse(const struct vw_ledger *ledger, const char *what) {
+    return vw_fail(VW_ERROR_INPUT, "%s: damaged: lasting credit %s; restore the file from a copy",
+                   ledger->database.path, what);
 }
 
-// Reads a column that is never NULL in a valid ledger.
-static double read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status) {
-    double value = vw_ledger_read_real(ledger, statement, column, status);
-    if (isnan(value)) refuse(ledger, "lacks a value", status);
-    return value;
+static enum vw_status check_settings(struct vw_ledger *ledger, uint64_t index, void *row) {
+    (void)row;
+    return index ? refuse(ledger, "has more than one row of settings") : VW_OK;
 }
 
-static enum vw_status read_settings(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
-    enum vw_status status = VW_OK;
-    *(struct vw_lasting_pass *)item = (struct vw_lasting_pass){
-        .rays = (uint32_t)vw_ledger_read_count(ledger, statement, 0, UINT32_MAX, &status),
-        .epochs = (uint32_t)vw_ledger_read_count(ledger, statement, 1, UINT32_MAX, &status),
-        .states = (uint32_t)vw_ledger_read_count(ledger, statement, 2, UINT32_MAX, &status),
-    };
-    if (index > 0) refuse(ledger, "has more than one row of settings", &status);
-    return status;
+static enum vw_status check_step(struct vw_ledger *ledger, uint64_t index, void *row) {
+    const struct vw_lasting_step *step = row;
+    if (step->step != index + 1) return refuse(ledger, "lacks a step");
+    return step->size_psnr < 0 || step->size_loss < 0 ? refuse(ledger, "has a size below 0") : VW_OK;
 }
 
-static enum vw_status read_step(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
-    enum vw_status status = VW_OK;
-    struct vw_lasting_step *step = item;
-    *step = (struct vw_lasting_step){
-        .step = vw_ledger_read_count(ledger, statement, 0, INT64_MAX, &status),
-        .psnr = read_real(ledger, statement, 1, &status),
-        .loss = read_real(ledger, statement, 2, &status),
-        .size_psnr = read_real(ledger, statement, 3, &status),
-        .size_loss = read_real(ledger, statement, 4, &status),
-    };
-    if (step->step != index + 1) refuse(ledger, "lacks a step", &status);
-    if (step->size_psnr < 0 || step->size_loss < 0) refuse(ledger, "has a size below 0", &status);
-    return status;
+static enum vw_status check_check(struct vw_ledger *ledger, uint64_t index, void *row) {
+    const struct vw_gate_check *check = row;
+    if (check->from_step > ledger->next_step) return vw_ledger_fail_column(ledger, "from_step");
+    return index > 0 && check[-1].image_id >= check->image_id ? refuse(ledger, "checks a photo twice") : VW_OK;
 }
 
-static enum vw_status read_check(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
-    enum vw_status status = VW_OK;
-    struct vw_gate_check *check = item;
-    *check = (struct vw_gate_check){
-        .image_id = vw_ledger_read_image_id(ledger, statement, 0, &status),
-        .from_step = vw_ledger_read_count(ledger, statement, 1, ledger->next_step, &status),
-        .predicted_psnr = read_real(ledger, statement, 2, &status),
-        .measured_psnr = vw_ledger_read_real(ledger, statement, 3, &status),
-        .predicted_loss = read_real(ledger, statement, 4, &status),
-        .measured_loss = vw_ledger_read_real(ledger, statement, 5, &status),
-    };
-    if (index > 0 && check[-1].image_id >= check->image_id) refuse(ledger, "checks a photo twice", &status);
-    return status;
-}
-
-struct view_row {
-    uint64_t step;
-    uint32_t image_id;
-    double psnr;
-};
-
-static enum vw_status read_view(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item) {
-    (void)index;
-    enum vw_status status = VW_OK;
-    *(struct view_row *)item = (struct view_row){.step = vw_ledger_read_count(ledger, statement, 0, INT64_MAX, &status),
-                                                 .image_id = vw_ledger_read_image_id(ledger, statement, 1, &status),
-                                                 .psnr = read_real(ledger, statement, 2, &status)};
-    return status;
-}
-
-// Reads the PSNR of every validation photo after every step; the ledger may also have none of these rows.
-static enum vw_status take_views(struct vw_ledger *ledger, const struct view_row *rows, uint64_t row_count,
+// Takes the PSNR of every validation photo after every step; the ledger may also have none of these rows.
+static enum vw_status take_views(struct vw_ledger *ledger, const struct vw_lasting_view_row *rows, uint64_t row_count,
                                  struct vw_lasting_pass *pass) {
-    enum vw_status status = VW_OK;
     uint64_t count = 0;
     if (!row_count) return VW_OK;
     while (count < row_count && rows[count].step == 1) count++;
@@ -304,49 +169,38 @@ static enum vw_status take_views(struct vw_ledger *ledger, const struct view_row
     if (!views || !psnr) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < count; i++) views[i] = rows[i].image_id;
     if (!count || row_count != count * pass->step_count || !are_views(ledger, views, (uint32_t)count))
-        refuse(ledger, "lacks a validation photo, or has too many", &status);
-    for (uint64_t i = 0; !status && i < row_count; i++) {
+        return refuse(ledger, "lacks a validation photo, or has too many");
+    for (uint64_t i = 0; i < row_count; i++) {
         psnr[i] = rows[i].psnr;
         if (rows[i].step != i / count + 1 || rows[i].image_id != views[i % count])
-            refuse(ledger, "lacks a step of a validation photo", &status);
+            return refuse(ledger, "lacks a step of a validation photo");
     }
     pass->view_count = (uint32_t)count;
-    return status;
+    return VW_OK;
 }
 
-static enum vw_status read_views(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
-    static const struct vw_row_reader reader = {
-        "SELECT step, image_id, psnr FROM lasting_view ORDER BY run_id, step, image_id", sizeof(struct view_row),
-        read_view};
-    struct view_row *rows = NULL;
-    uint64_t row_count = 0;
-    enum vw_status status = vw_ledger_read_rows(ledger, &reader, (void **)&rows, &row_count);
-    if (!status) status = take_views(ledger, rows, row_count, pass);
-    free(rows);
-    return status;
+static enum vw_status read_all(struct vw_ledger *ledger, const struct vw_table *table, vw_ledger_check_row *check,
+                               const void *rows, uint64_t *count) {
+    return vw_ledger_read_table(ledger, table, table->order, check, (void **)rows, count);
 }
 
 static enum vw_status read_pass(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
-    static const struct vw_row_reader settings = {"SELECT rays, epochs, states FROM lasting", sizeof *pass,
-                                                  read_settings},
-                                      steps = {"SELECT step, psnr, loss, size_psnr, size_loss FROM lasting_step"
-                                               " ORDER BY run_id, step",
-                                               sizeof *pass->steps, read_step},
-                                      checks = {"SELECT image_id, from_step, predicted_psnr, measured_psnr,"
-                                                " predicted_loss, measured_loss FROM lasting_check"
-                                                " ORDER BY run_id, image_id",
-                                                sizeof *pass->checks, read_check};
-    uint64_t pass_count = 0, check_count = 0;
-    void *found = NULL;
-    enum vw_status status = vw_ledger_read_rows(ledger, &settings, &found, &pass_count);
-    if (!status && pass_count) *pass = *(struct vw_lasting_pass *)found;
-    free(found);
-    if (!status) status = vw_ledger_read_rows(ledger, &steps, (void **)&pass->steps, &pass->step_count);
-    if (!status) status = vw_ledger_read_rows(ledger, &checks, (void **)&pass->checks, &check_count);
+    uint64_t pass_count = 0, check_count = 0, view_count = 0;
+    struct vw_lasting_pass *settings = NULL;
+    struct vw_lasting_view_row *views = NULL;
+    enum vw_status status = read_all(ledger, &vw_lasting_table, check_settings, &settings, &pass_count);
+    if (!status && pass_count) *pass = *settings;
+    free(settings);
+    if (!status) status = read_all(ledger, &vw_lasting_step_table, check_step, &pass->steps, &pass->step_count);
+    if (!status) status = read_all(ledger, &vw_lasting_check_table, check_check, &pass->checks, &check_count);
     pass->check_count = (uint32_t)check_count; // as many as images at most
     uint64_t wanted = pass_count ? ledger->next_step - 1 : 0;
     if (pass_count && !ledger->next_step) wanted = UINT64_MAX;
-    if (pass->step_count != wanted || (!pass_count && check_count)) refuse(ledger, "lacks a step", &status);
+    if (!status && (pass->step_count != wanted || (!pass_count && check_count)))
+        status = refuse(ledger, "lacks a step");
+    if (!status) status = read_all(ledger, &vw_lasting_view_table, NULL, &views, &view_count);
+    if (!status) status = take_views(ledger, views, view_count, pass);
+    free(views);
     return status;
 }
 
@@ -354,7 +208,6 @@ enum vw_status vw_ledger_get_lasting(struct vw_ledger *ledger, struct vw_lasting
     struct vw_lasting_pass read = {0};
     enum vw_status status = vw_ledger_load_images(ledger);
     if (!status) status = read_pass(ledger, &read);
-    if (!status) status = read_views(ledger, &read);
     if (status) vw_lasting_pass_free(&read);
     else *pass = read;
     return status;

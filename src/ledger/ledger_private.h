@@ -2,21 +2,19 @@
 #ifndef VIEWWORTH_LEDGER_LEDGER_PRIVATE_H
 #define VIEWWORTH_LEDGER_LEDGER_PRIVATE_H
 
-#include "ledger/database.h"
+#include "ledger/schema.h"
 #include "viewworth/ledger.h"
 
 #define VW_LEDGER_RUNNING "running" // the status of a run that has not ended
 
-// The statements that insert the rows of a step; all NULL: the rows are only hashed.
-struct vw_step_statements {
-    sqlite3_stmt *step, *view, *probe;
+// The insertions of the rows of a step. Without statements the rows are only hashed.
+struct vw_step_insertions {
+    struct vw_insertion step, view, probe;
 };
-
-extern const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT]; // as table probe spells them
 
 struct vw_ledger {
     struct vw_database database;
-    struct vw_step_statements inserts;  // prepared at the first append
+    struct vw_step_insertions inserts;  // prepared at the first append
     char run_hash[VW_HASH_HEX_BYTES];   // row_hash of the run, where the chain begins
     char head[VW_HASH_HEX_BYTES];       // row_hash of the last step, or of the run before the first
     char final_hash[VW_HASH_HEX_BYTES]; // final_hash of the run
@@ -30,41 +28,31 @@ struct vw_ledger {
     size_t text_count, text_capacity;
 };
 
+// ---- ledger_rows.c: reading rows, which may come from someone who wants to harm ----
+
+// Copies a text; the copy lives as long as the ledger. Returns NULL with a recorded message if memory is short.
+const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
+// Records that viewworth never writes such a value into this column.
+enum vw_status vw_ledger_fail_column(const struct vw_ledger *ledger, const char *name);
+// Reads the current row of a query of all columns into the struct of a row. VW_ERROR_INPUT if viewworth never writes
+// such a value. Where the table has a column of images, load these first.
+enum vw_status vw_ledger_read_row(struct vw_ledger *ledger, const struct vw_table *table, sqlite3_stmt *statement,
+                                  void *row);
+// Checks a row that was read, and may complete it; the rows before it, of which there are `index`, precede it.
+typedef enum vw_status vw_ledger_check_row(struct vw_ledger *ledger, uint64_t index, void *row);
+// Reads all rows into an array, which the caller frees. `order` are terms of ORDER BY; `check` may be NULL.
+enum vw_status vw_ledger_read_table(struct vw_ledger *ledger, const struct vw_table *table, const char *order,
+                                    vw_ledger_check_row *check, void **rows, uint64_t *count);
+// Loads the images that rows of other tables may name.
+enum vw_status vw_ledger_load_images(struct vw_ledger *ledger);
+
 // ---- ledger_read.c ----
 
 // Reads the run row, the head of the chain and the next step.
 enum vw_status vw_ledger_load(struct vw_ledger *ledger);
-// Checks, in the caller's writing transaction, that the file is as this object last saw it. VW_ERROR_MISMATCH if
-// another process has written to it since.
-enum vw_status vw_ledger_check_current(struct vw_ledger *ledger);
-// Copies a text; the copy lives as long as the ledger. Returns NULL with a recorded message if memory is short.
-const char *vw_ledger_keep_text(struct vw_ledger *ledger, const char *text);
-// Reads a column of the current row of a query, as do the next two: an integer of 0 to `most`; a finite number, or NaN
-// for NULL; the id of one of ledger->images, which must have been loaded. They set `*status` (VW_ERROR_INPUT) if
-// viewworth never writes such a value; the value that they then return has no meaning.
-uint64_t vw_ledger_read_count(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, uint64_t most,
-                              enum vw_status *status);
-double vw_ledger_read_real(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column, enum vw_status *status);
-uint32_t vw_ledger_read_image_id(const struct vw_ledger *ledger, sqlite3_stmt *statement, int column,
-                                 enum vw_status *status);
-
-// Loads the images that rows of other tables may name.
-enum vw_status vw_ledger_load_images(struct vw_ledger *ledger);
-
-// Reads the current row of a query into an item of an array; `index` counts the rows.
-struct vw_row_reader {
-    const char *sql;
-    size_t item_bytes;
-    enum vw_status (*read)(struct vw_ledger *ledger, sqlite3_stmt *statement, uint64_t index, void *item);
-};
-// Reads all rows into an array, which the caller frees.
-enum vw_status vw_ledger_read_rows(struct vw_ledger *ledger, const struct vw_row_reader *reader, void **items,
-                                   uint64_t *count);
 
 // ---- ledger_hash.c: hashes of the rows, as ledger.h describes them ----
 
-// Adds all rows of a query.
-enum vw_status vw_ledger_hash_rows(struct vw_database *database, const char *sql, struct vw_hasher *hasher);
 // Computes run.row_hash.
 enum vw_status vw_ledger_hash_run(struct vw_database *database, char hash[VW_HASH_HEX_BYTES]);
 // Computes run.final_hash from the row_hash of the run and that of the last step.
@@ -87,18 +75,24 @@ enum vw_status vw_ledger_verify_lasting(struct vw_database *database, const char
 
 // The state of a run: whether and how it has ended.
 struct vw_ledger_state {
-    const char *status;
+    const char *status;       // the texts live as long as the ledger
     const char *finished_utc; // NULL: it has not ended
     const char *field_sha256; // NULL: none
     const struct vw_ledger_score *scores;
     uint32_t score_count;
-    char final_hash[VW_HASH_HEX_BYTES]; // filled by vw_ledger_write_state
+    char final_hash[VW_HASH_HEX_BYTES]; // filled by vw_ledger_change
 };
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
-// Writes state, scores, the extended config and a new final hash, in the caller's transaction.
-enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state);
-// Updates the object after that transaction was committed. The texts of `state` must live as long as the ledger.
-void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state);
+// Returns the present state with other scores.
+struct vw_ledger_state vw_ledger_state_with(const struct vw_ledger *ledger, const struct vw_ledger_score *scores,
+                                            uint32_t score_count);
+typedef enum vw_status vw_ledger_writer(struct vw_ledger *ledger, void *context);
+// Changes the file in one synced transaction; all that changes an existing ledger goes through here. Checks that the
+// file is as this object last saw it (VW_ERROR_MISMATCH if another process has written since), calls `write`, and
+// writes the state with the extended config and a new final hash. `write` or `state` may be NULL. After a failure file
+// and object are as before.
+enum vw_status vw_ledger_change(struct vw_ledger *ledger, struct vw_ledger_state *state, vw_ledger_writer *write,
+                                void *context);
 
 #endif

@@ -4,35 +4,16 @@
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger) { return strcmp(ledger->run.status, VW_LEDGER_RUNNING) != 0; }
 
-static enum vw_status replace_scores(struct vw_ledger *ledger, const struct vw_ledger_score *scores,
-                                     uint32_t score_count) {
-    enum vw_status status = vw_database_run(&ledger->database, "DELETE FROM score");
-    if (status) return status;
-    struct vw_row row = {0};
-    status = vw_database_prepare(
-        &ledger->database,
-        "INSERT INTO score (run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high,"
-        " rank_ci_low, rank_ci_high) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), nullif(?, 0))",
-        &row.statement);
-    for (uint32_t i = 0; !status && i < score_count; i++) {
-        const struct vw_ledger_score *score = &scores[i];
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, score->image_id);
-        vw_row_add_text(&row, score->method);
-        vw_row_add_real(&row, score->value);
-        vw_row_add_text(&row, score->unit);
-        vw_row_add_real(&row, score->standard_error);
-        vw_row_add_integer(&row, score->visits);
-        vw_row_add_real(&row, score->resampling_stderr);
-        vw_row_add_real(&row, score->ci_low);
-        vw_row_add_real(&row, score->ci_high);
-        vw_row_add_integer(&row, score->rank_ci_low);
-        vw_row_add_integer(&row, score->rank_ci_high);
-        status = vw_row_write(&row, &ledger->database, "record a score");
-    }
-    sqlite3_finalize(row.statement);
-    return status;
+struct vw_ledger_state vw_ledger_state_with(const struct vw_ledger *ledger, const struct vw_ledger_score *scores,
+                                            uint32_t score_count) {
+    return (struct vw_ledger_state){.status = ledger->run.status,
+                                    .finished_utc = ledger->run.finished_utc,
+                                    .field_sha256 = ledger->run.field_sha256,
+                                    .scores = scores,
+                                    .score_count = score_count};
 }
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
 
 static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     struct vw_row row = {0};
@@ -49,22 +30,20 @@ static enum vw_status update_run(struct vw_ledger *ledger, const struct vw_ledge
     return status;
 }
 
-// Removes all retrainings when the run continues: they trained for as many steps as the run had until now.
-static enum vw_status remove_retrainings(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
-    bool continues = strcmp(state->status, VW_LEDGER_RUNNING) == 0;
-    return continues ? vw_database_run(&ledger->database, "DELETE FROM retraining") : VW_OK;
-}
-
-enum vw_status vw_ledger_write_state(struct vw_ledger *ledger, struct vw_ledger_state *state) {
-    enum vw_status status = replace_scores(ledger, state->scores, state->score_count);
-    if (!status) status = remove_retrainings(ledger, state);
-    if (!status) status = update_run(ledger, state);
+static enum vw_status write_state(struct vw_ledger *ledger, struct vw_ledger_state *state) {
+    struct vw_database *database = &ledger->database;
+    enum vw_status status = vw_database_run(database, "DELETE FROM score");
     if (!status)
-        status = vw_ledger_write_final_hash(&ledger->database, ledger->run_hash, ledger->head, state->final_hash);
-    return status;
+        status =
+            vw_table_insert(database, &vw_score_table, ledger->run.run_id, state->scores, state->score_count, NULL);
+    // A run that continues loses its retrainings: they trained for as many steps as the run had until now.
+    if (!status && strcmp(state->status, VW_LEDGER_RUNNING) == 0)
+        status = vw_database_run(database, "DELETE FROM retraining");
+    if (!status) status = update_run(ledger, state);
+    return status ? status : vw_ledger_write_final_hash(database, ledger->run_hash, ledger->head, state->final_hash);
 }
 
-void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
+static void take_state(struct vw_ledger *ledger, const struct vw_ledger_state *state) {
     ledger->run.status = state->status;
     ledger->run.finished_utc = state->finished_utc;
     ledger->run.field_sha256 = state->field_sha256;
@@ -74,6 +53,35 @@ void vw_ledger_take_state(struct vw_ledger *ledger, const struct vw_ledger_state
     memcpy(ledger->final_hash, state->final_hash, sizeof ledger->final_hash);
 }
 
+static enum vw_status check_current(struct vw_ledger *ledger) {
+    char final_hash[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
+    struct vw_database *database = &ledger->database;
+    enum vw_status status = vw_database_read_hash(database, "SELECT final_hash FROM run", final_hash);
+    if (!status)
+        status =
+            vw_database_read_hash(database, "SELECT row_hash FROM step ORDER BY run_id DESC, step DESC LIMIT 1", head);
+    if (status) return status;
+    if (strcmp(final_hash, ledger->final_hash) == 0 && strcmp(head, ledger->next_step ? ledger->head : "") == 0)
+        return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: another process has written to it; use each folder for one run at a time, then --resume",
+                   database->path);
+}
+
+enum vw_status vw_ledger_change(struct vw_ledger *ledger, struct vw_ledger_state *state, vw_ledger_writer *write,
+                                void *context) {
+    enum vw_status status = vw_database_begin(&ledger->database);
+    if (status) return status;
+    status = check_current(ledger);
+    if (!status && write) status = write(ledger, context);
+    if (!status && state) status = write_state(ledger, state);
+    status = vw_database_end(&ledger->database, status);
+    if (!status && state) take_state(ledger, state);
+    return status;
+}
+
+// ---- How a run ends ------------------------------------------------------------------------------------------------
+
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count) {
     struct vw_ledger_state state = {.status = vw_ledger_keep_text(ledger, status),
@@ -82,13 +90,7 @@ enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, co
                                     .scores = scores,
                                     .score_count = score_count};
     if (!state.status || !state.finished_utc) return VW_ERROR_MEMORY;
-    enum vw_status result = vw_database_begin(&ledger->database);
-    if (result) return result;
-    result = vw_ledger_check_current(ledger);
-    if (!result) result = vw_ledger_write_state(ledger, &state);
-    result = vw_database_end(&ledger->database, result);
-    if (!result) vw_ledger_take_state(ledger, &state);
-    return result;
+    return vw_ledger_change(ledger, &state, NULL, NULL);
 }
 
 enum vw_status vw_ledger_set_field(struct vw_ledger *ledger, const char *sha256) {

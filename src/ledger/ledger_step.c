@@ -6,13 +6,6 @@
 #include "base/hash.h"
 #include "ledger/ledger_private.h"
 
-const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
-    [VW_PROBE_REPEATED] = "repeated",
-    [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
-    [VW_PROBE_RESAMPLED] = "resampled",
-    [VW_PROBE_SAME_STATE] = "same_state",
-};
-
 // ---- The rows of one step, and its hash ----
 
 // Returns true if the trainer flagged the step or if a value that it reports is not finite.
@@ -28,81 +21,63 @@ static bool is_nonfinite(const struct vw_step_record *record) {
     return !finite;
 }
 
-static void add_step_columns(struct vw_row *row, const char *run_id, const struct vw_step_record *record,
-                             bool nonfinite) {
-    bool valued = record->validated && !nonfinite;
-    vw_row_add_text(row, run_id);
-    vw_row_add_integer(row, (int64_t)record->step);
-    vw_row_add_integer(row, record->epoch);
-    if (record->view == VW_RECORD_UNTRAINED) vw_row_add_null(row);
-    else vw_row_add_integer(row, record->view);
-    vw_row_add_real(row, nonfinite ? NAN : record->train_loss);
-    vw_row_add_real(row, valued ? record->val_psnr : NAN);
-    vw_row_add_real(row, valued ? record->val_psnr_pooled : NAN);
-    vw_row_add_real(row, valued ? record->val_l1 : NAN);
-    vw_row_add_integer(row, nonfinite);
-    vw_row_add_integer(row, (int64_t)record->clamped_count);
-    vw_row_add_integer(row, valued ? record->floored_views : 0);
+// Returns the record as it is stored: without values of a step that is not finite.
+static struct vw_step_record stored_record(const struct vw_step_record *record) {
+    struct vw_step_record stored = *record;
+    stored.nonfinite = is_nonfinite(record);
+    stored.validated = record->validated && !stored.nonfinite;
+    if (stored.nonfinite) stored.train_loss = NAN;
+    if (!stored.validated) {
+        stored.val_psnr = stored.val_psnr_pooled = stored.val_l1 = NAN;
+        stored.floored_views = stored.view_count = 0;
+    }
+    return stored;
 }
 
-static enum vw_status chain_views(struct vw_ledger *ledger, struct vw_row row, const struct vw_step_record *record,
+static enum vw_status chain_views(struct vw_insertion *insertion, const struct vw_step_record *record,
                                   const uint32_t *validation_views) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < record->view_count; i++) {
         assert(i == 0 || validation_views[i - 1] < validation_views[i]); // rows are hashed in key order
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, (int64_t)record->step);
-        vw_row_add_integer(&row, validation_views[i]);
-        vw_row_add_real(&row, record->views[i].mse);
-        vw_row_add_real(&row, record->views[i].l1);
-        status = vw_row_write(&row, &ledger->database, "record a validation view");
+        const struct vw_view_row row = {.step = record->step,
+                                        .image_id = validation_views[i],
+                                        .mse = record->views[i].mse,
+                                        .l1 = record->views[i].l1};
+        status = vw_insertion_add(insertion, &row);
     }
     return status;
 }
 
 static double finite_or_nan(double value) { return isfinite(value) ? value : NAN; }
 
-static enum vw_status chain_probes(struct vw_ledger *ledger, struct vw_row row, const struct vw_step_record *record) {
+static enum vw_status chain_probes(struct vw_insertion *insertion, const struct vw_step_record *record) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < record->probe_count; i++) {
-        const struct vw_probe *probe = &record->probes[i];
-        assert(probe->step == record->step);
-        assert(i == 0 || record->probes[i - 1].index < probe->index); // rows are hashed in key order
-        vw_row_add_text(&row, ledger->run.run_id);
-        vw_row_add_integer(&row, (int64_t)probe->step);
-        vw_row_add_integer(&row, probe->index);
-        vw_row_add_text(&row, vw_probe_kind_names[probe->kind]);
-        vw_row_add_real(&row, finite_or_nan(probe->val_psnr));
-        vw_row_add_real(&row, finite_or_nan(probe->val_psnr_pooled));
-        vw_row_add_real(&row, finite_or_nan(probe->val_l1));
-        if (probe->view == VW_RECORD_UNTRAINED) vw_row_add_null(&row);
-        else vw_row_add_integer(&row, probe->view);
-        status = vw_row_write(&row, &ledger->database, "record a probe");
+        struct vw_probe_row row = {.probe = record->probes[i], .kind = vw_probe_kind_names[record->probes[i].kind]};
+        assert(row.probe.step == record->step);
+        assert(i == 0 || record->probes[i - 1].index < row.probe.index); // rows are hashed in key order
+        row.probe.val_psnr = finite_or_nan(row.probe.val_psnr);
+        row.probe.val_psnr_pooled = finite_or_nan(row.probe.val_psnr_pooled);
+        row.probe.val_l1 = finite_or_nan(row.probe.val_l1);
+        status = vw_insertion_add(insertion, &row);
     }
     return status;
 }
 
 // Writes the rows of a step, or only hashes them. Replaces `head`, the row_hash before the step, by that of the step.
-static enum vw_status chain_step(struct vw_ledger *ledger, const struct vw_step_statements *statements,
-                                 const struct vw_step_record *record, const uint32_t *validation_views,
-                                 char head[VW_HASH_HEX_BYTES]) {
-    bool nonfinite = is_nonfinite(record);
-    enum vw_status status = VW_OK;
+static enum vw_status chain_step(struct vw_step_insertions *insertions, const struct vw_step_record *record,
+                                 const uint32_t *validation_views, char head[VW_HASH_HEX_BYTES]) {
+    const struct vw_step_record stored = stored_record(record);
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
-    struct vw_row row = {.statement = statements->step, .hasher = &hasher};
-    add_step_columns(&row, ledger->run.run_id, record, nonfinite);
-    if (record->validated && !nonfinite)
-        status = chain_views(ledger, (struct vw_row){.statement = statements->view, .hasher = &hasher}, record,
-                             validation_views);
-    if (!status)
-        status = chain_probes(ledger, (struct vw_row){.statement = statements->probe, .hasher = &hasher}, record);
+    insertions->step.row.hasher = insertions->view.row.hasher = insertions->probe.row.hasher = &hasher;
+    vw_insertion_add_columns(&insertions->step, &stored);
+    enum vw_status status = chain_views(&insertions->view, &stored, validation_views);
+    if (!status) status = chain_probes(&insertions->probe, &stored);
     if (status) return status;
     vw_row_end_hash(&hasher, head);
-    row.hasher = NULL;
-    vw_row_add_text(&row, head);
-    return vw_row_write(&row, &ledger->database, "record a step");
+    return vw_insertion_write(&insertions->step, head);
 }
 
 static enum vw_status check_sequence(const struct vw_ledger *ledger, const struct vw_step_record *records,
@@ -119,47 +94,46 @@ static enum vw_status check_sequence(const struct vw_ledger *ledger, const struc
 // ---- Appending ----
 
 static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
-    struct vw_step_statements *inserts = &ledger->inserts;
-    enum vw_status status = VW_OK;
-    if (!inserts->step)
-        status = vw_database_prepare(
-            &ledger->database,
-            "INSERT INTO step (run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-            " nonfinite, clamped, floored, row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            &inserts->step);
-    if (!status && !inserts->view)
-        status = vw_database_prepare(&ledger->database,
-                                     "INSERT INTO view (run_id, step, image_id, mse, l1) VALUES (?, ?, ?, ?, ?)",
-                                     &inserts->view);
-    if (!status && !inserts->probe)
-        status = vw_database_prepare(
-            &ledger->database,
-            "INSERT INTO probe (run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            &inserts->probe);
+    struct vw_step_insertions *inserts = &ledger->inserts;
+    struct vw_database *database = &ledger->database;
+    const char *run_id = ledger->run.run_id;
+    if (inserts->probe.row.statement) return VW_OK;
+    enum vw_status status = vw_insertion_begin(database, &vw_step_table, run_id, &inserts->step);
+    if (!status) status = vw_insertion_begin(database, &vw_view_table, run_id, &inserts->view);
+    if (!status) status = vw_insertion_begin(database, &vw_probe_table, run_id, &inserts->probe);
+    return status;
+}
+
+struct appending {
+    const struct vw_step_record *records;
+    uint32_t count;
+    const uint32_t *validation_views;
+    bool continues; // the run is running again
+    char head[VW_HASH_HEX_BYTES];
+};
+
+static enum vw_status write_steps(struct vw_ledger *ledger, void *context) {
+    struct appending *appending = context;
+    enum vw_status status = appending->continues ? vw_ledger_remove_lasting(&ledger->database) : VW_OK;
+    for (uint32_t i = 0; !status && i < appending->count; i++)
+        status = chain_step(&ledger->inserts, &appending->records[i], appending->validation_views, appending->head);
     return status;
 }
 
 enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                 const uint32_t *validation_views) {
-    enum vw_status status = check_sequence(ledger, records, count, ledger->next_step);
-    if (!status) status = prepare_inserts(ledger);
-    if (!status) status = vw_database_begin(&ledger->database);
-    if (status) return status;
-    char head[VW_HASH_HEX_BYTES];
-    memcpy(head, ledger->head, sizeof head);
     // A run with new steps is running again, and its scores are out of date.
     struct vw_ledger_state running = {.status = VW_LEDGER_RUNNING};
-    bool changes_state = vw_ledger_has_ended(ledger) || ledger->extended_config_json;
-    status = vw_ledger_check_current(ledger);
-    if (!status && changes_state) status = vw_ledger_remove_lasting(&ledger->database);
-    if (!status && changes_state) status = vw_ledger_write_state(ledger, &running);
-    for (uint32_t i = 0; !status && i < count; i++)
-        status = chain_step(ledger, &ledger->inserts, &records[i], validation_views, head);
-    status = vw_database_end(&ledger->database, status);
+    struct appending appending = {.records = records,
+                                  .count = count,
+                                  .validation_views = validation_views,
+                                  .continues = vw_ledger_has_ended(ledger) || ledger->extended_config_json};
+    memcpy(appending.head, ledger->head, sizeof appending.head);
+    enum vw_status status = check_sequence(ledger, records, count, ledger->next_step);
+    if (!status) status = prepare_inserts(ledger);
+    if (!status) status = vw_ledger_change(ledger, appending.continues ? &running : NULL, write_steps, &appending);
     if (status) return status; // the ledger and this object are unchanged
-    if (changes_state) vw_ledger_take_state(ledger, &running);
-    memcpy(ledger->head, head, sizeof head);
+    memcpy(ledger->head, appending.head, sizeof ledger->head);
     ledger->next_step += count;
     return VW_OK;
 }
@@ -179,12 +153,16 @@ static enum vw_status next_row_hash(struct vw_ledger *ledger, sqlite3_stmt *stat
 static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_hashes,
                                     const struct vw_step_record *records, uint32_t count,
                                     const uint32_t *validation_views) {
-    const struct vw_step_statements none = {0};
+    const struct vw_insertion insertion = {.owner = ledger->run.run_id};
+    struct vw_step_insertions hashing = {insertion, insertion, insertion};
+    hashing.step.table = &vw_step_table;
+    hashing.view.table = &vw_view_table;
+    hashing.probe.table = &vw_probe_table;
     char head[VW_HASH_HEX_BYTES], recorded[VW_HASH_HEX_BYTES];
     memcpy(head, ledger->run_hash, sizeof head);
     enum vw_status status = records[0].step > 0 ? next_row_hash(ledger, row_hashes, head) : VW_OK;
     for (uint32_t i = 0; !status && i < count; i++) {
-        status = chain_step(ledger, &none, &records[i], validation_views, head);
+        status = chain_step(&hashing, &records[i], validation_views, head);
         if (!status) status = next_row_hash(ledger, row_hashes, recorded);
         if (!status && strcmp(head, recorded) != 0)
             status = vw_fail(

@@ -32,37 +32,30 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
 }
 
 static enum vw_status verify_belonging(struct vw_database *database) {
+    static const char *const tables[] = {"step", "view", "probe", "score", "retraining"};
     enum vw_status status = find_stray(database, "image", "scene_hash");
-    if (!status) status = find_stray(database, "step", "run_id");
-    if (!status) status = find_stray(database, "view", "run_id");
-    if (!status) status = find_stray(database, "probe", "run_id");
-    if (!status) status = find_stray(database, "score", "run_id");
-    if (!status) status = find_stray(database, "retraining", "run_id");
+    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++) status = find_stray(database, tables[i], "run_id");
     return status;
 }
 
 // ---- The hashes of the run row ----
 
 // Compares a hash in the run row with the recomputed one.
-static enum vw_status compare_with_run(struct vw_database *database, const char *sql, const char *hash,
+static enum vw_status compare_with_run(struct vw_database *database, const char *column, const char *hash,
                                        const char *suspects) {
-    sqlite3_stmt *statement = NULL;
-    bool found = false;
-    char stored[VW_HASH_HEX_BYTES] = "";
-    enum vw_status status = vw_database_prepare(database, sql, &statement);
-    if (!status) status = vw_database_next(database, statement, &found);
-    if (!status && found) vw_row_copy_hash(statement, 0, stored);
+    char stored[VW_HASH_HEX_BYTES];
+    char *sql = vw_format_text("SELECT %s FROM run", column);
+    enum vw_status status = sql ? vw_database_read_hash(database, sql, stored) : VW_ERROR_MEMORY;
     if (!status && strcmp(stored, hash) != 0)
-        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not match", database->path, suspects,
-                         sqlite3_column_name(statement, 0));
-    sqlite3_finalize(statement);
+        status = vw_fail(VW_ERROR_MISMATCH, "%s: %s: %s does not match", database->path, suspects, column);
+    free(sql);
     return status;
 }
 
 static enum vw_status verify_run(struct verification *verification) {
     enum vw_status status = vw_ledger_hash_run(verification->database, verification->run_hash);
     if (!status)
-        status = compare_with_run(verification->database, "SELECT row_hash FROM run", verification->run_hash,
+        status = compare_with_run(verification->database, "row_hash", verification->run_hash,
                                   "the run row was edited, or an image row was edited, removed or added");
     memcpy(verification->head, verification->run_hash, sizeof verification->head);
     return status;
@@ -74,7 +67,7 @@ static enum vw_status verify_final_hash(struct verification *verification) {
         vw_ledger_hash_final(verification->database, verification->run_hash, verification->head, final_hash);
     return status ? status
                   : compare_with_run(
-                        verification->database, "SELECT final_hash FROM run", final_hash,
+                        verification->database, "final_hash", final_hash,
                         "the run row was edited, a score row was edited, removed, added or moved, a retraining row "
                         "likewise, or the last step rows were removed");
 }
@@ -83,13 +76,14 @@ static enum vw_status verify_final_hash(struct verification *verification) {
 
 // A table whose rows belong to steps, read beside the steps in the order of the keys.
 struct companion {
-    const char *table, *sql; // column 1 is the step
+    const struct vw_table *table; // column 1 is the step
     sqlite3_stmt *statement;
     bool found; // there is a current row
 };
 
 static enum vw_status open_companion(struct verification *verification, struct companion *companion) {
-    enum vw_status status = vw_database_prepare(verification->database, companion->sql, &companion->statement);
+    enum vw_status status =
+        vw_table_select(verification->database, companion->table, companion->table->order, &companion->statement);
     return status ? status : vw_database_next(verification->database, companion->statement, &companion->found);
 }
 
@@ -97,7 +91,7 @@ static enum vw_status fail_orphan(const struct verification *verification, const
     return vw_fail(VW_ERROR_MISMATCH,
                    "%s: table %s has a row of step %" PRId64
                    ", which has no step row: a step row was removed or the row was added",
-                   verification->database->path, companion->table,
+                   verification->database->path, companion->table->name,
                    (int64_t)sqlite3_column_int64(companion->statement, 1));
 }
 
@@ -109,7 +103,7 @@ static enum vw_status hash_companion(struct verification *verification, struct c
         int64_t its_step = sqlite3_column_int64(companion->statement, 1);
         if (its_step < step) return fail_orphan(verification, companion);
         if (its_step > step) return VW_OK;
-        vw_row_hash(companion->statement, sqlite3_column_count(companion->statement), hasher);
+        vw_row_hash(companion->statement, companion->table->column_count, hasher);
         status = vw_database_next(verification->database, companion->statement, &companion->found);
     }
     return status;
@@ -124,7 +118,7 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
                        "%s: step %" PRId64 " is missing: step %" PRId64
                        " follows instead; step rows were removed, renumbered or added",
                        path, step, (int64_t)sqlite3_column_int64(steps, 1));
-    int hash_column = sqlite3_column_count(steps) - 1;
+    int hash_column = vw_step_table.column_count;
     char stored[VW_HASH_HEX_BYTES];
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
@@ -143,18 +137,10 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
 }
 
 static enum vw_status verify_steps(struct verification *verification) {
-    struct companion views = {
-        .table = "view", .sql = "SELECT run_id, step, image_id, mse, l1 FROM view ORDER BY run_id, step, image_id"};
-    struct companion probes = {.table = "probe",
-                               .sql = "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id "
-                                      "FROM probe ORDER BY run_id, step, probe"};
+    struct companion views = {.table = &vw_view_table}, probes = {.table = &vw_probe_table};
     sqlite3_stmt *steps = NULL;
     bool found = false;
-    enum vw_status status =
-        vw_database_prepare(verification->database,
-                            "SELECT run_id, step, epoch, image_id, train_loss, val_psnr, val_psnr_pooled, val_l1,"
-                            " nonfinite, clamped, floored, row_hash FROM step ORDER BY run_id, step",
-                            &steps);
+    enum vw_status status = vw_table_select(verification->database, &vw_step_table, vw_step_table.order, &steps);
     if (!status) status = open_companion(verification, &views);
     if (!status) status = open_companion(verification, &probes);
     for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found;

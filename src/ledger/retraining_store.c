@@ -1,15 +1,11 @@
 #include "ledger/retraining_store.h"
 
 #include <inttypes.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "base/file.h"
-#include "base/hash.h"
 #include "base/memory.h"
-#include "base/text_stream.h"
 #include "ledger/database_open.h"
+#include "ledger/table.h"
 
 // In a series of its own: see vw_database_format.
 enum { RETRAININGS_VERSION = 1001 };
@@ -54,46 +50,69 @@ void vw_retraining_store_close(struct vw_retraining_store **retrainings) {
     *retrainings = NULL;
 }
 
-// In this order they are hashed.
-#define RETRAINING_COLUMNS                                                                                             \
-    "retraining_id, scene_hash, views, view_count, seed, epochs, val_psnr, val_ssim, val_l1, test_psnr, test_ssim, "   \
-    "test_l1, seconds"
-enum { VAL_PSNR = 6, ROW_HASH = 13 };
+// ---- Retrainings ---------------------------------------------------------------------------------------------------
 
-static const char hashed_as[] = "viewworth retraining row 2";
+struct retraining_row {
+    const char *scene_hash, *views;
+    uint32_t view_count, epochs;
+    uint64_t seed;
+    struct vw_retrain_result result;
+};
+static const struct vw_column retraining_columns[] = {
+    VW_COLUMN_OF_OWNER("retraining_id"),
+    VW_COLUMN(struct retraining_row, TEXT, scene_hash),
+    VW_COLUMN(struct retraining_row, TEXT, views),
+    VW_COLUMN(struct retraining_row, COUNT, view_count),
+    VW_COLUMN(struct retraining_row, COUNT64, seed),
+    VW_COLUMN(struct retraining_row, COUNT, epochs),
+    VW_COLUMN_AS("val_psnr", struct retraining_row, REAL_OR_NULL, result.val_psnr),
+    VW_COLUMN_AS("val_ssim", struct retraining_row, REAL_OR_NULL, result.val_ssim),
+    VW_COLUMN_AS("val_l1", struct retraining_row, REAL_OR_NULL, result.val_l1),
+    VW_COLUMN_AS("test_psnr", struct retraining_row, REAL_OR_NULL, result.test_psnr),
+    VW_COLUMN_AS("test_ssim", struct retraining_row, REAL_OR_NULL, result.test_ssim),
+    VW_COLUMN_AS("test_l1", struct retraining_row, REAL_OR_NULL, result.test_l1),
+    VW_COLUMN_AS("seconds", struct retraining_row, REAL_OR_NULL, result.seconds),
+};
+static const struct vw_table retraining_table = {.name = "retraining",
+                                                 .columns = retraining_columns,
+                                                 .column_count = VW_ARRAY_COUNT(retraining_columns),
+                                                 .row_bytes = sizeof(struct retraining_row),
+                                                 .doing = "record a retraining",
+                                                 .has_hash = true,
+                                                 .hashed_as = "viewworth retraining row 2",
+                                                 .key_count = 1,
+                                                 .insert = "INSERT OR IGNORE"};
+
+static const struct vw_column view_columns[] = {
+    VW_COLUMN_OF_OWNER("retraining_id"),
+    VW_COLUMN(struct vw_retrain_view, COUNT, image_id),
+    VW_COLUMN_AS("psnr", struct vw_retrain_view, REAL_OR_NULL, psnr_db),
+};
+static const struct vw_table view_table = {.name = "view",
+                                           .columns = view_columns,
+                                           .column_count = VW_ARRAY_COUNT(view_columns),
+                                           .row_bytes = sizeof(struct vw_retrain_view),
+                                           .doing = "record a photo of a retraining",
+                                           .has_hash = true,
+                                           .hashed_as = "viewworth retraining view row 1",
+                                           .key_count = 2,
+                                           .insert = "INSERT OR REPLACE"};
 
 enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings, const char *retraining_id, bool *found,
                                         struct vw_retrain_result *result) {
-    struct vw_database *database = &retrainings->database;
-    sqlite3_stmt *statement = NULL;
-    bool there = false;
-    enum vw_status status = vw_database_prepare(
-        database, "SELECT " RETRAINING_COLUMNS ", row_hash FROM retraining WHERE retraining_id = ?", &statement);
-    if (!status && sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK)
-        status = vw_database_fail(database, "find a retraining");
-    if (!status) status = vw_database_next(database, statement, &there);
-    if (!status && there && !vw_row_fits_hash(statement, ROW_HASH, hashed_as))
-        status = vw_fail(VW_ERROR_MISMATCH,
-                         "%s: retraining %s was edited: its row_hash does not match; delete the row to train it again",
-                         database->path, retraining_id);
-    if (!status) *found = there;
-    if (!status && there)
-        *result = (struct vw_retrain_result){.val_psnr = vw_row_read_real(statement, VAL_PSNR),
-                                             .val_ssim = vw_row_read_real(statement, VAL_PSNR + 1),
-                                             .val_l1 = vw_row_read_real(statement, VAL_PSNR + 2),
-                                             .test_psnr = vw_row_read_real(statement, VAL_PSNR + 3),
-                                             .test_ssim = vw_row_read_real(statement, VAL_PSNR + 4),
-                                             .test_l1 = vw_row_read_real(statement, VAL_PSNR + 5),
-                                             .seconds = vw_row_read_real(statement, VAL_PSNR + 6)};
-    sqlite3_finalize(statement);
-    return status;
+    struct retraining_row row = {0};
+    enum vw_found there = VW_ROW_ABSENT;
+    enum vw_status status =
+        vw_table_find(&retrainings->database, &retraining_table, retraining_id, &row, &there);
+    if (status) return status;
+    if (there == VW_ROW_EDITED)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s: retraining %s was edited: its row_hash does not match; delete the row to train it again",
+                       retrainings->database.path, retraining_id);
+    *found = there == VW_ROW_FOUND;
+    if (*found) *result = row.result;
+    return VW_OK;
 }
-
-// In this order they are hashed.
-#define VIEW_COLUMNS "retraining_id, image_id, psnr"
-enum { PSNR = 2, VIEW_HASH = 3 };
-
-static const char view_hashed_as[] = "viewworth retraining view row 1";
 
 static enum vw_status fail_at_view(const struct vw_database *database, const char *retraining_id,
                                    const struct vw_retrain_view *view, const char *why) {
@@ -103,34 +122,19 @@ static enum vw_status fail_at_view(const struct vw_database *database, const cha
                    database->path, retraining_id, view->image_id, why);
 }
 
-static enum vw_status find_view(struct vw_database *database, sqlite3_stmt *statement, const char *retraining_id,
-                                struct vw_retrain_view *view, bool *found) {
-    bool there = false;
-    sqlite3_reset(statement);
-    if (sqlite3_bind_text(statement, 1, retraining_id, -1, SQLITE_STATIC) != SQLITE_OK ||
-        sqlite3_bind_int64(statement, 2, view->image_id) != SQLITE_OK)
-        return vw_database_fail(database, "find a photo of a retraining");
-    enum vw_status status = vw_database_next(database, statement, &there);
-    if (status) return status;
-    if (there && !vw_row_fits_hash(statement, VIEW_HASH, view_hashed_as))
-        return fail_at_view(database, retraining_id, view, "was edited: its row_hash does not match");
-    if (there) view->psnr_db = vw_row_read_real(statement, PSNR);
-    *found = there;
-    return VW_OK;
-}
-
 // Ends at the first view that is missing; `*found` is how many come before it.
 static enum vw_status find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
                                  struct vw_retrain_view *views, uint32_t view_count, uint32_t *found) {
-    sqlite3_stmt *statement = NULL;
-    bool there = true;
-    enum vw_status status = vw_database_prepare(
-        &retrainings->database, "SELECT " VIEW_COLUMNS ", row_hash FROM view WHERE retraining_id = ? AND image_id = ?",
-        &statement);
-    for (*found = 0; !status && there && *found < view_count; *found += there)
-        status = find_view(&retrainings->database, statement, retraining_id, &views[*found], &there);
-    sqlite3_finalize(statement);
-    return status;
+    struct vw_database *database = &retrainings->database;
+    enum vw_found there = VW_ROW_FOUND;
+    enum vw_status status = VW_OK;
+    for (*found = 0; *found < view_count; (*found)++) {
+        status = vw_table_find(database, &view_table, retraining_id, &views[*found], &there);
+        if (!status && there == VW_ROW_EDITED)
+            status = fail_at_view(database, retraining_id, &views[*found], "was edited: its row_hash does not match");
+        if (status || there == VW_ROW_ABSENT) return status;
+    }
+    return VW_OK;
 }
 
 enum vw_status vw_retraining_store_find_views(struct vw_retraining_store *retrainings, const char *retraining_id,
@@ -150,113 +154,69 @@ enum vw_status vw_retraining_store_recall_views(struct vw_retraining_store *retr
     return status;
 }
 
-static enum vw_status add_views(struct vw_database *database, const char *retraining_id,
-                                const struct vw_retrain_view *views, uint32_t view_count) {
-    struct vw_hasher hasher;
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database, "INSERT OR REPLACE INTO view (" VIEW_COLUMNS ", row_hash) VALUES (?, ?, ?, ?)", &row.statement);
-    for (uint32_t i = 0; !status && i < view_count; i++) {
-        char hash[VW_HASH_HEX_BYTES];
-        row.hasher = &hasher;
-        vw_row_begin_hash(&hasher, view_hashed_as);
-        vw_row_add_text(&row, retraining_id);
-        vw_row_add_integer(&row, views[i].image_id);
-        vw_row_add_real(&row, views[i].psnr_db);
-        vw_row_end_hash(&hasher, hash);
-        row.hasher = NULL;
-        vw_row_add_text(&row, hash);
-        status = vw_row_write(&row, database, "record a photo of a retraining");
-    }
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
-static char *list_views(const struct vw_retrain_params *retraining) {
-    char *text = NULL;
-    size_t size_bytes = 0;
-    struct vw_text_stream list;
-    FILE *stream = vw_text_stream_open(&list);
-    for (uint32_t i = 0; stream && i < retraining->view_count; i++)
-        fprintf(stream, "%s%" PRIu32, i ? " " : "", retraining->views[i]);
-    return vw_text_stream_close(&list, "photos of a retraining", &text, &size_bytes) ? NULL : text;
-}
-
 enum vw_status vw_retraining_store_add(struct vw_retraining_store *retrainings, const char *retraining_id,
                                        const char *scene_hash, const struct vw_retrain_params *retraining,
                                        const struct vw_retrain_result *result, const struct vw_retrain_view *views,
                                        uint32_t view_count) {
     struct vw_database *database = &retrainings->database;
-    struct vw_hasher hasher;
-    struct vw_row row = {.hasher = &hasher};
-    char hash[VW_HASH_HEX_BYTES];
-    char *list = list_views(retraining);
+    char *list = vw_table_list_ids(retraining->views, retraining->view_count);
     if (!list) return VW_ERROR_MEMORY;
+    const struct retraining_row row = {.scene_hash = scene_hash,
+                                       .views = list,
+                                       .view_count = retraining->view_count,
+                                       .seed = retraining->seed,
+                                       .epochs = retraining->epochs,
+                                       .result = *result};
     enum vw_status status = vw_database_begin(database);
-    if (status) goto done;
-    status = vw_database_prepare(database,
-                                 "INSERT INTO retraining (" RETRAINING_COLUMNS
-                                 ", row_hash) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
-                                 " ON CONFLICT DO NOTHING",
-                                 &row.statement);
-    vw_row_begin_hash(&hasher, hashed_as);
-    vw_row_add_text(&row, retraining_id);
-    vw_row_add_text(&row, scene_hash);
-    vw_row_add_text(&row, list);
-    vw_row_add_integer(&row, retraining->view_count);
-    vw_row_add_integer(&row, (int64_t)retraining->seed);
-    vw_row_add_integer(&row, retraining->epochs);
-    vw_row_add_real(&row, result->val_psnr);
-    vw_row_add_real(&row, result->val_ssim);
-    vw_row_add_real(&row, result->val_l1);
-    vw_row_add_real(&row, result->test_psnr);
-    vw_row_add_real(&row, result->test_ssim);
-    vw_row_add_real(&row, result->test_l1);
-    vw_row_add_real(&row, result->seconds);
-    vw_row_end_hash(&hasher, hash);
-    row.hasher = NULL;
-    vw_row_add_text(&row, hash);
-    if (!status) status = vw_row_write(&row, database, "record a retraining");
-    sqlite3_finalize(row.statement);
-    if (!status) status = add_views(database, retraining_id, views, view_count);
-    status = vw_database_end(database, status);
-done:
+    if (!status) {
+        status = vw_table_insert(database, &retraining_table, retraining_id, &row, 1, NULL);
+        if (!status) status = vw_table_insert(database, &view_table, retraining_id, views, view_count, NULL);
+        status = vw_database_end(database, status);
+    }
     free(list);
     return status;
 }
 
-static enum vw_status remove_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash) {
-    struct vw_row row = {0};
-    enum vw_status status =
-        vw_database_prepare(database, "DELETE FROM metric WHERE scene_hash = ? AND config_hash = ?", &row.statement);
-    vw_row_add_text(&row, scene_hash);
-    vw_row_add_text(&row, config_hash);
-    if (!status) status = vw_row_write(&row, database, "remove old metrics");
-    sqlite3_finalize(row.statement);
-    return status;
-}
+// ---- Metrics -------------------------------------------------------------------------------------------------------
+
+struct metric_row {
+    const char *config_hash, *metric, *method;
+    double value, ci_low, ci_high;
+    uint32_t place, count;
+};
+static const struct vw_column metric_columns[] = {
+    VW_COLUMN_OF_OWNER("scene_hash"),
+    VW_COLUMN(struct metric_row, TEXT, config_hash),
+    VW_COLUMN(struct metric_row, COUNT, place),
+    VW_COLUMN(struct metric_row, TEXT, metric),
+    VW_COLUMN(struct metric_row, TEXT, method),
+    VW_COLUMN(struct metric_row, REAL_OR_NULL, value),
+    VW_COLUMN(struct metric_row, REAL_OR_NULL, ci_low),
+    VW_COLUMN(struct metric_row, REAL_OR_NULL, ci_high),
+    VW_COLUMN(struct metric_row, COUNT, count),
+};
+static const struct vw_table metric_table = {.name = "metric",
+                                             .columns = metric_columns,
+                                             .column_count = VW_ARRAY_COUNT(metric_columns),
+                                             .row_bytes = sizeof(struct metric_row),
+                                             .doing = "record a metric"};
 
 static enum vw_status insert_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash,
                                      const struct vw_metric *metrics, uint32_t count) {
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(
-        database,
-        "INSERT INTO metric (scene_hash, config_hash, place, metric, method, value, ci_low, ci_high, count)"
-        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        &row.statement);
+    struct vw_insertion insertion;
+    enum vw_status status = vw_insertion_begin(database, &metric_table, scene_hash, &insertion);
     for (uint32_t i = 0; !status && i < count; i++) {
-        vw_row_add_text(&row, scene_hash);
-        vw_row_add_text(&row, config_hash);
-        vw_row_add_integer(&row, i);
-        vw_row_add_text(&row, metrics[i].metric);
-        vw_row_add_text(&row, metrics[i].method);
-        vw_row_add_real(&row, metrics[i].value);
-        vw_row_add_real(&row, metrics[i].ci_low);
-        vw_row_add_real(&row, metrics[i].ci_high);
-        vw_row_add_integer(&row, metrics[i].count);
-        status = vw_row_write(&row, database, "record a metric");
+        const struct metric_row row = {.config_hash = config_hash,
+                                       .place = i,
+                                       .metric = metrics[i].metric,
+                                       .method = metrics[i].method,
+                                       .value = metrics[i].value,
+                                       .ci_low = metrics[i].ci_low,
+                                       .ci_high = metrics[i].ci_high,
+                                       .count = metrics[i].count};
+        status = vw_insertion_add(&insertion, &row);
     }
-    sqlite3_finalize(row.statement);
+    vw_insertion_end(&insertion);
     return status;
 }
 
@@ -266,7 +226,8 @@ enum vw_status vw_retraining_store_set_metrics(struct vw_retraining_store *retra
     struct vw_database *database = &retrainings->database;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
-    status = remove_metrics(database, scene_hash, config_hash);
+    status = vw_database_run_with(database, "DELETE FROM metric WHERE scene_hash = ? AND config_hash = ?", scene_hash,
+                                  config_hash, "remove old metrics");
     if (!status) status = insert_metrics(database, scene_hash, config_hash, metrics, count);
     return vw_database_end(database, status);
 }

@@ -1,5 +1,7 @@
 #include "ledger/schema.h"
 
+#include "base/memory.h"
+
 // Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
 // store rows in key order, which is also the order of hashing. View and probe rows are written before their step row,
 // because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
@@ -63,3 +65,162 @@ static const char schema_sql[] =
 _Static_assert(VW_SCHEMA_VERSION == 1, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
+
+const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
+    [VW_PROBE_REPEATED] = "repeated",
+    [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
+    [VW_PROBE_RESAMPLED] = "resampled",
+    [VW_PROBE_SAME_STATE] = "same_state",
+};
+
+// ---- The same tables by their columns, in the order in which ledger.h says that they are hashed ---------------------
+
+#define TABLE(table_name, row, list)                                                                                   \
+    .name = (table_name), .columns = (list), .column_count = VW_ARRAY_COUNT(list), .row_bytes = sizeof(row)
+#define RUN_ID VW_COLUMN_OF_OWNER("run_id")
+
+static const struct vw_column run_columns[] = {
+    VW_COLUMN(struct vw_ledger_run, TEXT, run_id),
+    VW_COLUMN(struct vw_ledger_run, TEXT, scene_hash),
+    VW_COLUMN(struct vw_ledger_run, TEXT, scene_path),
+    VW_COLUMN(struct vw_ledger_run, COUNT64, seed),
+    VW_COLUMN(struct vw_ledger_run, TEXT, config_json),
+    VW_COLUMN(struct vw_ledger_run, TEXT, subset_hash),
+    VW_COLUMN(struct vw_ledger_run, NAME, device),
+    VW_COLUMN(struct vw_ledger_run, NAME, driver),
+    VW_COLUMN(struct vw_ledger_run, TEXT, shader_hash),
+    VW_COLUMN(struct vw_ledger_run, NAME, version),
+    VW_COLUMN(struct vw_ledger_run, TEXT, started_utc),
+    VW_COLUMN(struct vw_ledger_run, TEXT, scene_options_json),
+    VW_COLUMN(struct vw_ledger_run, TEXT, effects_json),
+    VW_COLUMN(struct vw_ledger_run, TEXT, plan_json),
+    VW_COLUMN(struct vw_ledger_run, TEXT, status),
+    VW_COLUMN(struct vw_ledger_run, TEXT_OR_NULL, finished_utc),
+    VW_COLUMN(struct vw_ledger_run, TEXT_OR_NULL, field_sha256),
+    VW_COLUMN(struct vw_run_row, TEXT, row_hash),
+    VW_COLUMN(struct vw_run_row, TEXT, final_hash),
+};
+const struct vw_table vw_run_table = {TABLE("run", struct vw_run_row, run_columns), .order = "run_id",
+                                      .doing = "record the run"};
+
+static const struct vw_column image_columns[] = {
+    VW_COLUMN(struct vw_ledger_image, COUNT, image_id),
+    VW_COLUMN_OF_OWNER("scene_hash"),
+    VW_COLUMN(struct vw_ledger_image, TEXT, name),
+    VW_COLUMN(struct vw_ledger_image, TEXT, split),
+    VW_COLUMN(struct vw_ledger_image, TEXT_OR_NULL, provider),
+    VW_COLUMN(struct vw_ledger_image, TEXT_OR_NULL, sha256),
+    VW_COLUMN(struct vw_ledger_image, TEXT_OR_NULL, ground_truth),
+};
+const struct vw_table vw_image_table = {TABLE("image", struct vw_ledger_image, image_columns),
+                                        .order = "scene_hash, image_id", .doing = "record the images"};
+
+static const struct vw_column step_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_step_record, COUNT64, step),
+    VW_COLUMN(struct vw_step_record, COUNT, epoch),
+    VW_COLUMN_AS("image_id", struct vw_step_record, IMAGE_OR_NULL, view),
+    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, train_loss),
+    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_psnr),
+    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_psnr_pooled),
+    VW_COLUMN(struct vw_step_record, REAL_OR_NULL, val_l1),
+    VW_COLUMN(struct vw_step_record, FLAG, nonfinite),
+    VW_COLUMN_AS("clamped", struct vw_step_record, COUNT64, clamped_count),
+    VW_COLUMN_AS("floored", struct vw_step_record, COUNT, floored_views),
+};
+const struct vw_table vw_step_table = {TABLE("step", struct vw_step_record, step_columns), .order = "run_id, step",
+                                       .doing = "record a step", .has_hash = true};
+
+static const struct vw_column view_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_view_row, COUNT64, step),
+    VW_COLUMN(struct vw_view_row, IMAGE, image_id),
+    VW_COLUMN(struct vw_view_row, REAL, mse),
+    VW_COLUMN(struct vw_view_row, REAL, l1),
+};
+const struct vw_table vw_view_table = {TABLE("view", struct vw_view_row, view_columns),
+                                       .order = "run_id, step, image_id", .doing = "record a validation view"};
+
+static const struct vw_column probe_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_probe, COUNT64, step),
+    VW_COLUMN_AS("probe", struct vw_probe, COUNT, index),
+    VW_COLUMN(struct vw_probe_row, TEXT, kind),
+    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_psnr),
+    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_psnr_pooled),
+    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_l1),
+    VW_COLUMN_AS("image_id", struct vw_probe, IMAGE_OR_NULL, view),
+};
+const struct vw_table vw_probe_table = {TABLE("probe", struct vw_probe_row, probe_columns),
+                                        .order = "run_id, step, probe", .doing = "record a probe"};
+
+static const struct vw_column score_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_ledger_score, IMAGE, image_id),
+    VW_COLUMN(struct vw_ledger_score, TEXT, method),
+    VW_COLUMN(struct vw_ledger_score, REAL, value),
+    VW_COLUMN(struct vw_ledger_score, TEXT, unit),
+    VW_COLUMN_AS("stderr", struct vw_ledger_score, REAL_OR_NULL, standard_error),
+    VW_COLUMN(struct vw_ledger_score, COUNT, visits),
+    VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, resampling_stderr),
+    VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, ci_low),
+    VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, ci_high),
+    VW_COLUMN(struct vw_ledger_score, RANK, rank_ci_low),
+    VW_COLUMN(struct vw_ledger_score, RANK, rank_ci_high),
+};
+const struct vw_table vw_score_table = {TABLE("score", struct vw_ledger_score, score_columns), .order = "rowid",
+                                        .doing = "record a score"};
+
+static const struct vw_column retraining_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_retraining_row, COUNT64, retraining),
+    VW_COLUMN(struct vw_retraining_row, FLAG, whole_providers),
+    VW_COLUMN(struct vw_retraining_row, COUNT64, seed),
+    VW_COLUMN(struct vw_retraining_row, COUNT, epochs),
+    VW_COLUMN(struct vw_retraining_row, TEXT, image_ids),
+    VW_COLUMN(struct vw_retraining_row, REAL_OR_NULL, val_psnr),
+};
+const struct vw_table vw_retraining_table = {TABLE("retraining", struct vw_retraining_row, retraining_columns),
+                                             .order = "run_id, retraining", .doing = "record a retraining"};
+
+static const struct vw_column lasting_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_lasting_pass, COUNT, rays),
+    VW_COLUMN(struct vw_lasting_pass, COUNT, epochs),
+    VW_COLUMN(struct vw_lasting_pass, COUNT, states),
+};
+const struct vw_table vw_lasting_table = {TABLE("lasting", struct vw_lasting_pass, lasting_columns), .order = "run_id",
+                                          .doing = "record the settings of lasting credit", .has_hash = true};
+
+static const struct vw_column lasting_step_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_lasting_step, COUNT64, step),
+    VW_COLUMN(struct vw_lasting_step, REAL, psnr),
+    VW_COLUMN(struct vw_lasting_step, REAL, loss),
+    VW_COLUMN(struct vw_lasting_step, REAL, size_psnr),
+    VW_COLUMN(struct vw_lasting_step, REAL, size_loss),
+};
+const struct vw_table vw_lasting_step_table = {TABLE("lasting_step", struct vw_lasting_step, lasting_step_columns),
+                                               .order = "run_id, step", .doing = "record the lasting credit of a step"};
+
+static const struct vw_column lasting_check_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_gate_check, IMAGE, image_id),
+    VW_COLUMN(struct vw_gate_check, COUNT64, from_step),
+    VW_COLUMN(struct vw_gate_check, REAL, predicted_psnr),
+    VW_COLUMN(struct vw_gate_check, REAL_OR_NULL, measured_psnr),
+    VW_COLUMN(struct vw_gate_check, REAL, predicted_loss),
+    VW_COLUMN(struct vw_gate_check, REAL_OR_NULL, measured_loss),
+};
+const struct vw_table vw_lasting_check_table = {TABLE("lasting_check", struct vw_gate_check, lasting_check_columns),
+                                                .order = "run_id, image_id", .doing = "record a photo of the gate"};
+
+static const struct vw_column lasting_view_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_lasting_view_row, COUNT64, step),
+    VW_COLUMN(struct vw_lasting_view_row, IMAGE, image_id),
+    VW_COLUMN(struct vw_lasting_view_row, REAL, psnr),
+};
+const struct vw_table vw_lasting_view_table = {TABLE("lasting_view", struct vw_lasting_view_row, lasting_view_columns),
+                                               .order = "run_id, step, image_id",
+                                               .doing = "record the lasting credit of a validation photo"};

@@ -3,48 +3,59 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "base/hash.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
 #include "ledger/database_open.h"
+#include "ledger/table.h"
 
 // In a series of its own: see vw_database_format.
 enum { SWEEPS_VERSION = 2001 };
-static const char hashed_as[] = "viewworth measurement row 1";
 
-#define COLUMN(member, of_kind)                                                                                        \
-    { #member, VW_COLUMN_##of_kind, offsetof(struct vw_sweep_metrics, member) }
-static const struct vw_sweep_column columns[] = {
-    COLUMN(configuration, TEXT),
-    COLUMN(parameter, TEXT),
-    COLUMN(value, TEXT),
-    COLUMN(base, WHOLE),
-    COLUMN(epochs, WHOLE),
-    COLUMN(steps, WHOLE),
-    COLUMN(train_ms, REAL),
-    COLUMN(value_ms, REAL),
-    COLUMN(scoring_ratio, REAL),
-    COLUMN(run_seconds, REAL),
-    COLUMN(device_mib, REAL),
-    COLUMN(val_psnr, REAL),
-    COLUMN(psnr_pareto_front, WHOLE),
-    COLUMN(method, TEXT),
-    COLUMN(score_pareto_front, WHOLE),
-    COLUMN(seed_pearson, REAL),
-    COLUMN(seed_spearman, REAL),
-    COLUMN(agreement_pearson, REAL),
-    COLUMN(agreement_spearman, REAL),
-    COLUMN(all_pixels_pearson, REAL),
-    COLUMN(all_pixels_spearman, REAL),
-    COLUMN(auc, REAL),
-    COLUMN(lds, REAL),
-    COLUMN(lds_ci_low, REAL),
-    COLUMN(lds_ci_high, REAL),
+// The metrics are the first member of a row, so that their columns are also those of struct vw_sweep_metrics.
+struct metric_row {
+    struct vw_sweep_metrics metrics;
+    uint32_t place;
+};
+static const struct vw_column metric_columns[] = {
+    VW_COLUMN_OF_OWNER("sweep_id"),
+    VW_COLUMN(struct metric_row, COUNT, place),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, configuration),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, parameter),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, value),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, base),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, epochs),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, steps),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, train_ms),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, value_ms),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, scoring_ratio),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, run_seconds),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, device_mib),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, val_psnr),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, psnr_pareto_front),
+    VW_COLUMN(struct vw_sweep_metrics, TEXT, method),
+    VW_COLUMN(struct vw_sweep_metrics, COUNT, score_pareto_front),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, seed_pearson),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, seed_spearman),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, agreement_pearson),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, agreement_spearman),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, all_pixels_pearson),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, all_pixels_spearman),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, auc),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds_ci_low),
+    VW_COLUMN(struct vw_sweep_metrics, REAL_OR_NULL, lds_ci_high),
 };
 
-const struct vw_sweep_column *vw_sweep_columns(uint32_t *count) {
-    *count = VW_ARRAY_COUNT(columns);
-    return columns;
+enum { KEY_COUNT = 2 };
+static const struct vw_table metric_table = {.name = "metric",
+                                             .columns = metric_columns,
+                                             .column_count = VW_ARRAY_COUNT(metric_columns),
+                                             .row_bytes = sizeof(struct metric_row),
+                                             .doing = "record a metric"};
+
+const struct vw_column *vw_sweep_columns(uint32_t *count) {
+    *count = VW_ARRAY_COUNT(metric_columns) - KEY_COUNT;
+    return metric_columns + KEY_COUNT;
 }
 
 struct vw_sweeps {
@@ -54,29 +65,28 @@ struct vw_sweeps {
 // ---- The file ----
 
 static const char *const types[] = {
-    [VW_COLUMN_TEXT] = "TEXT NOT NULL", [VW_COLUMN_WHOLE] = "INTEGER NOT NULL", [VW_COLUMN_REAL] = "REAL"};
+    [VW_COLUMN_TEXT] = "TEXT NOT NULL", [VW_COLUMN_COUNT] = "INTEGER NOT NULL", [VW_COLUMN_REAL_OR_NULL] = "REAL"};
 
-// Writes a statement with a part for every column: its definition, or a placeholder for its value. The caller owns it.
-static char *write_sql(const char *before, bool defines, const char *behind) {
-    char *text = NULL;
+// Writes the statements that make the tables. The caller owns them.
+static char *write_schema(void) {
+    char *sql = NULL;
     size_t size_bytes = 0;
-    struct vw_text_stream statement;
-    FILE *stream = vw_text_stream_open(&statement);
-    if (stream) fputs(before, stream);
-    for (size_t i = 0; stream && i < VW_ARRAY_COUNT(columns); i++)
-        if (defines) fprintf(stream, ", %s %s", columns[i].name, types[columns[i].kind]);
-        else fputs(", ?", stream);
-    if (stream) fputs(behind, stream);
-    return vw_text_stream_close(&statement, "statement", &text, &size_bytes) ? NULL : text;
+    struct vw_text_stream text;
+    FILE *stream = vw_text_stream_open(&text);
+    if (stream)
+        fputs("CREATE TABLE measurement (configuration_id TEXT NOT NULL, quantity TEXT NOT NULL, value REAL, "
+              "row_hash TEXT NOT NULL, PRIMARY KEY (configuration_id, quantity)) WITHOUT ROWID;"
+              "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
+              stream);
+    for (int i = KEY_COUNT; stream && i < metric_table.column_count; i++)
+        fprintf(stream, ", %s %s", metric_columns[i].name, types[metric_columns[i].kind]);
+    if (stream)
+        fprintf(stream, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = %d;", SWEEPS_VERSION);
+    return vw_text_stream_close(&text, "statement", &sql, &size_bytes) ? NULL : sql;
 }
 
 static enum vw_status open_file(const char *path, struct vw_database *database) {
-    char *schema_sql = write_sql("CREATE TABLE measurement (configuration_id TEXT NOT NULL, quantity TEXT NOT NULL, "
-                                 "value REAL, row_hash TEXT NOT NULL,"
-                                 " PRIMARY KEY (configuration_id, quantity)) WITHOUT ROWID;"
-                                 "CREATE TABLE metric (sweep_id TEXT NOT NULL, place INTEGER NOT NULL",
-                                 true, ", PRIMARY KEY (sweep_id, place)) WITHOUT ROWID; PRAGMA user_version = 2001;");
-    _Static_assert(SWEEPS_VERSION == 2001, "write it into the statement, too");
+    char *schema_sql = write_schema();
     const struct vw_database_format format = {
         .schema_sql = schema_sql, .version = SWEEPS_VERSION, .what = "the results of a sweep"};
     enum vw_status status = schema_sql ? vw_database_open_or_create(path, &format, database) : VW_ERROR_MEMORY;
@@ -102,93 +112,58 @@ void vw_sweeps_close(struct vw_sweeps **sweeps) {
 
 // ---- Measurements ----
 
-enum { VALUE = 2, ROW_HASH = 3 }; // columns
+static const struct vw_column measurement_columns[] = {
+    VW_COLUMN_OF_OWNER("configuration_id"),
+    VW_COLUMN(struct vw_measurement, TEXT, quantity),
+    VW_COLUMN(struct vw_measurement, REAL_OR_NULL, value),
+};
+static const struct vw_table measurement_table = {.name = "measurement",
+                                                  .columns = measurement_columns,
+                                                  .column_count = VW_ARRAY_COUNT(measurement_columns),
+                                                  .row_bytes = sizeof(struct vw_measurement),
+                                                  .doing = "record a measurement",
+                                                  .has_hash = true,
+                                                  .hashed_as = "viewworth measurement row 1",
+                                                  .key_count = 2,
+                                                  .insert = "INSERT OR REPLACE"};
 
 enum vw_status vw_sweeps_find(struct vw_sweeps *sweeps, const char *configuration_id, const char *quantity, bool *found,
                               double *value) {
-    struct vw_database *database = &sweeps->database;
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(database,
-                                                "SELECT configuration_id, quantity, value, row_hash FROM measurement "
-                                                "WHERE configuration_id = ? AND quantity = ?",
-                                                &row.statement);
-    vw_row_add_text(&row, configuration_id);
-    vw_row_add_text(&row, quantity);
-    if (!status && row.failed) status = vw_database_fail(database, "find a measurement");
-    if (!status) status = vw_database_next(database, row.statement, found);
-    if (!status && *found) *value = vw_row_read_real(row.statement, VALUE);
-    if (!status && *found && !vw_row_fits_hash(row.statement, ROW_HASH, hashed_as))
-        status = vw_fail(
+    struct vw_measurement row = {.quantity = quantity};
+    enum vw_found there = VW_ROW_ABSENT;
+    enum vw_status status =
+        vw_table_find(&sweeps->database, &measurement_table, configuration_id, &row, &there);
+    if (status) return status;
+    if (there == VW_ROW_EDITED)
+        return vw_fail(
             VW_ERROR_MISMATCH,
             "%s: measurement %s of %s was edited: its row_hash does not match; delete the row to measure it again",
-            database->path, quantity, configuration_id);
-    sqlite3_finalize(row.statement);
-    return status;
+            sweeps->database.path, quantity, configuration_id);
+    *found = there == VW_ROW_FOUND;
+    if (*found) *value = row.value;
+    return VW_OK;
 }
 
 enum vw_status vw_sweeps_keep(struct vw_sweeps *sweeps, const char *configuration_id,
                               const struct vw_measurement *measurements, uint32_t count) {
     struct vw_database *database = &sweeps->database;
-    struct vw_hasher hasher;
-    struct vw_row row = {0};
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
-    status = vw_database_prepare(
-        database,
-        "INSERT OR REPLACE INTO measurement (configuration_id, quantity, value, row_hash) VALUES (?, ?, ?, ?)",
-        &row.statement);
-    for (uint32_t i = 0; i < count && !status; i++) {
-        char hash[VW_HASH_HEX_BYTES];
-        row.hasher = &hasher;
-        vw_row_begin_hash(&hasher, hashed_as);
-        vw_row_add_text(&row, configuration_id);
-        vw_row_add_text(&row, measurements[i].quantity);
-        vw_row_add_real(&row, measurements[i].value);
-        vw_row_end_hash(&hasher, hash);
-        row.hasher = NULL;
-        vw_row_add_text(&row, hash);
-        status = vw_row_write(&row, database, "record a measurement");
-    }
-    sqlite3_finalize(row.statement);
-    return vw_database_end(database, status);
+    return vw_database_end(database,
+                           vw_table_insert(database, &measurement_table, configuration_id, measurements, count, NULL));
 }
 
 // ---- Metrics ----
 
-static enum vw_status remove_metrics(struct vw_database *database, const char *sweep_id) {
-    struct vw_row row = {0};
-    enum vw_status status = vw_database_prepare(database, "DELETE FROM metric WHERE sweep_id = ?", &row.statement);
-    vw_row_add_text(&row, sweep_id);
-    if (!status) status = vw_row_write(&row, database, "remove old metrics");
-    sqlite3_finalize(row.statement);
-    return status;
-}
-
-static void add_metric(struct vw_row *row, const struct vw_sweep_metrics *metric) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(columns); i++) {
-        const void *value = (const char *)metric + columns[i].offset;
-        switch (columns[i].kind) {
-        case VW_COLUMN_TEXT: vw_row_add_text(row, *(const char *const *)value); break;
-        case VW_COLUMN_WHOLE: vw_row_add_integer(row, *(const uint32_t *)value); break;
-        case VW_COLUMN_REAL: vw_row_add_real(row, *(const double *)value); break;
-        }
-    }
-}
-
 static enum vw_status insert_metrics(struct vw_database *database, const char *sweep_id,
                                      const struct vw_sweep_metrics *metrics, uint32_t count) {
-    struct vw_row row = {0};
-    char *sql = write_sql("INSERT INTO metric VALUES (?, ?", false, ")");
-    if (!sql) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_database_prepare(database, sql, &row.statement);
+    struct vw_insertion insertion;
+    enum vw_status status = vw_insertion_begin(database, &metric_table, sweep_id, &insertion);
     for (uint32_t i = 0; i < count && !status; i++) {
-        vw_row_add_text(&row, sweep_id);
-        vw_row_add_integer(&row, i);
-        add_metric(&row, &metrics[i]);
-        status = vw_row_write(&row, database, "record a metric");
+        const struct metric_row row = {metrics[i], i};
+        status = vw_insertion_add(&insertion, &row);
     }
-    sqlite3_finalize(row.statement);
-    free(sql);
+    vw_insertion_end(&insertion);
     return status;
 }
 
@@ -197,7 +172,8 @@ enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *sweeps, const char *sweep
     struct vw_database *database = &sweeps->database;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
-    status = remove_metrics(database, sweep_id);
+    status = vw_database_run_with(database, "DELETE FROM metric WHERE sweep_id = ?", sweep_id, NULL,
+                                  "remove old metrics");
     if (!status) status = insert_metrics(database, sweep_id, metrics, count);
     return vw_database_end(database, status);
 }

@@ -11,9 +11,9 @@
 #define VIEWWORTH_LEDGER_SWEEPS_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
+#include "ledger/column.h"
 #include "viewworth/status.h"
 
 // A configuration, and the quality of one method's scores there. Reals are NaN where there is no value; correlations
@@ -48,13 +48,8 @@ struct vw_sweep_metrics {
                                          // on them reach, and its 95 % interval over the halves
 };
 
-struct vw_sweep_column {
-    const char *name;
-    enum vw_sweep_kind { VW_COLUMN_TEXT, VW_COLUMN_WHOLE, VW_COLUMN_REAL } kind; // const char *, uint32_t, double
-    size_t offset;                                                               // in struct vw_sweep_metrics
-};
-// Returns all columns in the order above; their names are those of the members.
-const struct vw_sweep_column *vw_sweep_columns(uint32_t *count);
+// Returns all columns in the order above, of the kinds TEXT, COUNT and REAL_OR_NULL, with the names of the members.
+const struct vw_column *vw_sweep_columns(uint32_t *count);
 
 struct vw_sweeps;
 
