@@ -102,8 +102,7 @@ enum vw_status vw_retraining_store_find(struct vw_retraining_store *retrainings,
                                         struct vw_retrain_result *result) {
     struct retraining_row row = {0};
     enum vw_found there = VW_ROW_ABSENT;
-    enum vw_status status =
-        vw_table_find(&retrainings->database, &retraining_table, retraining_id, &row, &there);
+    enum vw_status status = vw_table_find(&retrainings->database, &retraining_table, retraining_id, &row, &there);
     if (status) return status;
     if (there == VW_ROW_EDITED)
         return vw_fail(VW_ERROR_MISMATCH,

@@ -131,8 +131,7 @@ enum vw_status vw_sweeps_find(struct vw_sweeps *sweeps, const char *configuratio
                               double *value) {
     struct vw_measurement row = {.quantity = quantity};
     enum vw_found there = VW_ROW_ABSENT;
-    enum vw_status status =
-        vw_table_find(&sweeps->database, &measurement_table, configuration_id, &row, &there);
+    enum vw_status status = vw_table_find(&sweeps->database, &measurement_table, configuration_id, &row, &there);
     if (status) return status;
     if (there == VW_ROW_EDITED)
         return vw_fail(
@@ -172,8 +171,8 @@ enum vw_status vw_sweeps_set_metrics(struct vw_sweeps *sweeps, const char *sweep
     struct vw_database *database = &sweeps->database;
     enum vw_status status = vw_database_begin(database);
     if (status) return status;
-    status = vw_database_run_with(database, "DELETE FROM metric WHERE sweep_id = ?", sweep_id, NULL,
-                                  "remove old metrics");
+    status =
+        vw_database_run_with(database, "DELETE FROM metric WHERE sweep_id = ?", sweep_id, NULL, "remove old metrics");
     if (!status) status = insert_metrics(database, sweep_id, metrics, count);
     return vw_database_end(database, status);
 }

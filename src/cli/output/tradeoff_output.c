@@ -106,19 +106,19 @@ static void print_text(const struct vw_sweep *sweep) {
 
 // ---- JSON ----
 
-static json_t *field_to_json(const struct vw_sweep_column *column, const struct vw_sweep_metrics *metric) {
+static json_t *field_to_json(const struct vw_column *column, const struct vw_sweep_metrics *metric) {
     const void *value = (const char *)metric + column->offset;
     switch (column->kind) {
     case VW_COLUMN_TEXT: return json_string(*(const char *const *)value);
-    case VW_COLUMN_WHOLE: return json_integer(*(const uint32_t *)value);
-    case VW_COLUMN_REAL: return vw_json_real(*(const double *)value);
+    case VW_COLUMN_COUNT: return json_integer(*(const uint32_t *)value);
+    default: return vw_json_real(*(const double *)value);
     }
     return NULL;
 }
 
 static json_t *metric_to_json(const struct vw_sweep_metrics *metric) {
     uint32_t count = 0;
-    const struct vw_sweep_column *all = vw_sweep_columns(&count);
+    const struct vw_column *all = vw_sweep_columns(&count);
     json_t *object = json_object();
     for (uint32_t i = 0; i < count; i++) vw_json_set(&object, all[i].name, field_to_json(&all[i], metric));
     return object;

@@ -141,19 +141,19 @@ static enum vw_status train_evaluator(struct vw_sweep_state *state) {
 
 // ---- Results ----
 
-static void print_field(FILE *stream, const struct vw_sweep_column *column, const struct vw_sweep_metrics *metric) {
+static void print_field(FILE *stream, const struct vw_column *column, const struct vw_sweep_metrics *metric) {
     const void *value = (const char *)metric + column->offset;
     switch (column->kind) {
     case VW_COLUMN_TEXT: vw_csv_write_text(stream, *(const char *const *)value); break;
-    case VW_COLUMN_WHOLE: fprintf(stream, "%u", *(const uint32_t *)value); break;
-    case VW_COLUMN_REAL: vw_csv_write_real(stream, *(const double *)value); break;
+    case VW_COLUMN_COUNT: fprintf(stream, "%u", *(const uint32_t *)value); break;
+    default: vw_csv_write_real(stream, *(const double *)value); break;
     }
 }
 
 static void print_csv(FILE *stream, const void *context) {
     const struct vw_sweep *sweep = context;
     uint32_t count = 0;
-    const struct vw_sweep_column *columns = vw_sweep_columns(&count);
+    const struct vw_column *columns = vw_sweep_columns(&count);
     for (uint32_t i = 0; i < count; i++) fprintf(stream, "%s%s", i ? "," : "", columns[i].name);
     fputc('\n', stream);
     for (uint32_t row = 0; row < sweep->metric_count; row++) {
