@@ -1,8 +1,7 @@
 // viewworth: what each photo is worth to a 3-D reconstruction. The table of its commands.
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/option_table.h"
-#include "cli/run_program.h"
+#include "cli/program.h"
 
 enum command_group { VALUE, USE, CHECK, COMPARE };
 

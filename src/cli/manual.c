@@ -1,4 +1,4 @@
-#include "cli/manual.h"
+#include "cli/help.h"
 #include "cli/option_text.h"
 
 #include <ctype.h>

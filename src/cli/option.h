@@ -42,6 +42,7 @@ struct vw_option {
     bool common;              // shown by --help, not by --help-all alone
     uint32_t least, most;     // range of a count that is not in vw_config, which has its own ranges; most 0: none
     const char *default_text; // the default of a text; NULL: none, or not worth a word
+    const char *needs;        // option that must be given too, where the command has it; NULL: none
     const char *words;        // values that completion offers, with spaces between; NULL: file names
     const char *(*choice_name)(uint32_t choice);
     uint32_t choice_count;

@@ -1,4 +1,4 @@
-#include "cli/option_table.h"
+#include "cli/program.h"
 
 #include "base/memory.h"
 #include "batch/jobs.h"
@@ -26,6 +26,7 @@ _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_backgr
 #define CHOICE(field, name_of, last) OPTION(CHOICE, field), .choice_name = name_of, .choice_count = (uint32_t)(last) + 1
 #define COMMON .common = true
 #define DEFAULT(text) .default_text = text
+#define NEEDS(option) .needs = option
 
 const struct vw_option vw_option_table[] = {
     // Results and inputs of a command.
@@ -73,7 +74,7 @@ const struct vw_option vw_option_table[] = {
      "Number of trainings of each list (compare, select --verify) or configuration (tradeoff), one per seed; seeds "
      "count up from --seed",
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
-     COMMON, DEFAULT("3, of select 2")},
+     COMMON, DEFAULT("3, of select 2"), NEEDS("verify")},
     {"without-outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
      "and keep all others; with --method by that score alone (the rule without any of these options)",
@@ -133,7 +134,7 @@ const struct vw_option vw_option_table[] = {
     {"until-confidence", "R",
      "Stop before that number of retrainings when the lower end of the interval of worth's correlation with "
      "retrainings left out reaches R, below 1; checked after every 8; 0: never",
-     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON},
+     VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON, NEEDS("worth")},
     {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
@@ -222,14 +223,14 @@ const struct vw_option vw_option_table[] = {
      "its end (scores lasting_psnr and lasting_loss)",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_SCORES, OPTION(FLAG, lasting.wanted), COMMON},
     {"lasting-rays", "N", "Rays of each step that the backward pass uses; fewer are faster", VW_OPTIONS_LASTING,
-     VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step")},
+     VW_SECTION_SCORES, OPTION(COUNT, lasting.rays), RANGE(1, 65536), DEFAULT("all rays of a step"), NEEDS("lasting")},
     {"lasting-matrix", NULL,
      "Also compute lasting credit for the PSNR of each validation photo: matrix.csv has it, and select --verify also "
      "tries lists by it. Each validation photo adds up to half the time of a backward pass",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix)},
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.matrix), NEEDS("lasting")},
     {"no-gate", NULL,
      "Do not check lasting credit by short trainings in which the steps on six photos are made longer and shorter",
-     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.no_gate)},
+     VW_OPTIONS_LASTING, VW_SECTION_SCORES, OPTION(FLAG, lasting.no_gate), NEEDS("lasting")},
 
     // The field.
     {"preset", NULL,

@@ -56,24 +56,13 @@ static void describe_default(const struct vw_program *program, const struct vw_o
                              size_t text_bytes) {
     const void *field = default_of(program, option);
     text[0] = 0;
-    switch (option->kind) {
-    case VW_OPTION_FLAG:
-    case VW_OPTION_TEXTS: break;
-    case VW_OPTION_TEXT:
-        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
-        break;
-    case VW_OPTION_COUNT:
-        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
-        else snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field);
-        break;
-    case VW_OPTION_SEED: snprintf(text, text_bytes, "%" PRIu64, *(const uint64_t *)field); break;
-    case VW_OPTION_REAL:
-        if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
-        else snprintf(text, text_bytes, "%g", *(const double *)field);
-        break;
-    case VW_OPTION_CHOICE: snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field)); break;
-    case VW_OPTION_EFFECTS: snprintf(text, text_bytes, "%s", (const char *)field); break;
-    }
+    if (option->default_text) snprintf(text, text_bytes, "%s", option->default_text);
+    else if (option->kind == VW_OPTION_COUNT) snprintf(text, text_bytes, "%" PRIu32, *(const uint32_t *)field);
+    else if (option->kind == VW_OPTION_SEED) snprintf(text, text_bytes, "%" PRIu64, *(const uint64_t *)field);
+    else if (option->kind == VW_OPTION_REAL) snprintf(text, text_bytes, "%g", *(const double *)field);
+    else if (option->kind == VW_OPTION_EFFECTS) snprintf(text, text_bytes, "%s", (const char *)field);
+    else if (option->kind == VW_OPTION_CHOICE)
+        snprintf(text, text_bytes, "%s", option->choice_name(*(const uint32_t *)field));
 }
 
 // Returns true if the option is off by default: its default is 0, below its range (--replay, --same-state).

@@ -1,17 +1,30 @@
-// The command line as a struct: what a command was asked to do. cli/option_table.h has the options.
+// The command line as a struct: what a command was asked to do. cli/option_table.c has the options.
 #ifndef VIEWWORTH_CLI_OPTIONS_H
 #define VIEWWORTH_CLI_OPTIONS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cli/option_presets.h"
 #include "experiment/photo_sets.h"
 #include "viewworth/run.h"
 #include "viewworth/status.h"
 #include "viewworth/train.h"
 
 struct vw_program;
+
+// --preset: the options of a published method by one name.
+enum vw_option_preset {
+    VW_PRESET_NONE,
+    VW_PRESET_HASH,
+    VW_PRESET_NERF,
+    VW_PRESET_NERF_W,
+    VW_PRESET_HA_NERF,
+    VW_PRESET_PAPER,
+    VW_PRESET_COUNT
+};
+const char *vw_option_preset_name(uint32_t preset); // "none", "hash", "nerf", ...
+// Returns the options that a preset sets: "NAME=VALUE NAME=VALUE ...".
+const char *vw_option_preset_options(enum vw_option_preset preset);
 
 // An option that may be repeated, in the order given.
 enum { VW_TEXTS_MOST = 32 };

@@ -2,7 +2,12 @@
 #ifndef VIEWWORTH_CLI_PARAMS_H
 #define VIEWWORTH_CLI_PARAMS_H
 
+#include <stdint.h>
+
 #include "cli/options.h"
+#include "cli/output/progress.h"
+#include "experiment/experiment.h"
+#include "run/session.h"
 #include "viewworth/run.h"
 #include "viewworth/scene.h"
 
@@ -12,5 +17,24 @@ struct vw_scene_params vw_params_of_scene(const struct vw_options *options);
 enum vw_status vw_params_set_memory(const struct vw_options *options);
 // Parses --budget; VW_ERROR_USAGE says what it takes. Without progress.
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params);
+
+enum { VW_DEVICE_NAME_BYTES = 256 }; // as long as a device's name can be
+
+// The devices that --devices names.
+struct vw_device_list {
+    char names[VW_SESSION_DEVICES_MAX][VW_DEVICE_NAME_BYTES]; // indices or parts of names
+    const char *texts[VW_SESSION_DEVICES_MAX];                // the same, as an array of texts
+    uint32_t count;                                           // 0: --devices was not given
+};
+// Reads the list of --devices, or lists all devices for "all". VW_ERROR_USAGE when it is not a list, or when --device
+// is given too.
+enum vw_status vw_device_list_read(const struct vw_options *options, struct vw_device_list *list);
+// Returns the devices of the list, or that of --device without a list. The choice borrows from both.
+struct vw_device_choice vw_device_list_choose(const struct vw_options *options, const struct vw_device_list *list);
+
+// Returns the params of the experiment. After this call SIGINT and SIGTERM interrupt the experiment. `devices`: as read
+// from the options. `progress` shows the runs; it begins all zero, and vw_progress_end() ends it.
+struct vw_experiment_params vw_params_of_experiment(const struct vw_options *options,
+                                                    const struct vw_device_list *devices, struct vw_progress *progress);
 
 #endif

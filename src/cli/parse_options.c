@@ -5,11 +5,11 @@
 #include <errno.h>
 #include <getopt.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "cli/option_presets.h"
 #include "cli/option_text.h"
 
 enum {
@@ -145,16 +145,38 @@ static enum vw_status parse_operands(const struct vw_command *command, int count
 
 // Applies a preset. Its options count as given on the command line, unless the command line has them.
 static enum vw_status apply_preset(struct vw_options *options) {
-    const struct vw_option_of_preset *given = vw_option_preset_options(options->preset);
+    const char *rest = vw_option_preset_options(options->preset);
+    char name[32], value[sizeof options->config.effects];
     enum vw_status status = VW_OK;
-    for (; given->name && !status; given++) {
+    for (int length; !status && sscanf(rest, " %31[^=]=%255s%n", name, value, &length) == 2; rest += length) {
         uint32_t row = 0;
-        if (vw_options_have(options, given->name)) continue;
-        while (strcmp(vw_program_option(options->program, row)->name, given->name) != 0) row++;
+        if (vw_options_have(options, name)) continue;
+        while (strcmp(vw_program_option(options->program, row)->name, name) != 0) row++;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
-        status = store(vw_program_option(options->program, row), given->value, options);
+        status = store(vw_program_option(options->program, row), value, options);
     }
     return status;
+}
+
+static bool command_has(const struct vw_program *program, const struct vw_command *command, const char *name) {
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
+        if (!strcmp(option->name, name) && vw_option_fits(option, command)) return true;
+    }
+    return false;
+}
+
+// Refuses an option without the one that it needs.
+static enum vw_status check_needs(const struct vw_program *program, const struct vw_command *command,
+                                  const struct vw_options *options) {
+    for (uint32_t i = 0; i < vw_program_option_count(program); i++) {
+        const struct vw_option *option = vw_program_option(program, i);
+        if (!(options->given[i / 64] >> i % 64 & 1) || !option->needs || vw_options_have(options, option->needs))
+            continue;
+        if (command_has(program, command, option->needs))
+            return vw_fail(VW_ERROR_USAGE, "--%s needs --%s", option->name, option->needs);
+    }
+    return VW_OK;
 }
 
 enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
@@ -183,7 +205,8 @@ enum vw_status vw_options_parse(const struct vw_program *program, const struct v
     if (!vw_options_have(options, "width")) options->config.width = of_field.width;
     if (!vw_options_have(options, "lr")) options->config.learning_rate = of_field.learning_rate;
     if (options->help || options->help_all) return VW_OK;
-    status = parse_operands(command, argc - optind, argv + optind, options);
+    status = check_needs(program, command, options);
+    if (!status) status = parse_operands(command, argc - optind, argv + optind, options);
     if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);
     return status;
 }
@@ -193,12 +216,4 @@ bool vw_options_have(const struct vw_options *options, const char *name) {
         if ((options->given[i / 64] >> i % 64 & 1) && strcmp(vw_program_option(options->program, i)->name, name) == 0)
             return true;
     return false;
-}
-
-enum vw_status vw_options_check_lasting(const struct vw_options *options) {
-    static const char *const names[] = {"lasting-rays", "lasting-matrix", "no-gate"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
-        if (!options->lasting.wanted && vw_options_have(options, names[i]))
-            return vw_fail(VW_ERROR_USAGE, "--%s needs --lasting", names[i]);
-    return VW_OK;
 }

@@ -9,15 +9,11 @@
 #include "viewworth/status.h"
 
 // Reads a command's arguments (argv[0] is the command's name) over the program's defaults; `options` begins a struct of
-// program->options_bytes. VW_ERROR_USAGE names the option and
-// what it takes. With --help or --help-all nothing is required.
+// program->options_bytes. VW_ERROR_USAGE names the option and what it takes or needs. With --help or --help-all nothing
+// is required.
 enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
                                 char **argv, struct vw_options *options);
 // Returns true if the command line contains the option of that name (without dashes).
 bool vw_options_have(const struct vw_options *options, const char *name);
-
-// Refuses --lasting-rays, --lasting-matrix and --no-gate without --lasting, which makes the backward pass that they
-// set.
-enum vw_status vw_options_check_lasting(const struct vw_options *options);
 
 #endif

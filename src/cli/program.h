@@ -47,4 +47,12 @@ static inline const struct vw_option *vw_program_option(const struct vw_program 
     return index < first_count ? &program->tables[0].rows[index] : &program->tables[1].rows[index - first_count];
 }
 
+// Runs what the command line says. Prints errors to stderr, and returns the exit code.
+int vw_program_run(const struct vw_program *program, int argc, char **argv);
+
+// The options of viewworth, which viewworth-lab extends.
+extern const struct vw_option vw_option_table[];
+extern const uint32_t vw_option_count;
+extern const struct vw_options vw_options_default;
+
 #endif

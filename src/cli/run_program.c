@@ -1,4 +1,4 @@
-#include "cli/run_program.h"
+#include "cli/program.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,7 +6,6 @@
 
 #include "base/memory.h"
 #include "cli/help.h"
-#include "cli/manual.h"
 #include "cli/output/progress.h"
 #include "cli/params.h"
 #include "cli/parse_options.h"

@@ -1,8 +1,7 @@
 // viewworth-lab: how good scores of photos are. The table of its commands.
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/option_table.h"
-#include "cli/run_program.h"
+#include "cli/program.h"
 #include "lab/commands/commands.h"
 
 enum command_group { EVALUATE, CORRUPT };
@@ -14,8 +13,8 @@ static const struct vw_command commands[] = {
      "Writes to the --out folder: seed_N/ with the files of value for every seed, report.html, reproduce.csv "
      "(metrics of agreement by pair of seeds, method and number of epochs) and scatter.csv (the scores of each pair "
      "side by side). With --lasting, takes the backward pass of every run and also writes "
-     "lasting_seeds.csv: lasting credit over the seeds, with intervals, and which photos it cannot tell apart. Resumes runs that are not finished and reuses "
-     "finished ones.",
+     "lasting_seeds.csv: lasting credit over the seeds, with intervals, and which photos it cannot tell apart. "
+     "Resumes runs that are not finished and reuses finished ones.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_LAB_PROBES | VW_OPTIONS_RUNS |
          VW_LAB_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_lab_reproduce},

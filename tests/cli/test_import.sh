@@ -57,7 +57,7 @@ check "too few epochs warn" bash -c "'$program' import-steps '$log' --out '$fold
 # ---- Other commands -----------------------------------------------------------------------------------------------------
 
 head=$("$program" verify "$folder/imported" | sed -n 's/^head *//p')
-check "verify finds it intact and says what it cannot check" prints '^it was imported: ' "$program" verify "$folder/imported"
+check "verify finds it intact and says what it cannot check" prints '^the run was imported, so' "$program" verify "$folder/imported"
 check "and the log's hash" grep -q "^ *$(sha256sum "$log" | cut -d ' ' -f 1)$" "$folder/stdout"
 check "verify --expect knows its head" prints 'is intact' "$program" verify "$folder/imported" --expect "$head"
 check "verify --replay is refused" refuses 2 'was imported from' verify "$folder/imported" --replay 3 --quiet

@@ -49,7 +49,7 @@ check "it tells the correlation" test "$(sqlite3 :memory: "
     SELECT j ->> 'stable' = 1 AND j ->> 'correlation' >= $wanted AND j ->> 'epochs' = $epochs - 1
            AND j ->> 'earlier_epochs' = ($epochs - 1) / 2 AND j ->> 'wanted' = $wanted FROM answer")" = 1
 check "too few epochs are never stable" run value few 10 --until-stable 0.01
-check "and say so" says '^not stable: 9 epochs count, of which at least 10 are wanted'
+check "and say so" says '^not stable: only 9 epochs count, and stability needs at least 10'
 check "0 is to take all epochs" eval 'run value all 3 --until-stable 0 && ! grep -q stable "$folder/stdout" && [[ $(steps all) == 36 ]]'
 for number in 1 1.5 -0.5 nan x; do check "--until-stable $number is refused" refuses "$number"; done
 conclude "$@"

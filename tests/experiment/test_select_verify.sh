@@ -83,7 +83,7 @@ for few in two one; do
     "$program" value tiny.json --out $few "${tiny[@]}" --epochs 3 --quiet --val $few.txt >stdout 2>&1 || cat stdout
 done
 check "two photos are halves of one each" verify two list_of_two.txt
-check "which is said to prove little" grep -q 'only 2 validation photos judge: little can be proven' stdout
+check "which is said to prove little" grep -q 'only 2 validation photos judge, which proves little' stdout
 check "a sweep by validation photo" quietly "$program" lasting two --lasting-matrix --no-gate --quiet
 check "gives lists by lasting credit" eval 'verify two list_of_lasting.txt && grep -qE "^top:[579][05]%:lasting_psnr +[0-9]" stdout'
 check "a single photo is refused, with a remedy" refuses 'has 1 validation photo, but --verify needs at least 2: .*more photos in --val' \
@@ -95,7 +95,7 @@ check "without a training" test "$(retrainings one)" = 0
 check "a rule beside --verify" refuses '--verify tries rules and methods itself; leave out the rule' \
     select valued --verify --top 3 --to r.txt
 check "a method beside --verify" refuses 'leave out --method' select valued --verify --method dv_loss --to r.txt
-check "--seeds without --verify" refuses '--seeds counts the trainings of --verify' select valued --seeds 3 --to r.txt
+check "--seeds without --verify" refuses '--seeds needs --verify' select valued --seeds 3 --to r.txt
 check "a list that is there, before any training" refuses 'list.txt: exists' select two --verify --to list.txt --seeds 9
 check "no scores" refuses 'no scores; value the photos first' select trained --verify --to r.txt
 {

@@ -86,7 +86,7 @@ check "are the three" same_reproduction whole pair
 check "fewer epochs" reproduce short --seeds 3 --epochs 5 --together 3
 check "that are taken further, two together" reproduce short --seeds 3 --together 2
 check "are those" same_reproduction whole short
-check "--device is one, --devices are several" refused one 'give one of both options' --seeds 2 --devices 0
+check "--device is one, --devices are several" refused one 'give either --device or --devices' --seeds 2 --devices 0
 check "a list of devices has no gaps" on_two_devices small refused one '--devices takes all, or 1 to 16 indices' --seeds 2 --devices 0,,1
 same_of_seeds() { # same_of_seeds OUT SQL: "same" or "other"
     local answers=("$(query "$1/seed_0" "$2")" "$(query "$1/seed_1" "$2")")

@@ -7,9 +7,9 @@
 
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/device_list.h"
 #include "cli/interrupt.h"
 #include "cli/output/results.h"
+#include "cli/params.h"
 #include "cli/parse_options.h"
 #include "viewworth/gpu.h"
 
@@ -25,7 +25,6 @@ static enum vw_status check_job(const struct vw_program *program, struct vw_job 
     memcpy(words, job->words, job->word_count * sizeof *words);
     words[job->word_count] = out;
     enum vw_status status = vw_options_parse(program, &value, (int)job->word_count + 1, words, &options);
-    if (!status) status = vw_options_check_lasting(&options);
     job->single = options.budget || options.accuracy || options.profile || options.worth || options.together;
     free(words);
     return status;

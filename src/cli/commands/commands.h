@@ -3,6 +3,7 @@
 #define VIEWWORTH_CLI_COMMANDS_COMMANDS_H
 
 #include "cli/options.h"
+#include "experiment/sweep/sweep.h"
 #include "viewworth/status.h"
 
 enum vw_status vw_command_devices(const struct vw_options *options);
@@ -20,5 +21,18 @@ enum vw_status vw_command_report(const struct vw_options *options);
 enum vw_status vw_command_verify(const struct vw_options *options);
 enum vw_status vw_command_select(const struct vw_options *options);
 enum vw_status vw_command_import_steps(const struct vw_options *options);
+
+// Values the scene with each of the seeds ("0,1,2", as a batch gives them), as many at a time as --together says, or
+// the device. The run of seed K goes to seed-K beside --out, and what is said of it to the log next to it. Reports the
+// first failure after the others have ended.
+enum vw_status vw_value_jobs(const struct vw_options *options, const char *seeds);
+
+// Refuses, before the run of `value --worth` is trained, unusable options.
+enum vw_status vw_worth_check_options(const struct vw_options *options);
+// Makes the worth of the run in `out` and prints it.
+enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings);
+
+// Measures the trade-off and prints it. `evaluator` says how good the scores are; NULL: nobody does.
+enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator);
 
 #endif

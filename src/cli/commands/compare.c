@@ -1,6 +1,6 @@
 #include "cli/commands/commands.h"
-#include "cli/experiment_params.h"
 #include "cli/output/results.h"
+#include "cli/params.h"
 #include "experiment/comparison.h"
 
 _Static_assert((int)VW_TEXTS_MOST == (int)VW_PHOTO_SETS_MAX, "--list may be given as often as lists can be compared");

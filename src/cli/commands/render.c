@@ -1,4 +1,3 @@
-
 #include "cli/commands/commands.h"
 #include "cli/output/print.h"
 #include "run/recorded/render_view.h"

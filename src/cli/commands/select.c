@@ -5,10 +5,10 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "cli/commands/commands.h"
-#include "cli/device_list.h"
 #include "cli/interrupt.h"
 #include "cli/output/print.h"
 #include "cli/output/results.h"
+#include "cli/params.h"
 #include "cli/parse_options.h"
 #include "experiment/verified_selection.h"
 #include "ledger/find_image.h"
@@ -63,9 +63,6 @@ static enum vw_status read_rule(const struct vw_options *options, struct vw_sele
     if (!options->to || !*options->to)
         return vw_fail(VW_ERROR_USAGE, "select: --to is missing; name the list to write");
     if (options->verify) return check_verify(options, count);
-    if (vw_options_have(options, "seeds"))
-        return vw_fail(VW_ERROR_USAGE,
-                       "select: --seeds counts the trainings of --verify; add --verify, or leave it out");
     *params = (struct vw_selection_params){.method = options->method,
                                            .rule = options->positive      ? VW_SELECT_POSITIVE
                                                    : options->significant ? VW_SELECT_SIGNIFICANT

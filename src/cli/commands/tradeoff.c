@@ -1,8 +1,7 @@
-#include "cli/commands/tradeoff.h"
-
 #include "cli/commands/commands.h"
-#include "cli/experiment_params.h"
+
 #include "cli/output/results.h"
+#include "cli/params.h"
 
 enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator) {
     struct vw_progress progress = {0};

@@ -3,9 +3,6 @@
 #include "base/memory.h"
 #include "batch/child.h"
 #include "cli/commands/commands.h"
-#include "cli/commands/value_jobs.h"
-#include "cli/commands/worth.h"
-#include "cli/experiment_params.h"
 #include "cli/interrupt.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"
@@ -36,8 +33,7 @@ static enum vw_status make_run(const struct vw_options *options, bool train_only
 }
 
 static enum vw_status check_kfold(const struct vw_options *options) {
-    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout",
-                                         "sign",   "profile",  "lasting",      "worth"};
+    static const char *const single[] = {"budget", "accuracy", "until-stable", "payout", "profile", "lasting", "worth"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(single); i++)
         if (vw_options_have(options, single[i]))
             return vw_fail(VW_ERROR_USAGE, "--%s is for a single training; leave it out with --kfold", single[i]);
@@ -61,10 +57,8 @@ static enum vw_status make_folds(const struct vw_options *options) {
 }
 
 enum vw_status vw_command_value(const struct vw_options *options) {
-    enum vw_status status = vw_options_check_lasting(options);
     const char *seeds = getenv(VW_CHILD_SEEDS_VARIABLE);
     vw_interrupt_follow_batch();
-    if (status) return status;
     if (options->kfold) return make_folds(options);
     if (options->devices)
         return vw_fail(
@@ -74,11 +68,8 @@ enum vw_status vw_command_value(const struct vw_options *options) {
     if (options->together && !options->worth && !several)
         return vw_fail(VW_ERROR_USAGE,
                        "--together is for several trainings; give it with --kfold K or --worth M, or leave it out");
-    if (options->until_confidence != 0 && !options->worth)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--until-confidence is for retrainings; give it with --worth M, or leave it out");
     if (several) return vw_value_jobs(options, seeds);
-    if (options->worth) status = vw_worth_check_options(options);
+    enum vw_status status = options->worth ? vw_worth_check_options(options) : VW_OK;
     return status ? status : make_run(options, false);
 }
 

@@ -1,4 +1,4 @@
-#include "cli/commands/value_jobs.h"
+#include "cli/commands/commands.h"
 
 #include <errno.h>
 #include <fcntl.h>

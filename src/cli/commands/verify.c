@@ -27,9 +27,9 @@ static void print_text(const struct vw_verification *verification, bool replayed
     vw_print("%s is intact: %" PRIu64 " steps, %u scores, %s\n", verification->ledger_path, verification->steps,
              verification->score_count, verification->status);
     if (strcmp(verification->status, "running") == 0)
-        vw_print("it has not ended: whether its last steps were removed cannot be told\n");
+        vw_print("the run has not ended, so removed last steps cannot be detected\n");
     if (*verification->log_sha256)
-        vw_print("it was imported: how its steps were taken cannot be checked; the log's sha256sum was\n         %s\n",
+        vw_print("the run was imported, so its training cannot be checked; the log had the SHA-256\n         %s\n",
                  verification->log_sha256);
     if (replayed) vw_print("replay   %" PRIu64 " steps taken again gave the same bits\n", verification->replayed_steps);
     vw_print("head     %s\n\n%-23s %-12s %s\n", verification->head, "item", "result", "checked by");

@@ -46,7 +46,7 @@ static void print_payout(const struct vw_attribution *attribution) {
     char amount[VW_AMOUNT_BYTES];
     vw_amount_to_text(attribution->amount_cents, amount);
     if (attribution->payout_count > 0)
-        vw_print("payout of %s by %s (nothing for values that are not positive, the others in proportion)\n", amount,
+        vw_print("payout of %s by %s (in proportion to positive values; other providers receive nothing)\n", amount,
                  attribution->method);
     for (uint32_t i = 0; i < attribution->payout_count && i < SHOWN_ROWS; i++) {
         vw_amount_to_text(attribution->payouts[i].cents, amount);

@@ -17,8 +17,8 @@ static void print_folds(const struct vw_kfold *kfold) {
                  fold->steps, fold->first_val_psnr_db, fold->last_val_psnr_db);
     }
     if (kfold->agreement.pairs)
-        vw_print("two folds rank the photos that both train on alike: rho %.3f [%.3f %.3f]\n", kfold->agreement.mean,
-                 kfold->agreement.lowest, kfold->agreement.highest);
+        vw_print("agreement of two folds on the photos that both train on: rho %.3f [%.3f %.3f]\n",
+                 kfold->agreement.mean, kfold->agreement.lowest, kfold->agreement.highest);
 }
 
 static void print_text(const struct vw_kfold *kfold, const struct vw_ranking *ranking) {

@@ -27,13 +27,13 @@ static bool is_trusted(double gate) { return gate >= vw_lasting_gate_least; } //
 
 static void print_growth(const struct vw_lasting_growth *growth, bool trusted) {
     if (growth->factor > GROWTH_WORTH_A_WORD)
-        vw_print("         on its way back the gradient grew %.3g-fold, from step %" PRIu64 " to step %" PRIu64 "%s\n",
+        vw_print("         the gradient grew %.3g-fold on its way back, from step %" PRIu64 " to step %" PRIu64 "%s\n",
                  growth->factor, growth->last_step, growth->first_step,
                  trusted ? "" : ": small errors grow with it; a lower --lr helps");
     else if (!trusted)
         vw_print(
             "         the gradient did not grow on its way back (%.3g-fold at most): the changes of the gate may be "
-            "too large for a prediction to first order, or too small against noise; more --val-rays help\n",
+            "too large for a first-order prediction, or too small to measure; more --val-rays help\n",
             growth->factor);
 }
 
@@ -42,19 +42,17 @@ static void print_gate(const struct vw_lasting_summary *summary) {
     const struct vw_lasting_growth growth = vw_lasting_growth_of(pass, summary->steps_per_epoch);
     double psnr = vw_lasting_gate(pass, false), loss = vw_lasting_gate(pass, true);
     if (!pass->check_count) {
-        vw_print(
-            "gate     none (--no-gate, or a run with momentum): nothing says whether to trust lasting credit here\n");
+        vw_print("gate     none (--no-gate, or a run with momentum): lasting credit is not checked here\n");
         return;
     }
-    vw_print("gate     change of the end when the steps on a photo after step %" PRIu64
-             " are longer and shorter: predicted, measured\n",
+    vw_print("gate     change of the final PSNR when the steps on a photo after step %" PRIu64
+             " are made longer and shorter: predicted, measured\n",
              pass->checks->from_step);
     for (uint32_t i = 0; i < pass->check_count; i++)
         vw_print("  %+9" VW_SCORE_DIGITS "f  %+9" VW_SCORE_DIGITS "f dB  %s\n", pass->checks[i].predicted_psnr,
                  pass->checks[i].measured_psnr, name_of(summary, pass->checks[i].image_id));
     vw_print("         Pearson's correlation %.2f (mean absolute error: %.2f)\n", psnr, loss);
-    if (!is_trusted(psnr))
-        vw_print("         below %.1f: lasting credit is not to be trusted here\n", vw_lasting_gate_least);
+    if (!is_trusted(psnr)) vw_print("         below %.1f: do not trust lasting credit here\n", vw_lasting_gate_least);
     print_growth(&growth, is_trusted(psnr));
 }
 

@@ -30,14 +30,14 @@ static void add_plan(const struct vw_plan *plan, const struct vw_config *config,
 static void print_stability(const struct vw_stability *stability, double wanted, const struct vw_config *config) {
     bool stable = vw_stability_reaches(stability, wanted);
     if (stability->epochs < VW_STABILITY_EPOCHS_MIN) {
-        vw_print("not stable: %u epochs count, of which at least %d are wanted; take more --epochs\n",
+        vw_print("not stable: only %u epochs count, and stability needs at least %d; increase --epochs\n",
                  stability->epochs, VW_STABILITY_EPOCHS_MIN);
         return;
     }
-    vw_print("%s after epoch %u: scores rank as those of half the epochs did by %.3f or more at the last %d ends "
-             "(Spearman; wanted %g)%s\n",
-             stable ? "stable  " : "not stable", config->burn_in_epochs + stability->epochs, stability->correlation,
-             VW_STABILITY_ENDS, wanted, stable ? "" : "; take more --epochs");
+    vw_print("%s after epoch %u: at the last %d ends of an epoch, scores correlate %.3f or better with those of half "
+             "the epochs (Spearman; wanted %g)%s\n",
+             stable ? "stable  " : "not stable", config->burn_in_epochs + stability->epochs, VW_STABILITY_ENDS,
+             stability->correlation, wanted, stable ? "" : "; increase --epochs");
 }
 
 static json_t *stability_to_json(const struct vw_stability *stability, double wanted) {
@@ -101,9 +101,10 @@ static const struct vw_view_evidence *find_lowest(const struct vw_validation_vie
 static void print_validation_views(const struct vw_validation_views *validation) {
     const struct vw_view_evidence *lowest = find_lowest(validation);
     if (lowest)
-        vw_print("validation photos  leaving one out, the ranking correlates %.3f or better with this one (lowest "
-                 "without %s)\n",
-                 lowest->without, name_of(validation, lowest->image_id));
+        vw_print(
+            "validation photos  without any one of them, the ranking correlates %.3f or better with this one (lowest "
+            "without %s)\n",
+            lowest->without, name_of(validation, lowest->image_id));
     if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
 }
 
@@ -163,7 +164,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
     if (results->config->noise_floor && floor->repeated_count > 0) print_noise_floor(floor);
-    else if (results->config->noise_floor) vw_print("noise floor  no step was probed; take more --epochs\n");
+    else if (results->config->noise_floor) vw_print("noise floor  no step was probed; increase --epochs\n");
     print_probe_costs(&results->probe_costs);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);

@@ -89,7 +89,7 @@ static void print_points(const struct description *description) {
 static void print_estimate(const struct vw_estimate *estimate) {
     vw_print("memory   %.1f MiB on the host for photos, masks and points\n", (double)estimate->host_bytes / 0x1p20);
     if (*estimate->missing) {
-        vw_print("estimate none: %s\n", estimate->missing);
+        vw_print("estimate unknown: %s\n", estimate->missing);
         return;
     }
     vw_print("         %.1f MiB on the device for %" PRIu64 " params with the default field\n",

@@ -82,7 +82,7 @@ static void print_knee(const struct vw_sweep *sweep, const char *what, size_t of
 static void print_missing_psnr(const struct vw_sweep *sweep) {
     for (uint32_t i = 0; i < sweep->metric_count; i++)
         if (is_shown(&sweep->metrics[i]) && isnan(sweep->metrics[i].val_psnr))
-            vw_print("no PSNR  of %s: it measures other pixels than the base\n", sweep->metrics[i].configuration);
+            vw_print("no PSNR  for %s: it measures other pixels than the base\n", sweep->metrics[i].configuration);
 }
 
 static void print_text(const struct vw_sweep *sweep) {

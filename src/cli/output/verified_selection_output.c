@@ -44,12 +44,12 @@ static void print_verdict(const struct vw_verified_selection *verified) {
     const struct vw_candidate *chosen = &verified->candidates.list[verified->chosen];
     uint32_t judges = verified->half_sizes[VW_HALF_A] + verified->half_sizes[VW_HALF_B];
     if (verified->candidates.count == 1)
-        vw_print("chosen   all photos: every rule keeps them all, so that nothing was trained\n");
+        vw_print("chosen   all photos: every rule keeps them all, so nothing was trained\n");
     else if (verified->chosen)
         vw_print("chosen   %s: of the lists whose interval lies above 0 dB it gains the most\n", chosen->name);
     else vw_print("chosen   all photos: no list is better beyond noise, because no interval lies above 0 dB\n");
     if (judges < FEW_PHOTOS && verified->candidates.count > 1)
-        vw_print("         only %u validation photos judge: little can be proven; give more by --val\n", judges);
+        vw_print("         only %u validation photos judge, which proves little; name more with --val\n", judges);
 }
 
 void vw_verified_selection_print(const struct vw_verified_selection *verified, uint32_t seeds) {

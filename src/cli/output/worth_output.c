@@ -31,20 +31,22 @@ static void print_claims(const struct vw_worth_summary *summary) {
         vw_print("noise    %u trainings on all photos differ by %.3f dB: no score can exceed about %.2f\n",
                  summary->repeat_count, summary->noise_db, summary->ceiling);
     if (!(summary->claims[0].accuracy.ci_low > 0))
-        vw_print("trust    these retrainings do not show that worth tells photos apart here: take more, or longer "
-                 "runs\n");
+        vw_print(
+            "trust    these retrainings do not show that worth distinguishes photos here: use more retrainings, or "
+            "longer runs\n");
 }
 
 static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_confidence) {
     const struct vw_worth_summary *summary = &result->summary;
     if (result->prior)
-        vw_print("worth without retrainings is its prior alone: %s, whose level is unknown; --retrainings M measures\n",
-                 result->prior);
+        vw_print(
+            "worth without retrainings is its prior alone: %s, whose level is unknown; --retrainings M measures it\n",
+            result->prior);
     else
         vw_print("worth from %u retrainings, %u of them on all photos and %u with whole providers\n",
                  summary->retraining_count, summary->repeat_count, summary->provider_retraining_count);
     if (!result->prior && !summary->claim_count)
-        vw_print("too few of them have a value and parts of the photos; take more --retrainings\n");
+        vw_print("too few retrainings on a part of the photos have a result; increase --retrainings\n");
     vw_ranking_print(ranking, "highest worth", "lowest worth");
     if (!result->prior && ranking->count) print_signs(ranking);
     if (summary->claim_count) print_claims(summary);

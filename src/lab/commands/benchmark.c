@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "base/word_list.h"
-#include "cli/experiment_params.h"
+#include "cli/params.h"
 #include "cli/parse_options.h"
 #include "lab/commands/commands.h"
-#include "lab/output/benchmark_output.h"
+#include "lab/output/results.h"
 
 static enum vw_curves curves_of(const char *list) {
     if (!list) return VW_CURVES_DEFAULT;
@@ -66,7 +66,6 @@ enum vw_status vw_lab_benchmark(const struct vw_options *options) {
     struct vw_benchmark benchmark = {0};
     params.common.methods = lab->methods;
     params.common.run_equivalents = lab->run_equivalents;
-    if (!status) status = vw_options_check_lasting(options);
     if (!status) status = read_subsets(lab->subsets, &params);
     if (!status) status = read_worths(lab, &params);
     params.common.seeds = lab->valued_seeds;

@@ -1,7 +1,7 @@
-#include "cli/experiment_params.h"
+#include "cli/params.h"
 #include "cli/parse_options.h"
 #include "lab/commands/commands.h"
-#include "lab/output/reproduction_output.h"
+#include "lab/output/results.h"
 #include "lab/reproduction.h"
 
 enum vw_status vw_lab_reproduce(const struct vw_options *options) {
@@ -14,7 +14,6 @@ enum vw_status vw_lab_reproduce(const struct vw_options *options) {
     params.paper_methods = lab->paper_methods;
     params.methods = lab->methods;
     params.run_equivalents = lab->run_equivalents;
-    if (!status) status = vw_options_check_lasting(options);
     if (status) return status;
     status = vw_reproduction_make(&params, &reproduction);
     vw_progress_end(&progress);

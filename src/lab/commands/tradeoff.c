@@ -1,4 +1,4 @@
-#include "cli/commands/tradeoff.h"
+#include "cli/commands/commands.h"
 #include "lab/commands/commands.h"
 #include "lab/evaluation/sweep_evaluation.h"
 

@@ -1,10 +1,9 @@
-#include "lab/output/benchmark_output.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "cli/output/print.h"
+#include "lab/output/results.h"
 
 // ---- The table ----
 

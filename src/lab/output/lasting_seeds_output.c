@@ -1,9 +1,8 @@
-#include "lab/output/lasting_seeds_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 
 #include "cli/output/print.h"
+#include "lab/output/results.h"
 #include "value/lasting_scores.h"
 
 enum { SHOWN_AT_EACH_END = 5 };

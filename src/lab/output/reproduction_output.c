@@ -1,5 +1,3 @@
-#include "lab/output/reproduction_output.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -7,7 +5,7 @@
 
 #include "base/memory.h"
 #include "cli/output/print.h"
-#include "lab/output/lasting_seeds_output.h"
+#include "lab/output/results.h"
 #include "viewworth/value.h"
 
 enum { NAME_WIDTH = 18, CELL_WIDTH = 21 };
