@@ -8,9 +8,7 @@
 #include <sys/stat.h>
 #include <sys/syscall.h>
 
-#include "base/file.h"
 #include "base/hash.h"
-#include "support/temporary_folder.h"
 #include "viewworth/log.h"
 
 static void assert_hex(const uint8_t hash[VW_HASH_BYTES], const char *expected) {
@@ -127,8 +125,6 @@ static int count_entries(const char *folder) {
 
 FOLDER_TEST(a_write_replaces_whole_or_leaves_the_old) {
     AUTO_FREE char *path = vw_path_join(*state, "file");
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes;
     ASSERT_OK(vw_file_write(path, "old", 3));
     int reader = open(path, O_RDONLY); // one who reads the old file goes on reading it
     ASSERT_OK(vw_file_write(path, "new text", 8));
@@ -136,7 +132,7 @@ FOLDER_TEST(a_write_replaces_whole_or_leaves_the_old) {
     assert_int_equal(read(reader, seen, sizeof seen), 3);
     assert_string_equal(seen, "old");
     close(reader);
-    ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(path, NULL);
     assert_string_equal(data, "new text");
     assert_int_equal(count_entries(*state), 1); // no temporary file stays
 
@@ -160,8 +156,6 @@ int getentropy(void *buffer, size_t size_bytes) {
 FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
     char *guess = vw_path_join(*state, ".viewworth-00000000000000000000000000000000.part");
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes;
     ASSERT_OK(vw_file_write(victim, "precious", 8));
     assert_int_equal(symlink(victim, path), 0);
     assert_int_equal(symlink(victim, guess), 0);
@@ -169,7 +163,7 @@ FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     assert_int_equal(vw_file_write(path, "new", 3), VW_ERROR_IO);
     guessed = false;
     ASSERT_OK(vw_file_write(path, "new", 3));
-    ASSERT_OK(vw_file_read(victim, 100, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(victim, NULL);
     assert_string_equal(data, "precious");
     struct stat info;
     assert_int_equal(lstat(path, &info), 0);
@@ -191,11 +185,9 @@ int renameat2(int old_folder, const char *old_name, int new_folder, const char *
 
 static void check_created_file(const char *folder) {
     AUTO_FREE char *path = vw_path_join(folder, "file");
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes;
     ASSERT_OK(vw_file_create(path, "first", 5));
     ASSERT_FAILS(vw_file_create(path, "second", 6), VW_ERROR_USAGE, path);
-    ASSERT_OK(vw_file_read(path, 100, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(path, NULL);
     assert_string_equal(data, "first");
     unlink(path);
     assert_int_equal(symlink("nowhere", path), 0);

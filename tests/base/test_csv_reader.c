@@ -2,7 +2,6 @@
 #include "support/cmocka_test.h"
 
 #include "base/csv.h"
-#include "base/memory.h"
 #include "base/random.h"
 #include "support/temporary_folder.h"
 
@@ -130,15 +129,15 @@ FOLDER_TEST(what_is_written_reads_back) {
                 fields.texts[i][c] = letters[(words[1] >> 4 * c) % (sizeof letters - 1)];
         }
         const char *path = temporary_path(*state, "a.csv");
-        assert_int_equal(vw_csv_write_file(path, print_fields, &fields), VW_OK);
+        ASSERT_OK(vw_csv_write_file(path, print_fields, &fields));
         AUTO(vw_csv_close) struct vw_csv csv;
         bool found = false;
-        assert_int_equal(vw_csv_open(path, 1 << 20, &csv), VW_OK);
+        ASSERT_OK(vw_csv_open(path, 1 << 20, &csv));
         if (vw_csv_next(&csv, &found))
             fail_msg("seed %llu, round %u: %s", (unsigned long long)seed, round, vw_error_message());
         assert_true(found && csv.field_count == fields.count);
         for (uint32_t i = 0; i < fields.count; i++) assert_string_equal(csv.fields[i], fields.texts[i]);
-        assert_int_equal(vw_csv_next(&csv, &found), VW_OK);
+        ASSERT_OK(vw_csv_next(&csv, &found));
         assert_false(found);
     }
 }

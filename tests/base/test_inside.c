@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base/file.h"
 #include "base/inside.h"
 #include "scene/safe_path.h"
 #include "support/temporary_folder.h"
@@ -49,7 +48,7 @@ static void assert_read(const char *folder, const char *name, const char *expect
     if (status) fail_msg("%s: %s", name, vw_error_message());
     assert_string_equal(data, expected);
     assert_true(vw_file_exists_inside(folder, name));
-    assert_int_equal(vw_file_check_inside(folder, name), VW_OK);
+    ASSERT_OK(vw_file_check_inside(folder, name));
 }
 
 static void assert_not_read(const char *folder, const char *name, const char *why) {
@@ -76,18 +75,18 @@ static void files_of_results_are_read_without_links(void **state) {
     assert_not_read(*state, "a", "another kind");
     assert_not_read(*state, "file/below", "another kind");
     assert_not_read(*state, "none", "no such file");
-    assert_int_equal(vw_file_check_inside(*state, "none"), VW_OK);
+    ASSERT_OK(vw_file_check_inside(*state, "none"));
     assert_int_equal(vw_file_check_inside(*state, "pipe"), VW_ERROR_INPUT);
     // The user's way to the folder may have links.
     assert_read(temporary_path(*state, "absolute"), "b/file", "deep");
 }
 
 static void folders_are_created_without_links(void **state) {
-    assert_int_equal(vw_folder_create_inside(*state, "a/c/d"), VW_OK);
-    assert_int_equal(vw_folder_create_inside(*state, "a/c/d"), VW_OK);
+    ASSERT_OK(vw_folder_create_inside(*state, "a/c/d"));
+    ASSERT_OK(vw_folder_create_inside(*state, "a/c/d"));
     assert_true(vw_folder_exists(temporary_path(*state, "a/c/d")));
-    assert_int_equal(vw_folder_check_inside(*state, "a/c"), VW_OK);
-    assert_int_equal(vw_folder_check_inside(*state, "new"), VW_OK);
+    ASSERT_OK(vw_folder_check_inside(*state, "a/c"));
+    ASSERT_OK(vw_folder_check_inside(*state, "new"));
     static const char *const refused[] = {"away",        "away/new", "absolute/new", "dangling", "../new",
                                           "a/../../new", "file",     "file/new",     "pipe"};
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {

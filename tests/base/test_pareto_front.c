@@ -1,7 +1,6 @@
 // The Pareto front: against a slow definition over many drawn sets with ties and missing values, and by hand.
 #include "support/ledger_fixture.h"
 
-#include "base/random.h"
 #include "base/statistics.h"
 
 enum { SEED = 7, SETS = 500, COUNT_MAX = 12, LEVELS = 5 };

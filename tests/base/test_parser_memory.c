@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "base/csv.h"
-#include "base/file.h"
 #include "base/json.h"
 #include "ledger/step_log.h"
 #include "scene/formats/colmap.h"

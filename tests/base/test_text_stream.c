@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include "base/csv.h"
-#include "base/file.h"
 #include "base/json.h"
 #include "base/text_stream.h"
 #include "support/temporary_folder.h"
@@ -32,7 +31,7 @@ TEST(what_was_printed_is_there) {
     size_t size_bytes = 0;
     assert_non_null(vw_text_stream_open(&stream));
     print_lines(stream.stream, NULL);
-    assert_int_equal(vw_text_stream_close(&stream, "lines", &text, &size_bytes), VW_OK);
+    ASSERT_OK(vw_text_stream_close(&stream, "lines", &text, &size_bytes));
     assert_int_equal(size_bytes, LINES * 6);
     assert_int_equal(strlen(text), size_bytes);
     assert_string_equal(text + size_bytes - 6, "19999\n");
@@ -43,7 +42,7 @@ TEST(nothing_printed_is_an_empty_text) {
     AUTO_FREE char *text = NULL;
     size_t size_bytes = 1;
     assert_non_null(vw_text_stream_open(&stream));
-    assert_int_equal(vw_text_stream_close(&stream, "nothing", &text, &size_bytes), VW_OK);
+    ASSERT_OK(vw_text_stream_close(&stream, "nothing", &text, &size_bytes));
     assert_string_equal(text, "");
     assert_int_equal(size_bytes, 0);
 }

@@ -1,7 +1,6 @@
 // JOBS.json: the words that it gives each job, and what is refused.
 #include "support/cmocka_test.h"
 
-#include "base/file.h"
 #include "batch/job_record.h"
 #include "batch/jobs.h"
 #include "support/temporary_folder.h"

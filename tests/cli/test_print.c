@@ -4,10 +4,8 @@
 
 #include <fcntl.h>
 
-#include "base/file.h"
 #include "base/text.h"
 #include "cli/output/print.h"
-#include "support/temporary_folder.h"
 #include "viewworth/log.h"
 
 static const struct {
@@ -79,9 +77,7 @@ static char *printed(void (*print)(const void *), const void *context) {
     dup2(kept, STDOUT_FILENO);
     close(kept);
     close(file);
-    void *text = NULL;
-    size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 16, &text, &size_bytes));
+    void *text = temporary_read(path, NULL);
     return text;
 }
 

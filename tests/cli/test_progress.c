@@ -3,9 +3,7 @@
 
 #include <fcntl.h>
 
-#include "base/file.h"
 #include "cli/output/progress.h"
-#include "support/temporary_folder.h"
 
 static bool ask_to_stop(void *context) { return *(bool *)context; }
 
@@ -39,9 +37,7 @@ static char *printed(const char *folder, bool quiet, uint32_t stop_after) {
     dup2(kept, STDERR_FILENO);
     close(kept);
     close(file);
-    void *text = NULL;
-    size_t size_bytes;
-    ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
+    void *text = temporary_read(path, NULL);
     return text;
 }
 

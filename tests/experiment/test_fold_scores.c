@@ -27,7 +27,7 @@ TEST(test_pools_by_the_formula) {
     const struct vw_fold_scores folds[] = {{first, 2}, {second, 2}, {third, 2}};
     AUTO_FREE struct vw_ledger_score *pooled = NULL;
     uint32_t count = 0;
-    assert_int_equal(vw_fold_scores_pool(folds, 3, &pooled, &count), VW_OK);
+    ASSERT_OK(vw_fold_scores_pool(folds, 3, &pooled, &count));
     assert_int_equal(count, 3);
     const double means[] = {5.25, 2.5, -2}, squares[] = {0.125, 0.5, 2}, own[] = {0.01, 0.01, (0.01 + 16) / 2};
     for (uint32_t i = 0; i < 3; i++) {
@@ -54,13 +54,13 @@ TEST(test_keeps_the_only_fold) {
     const struct vw_fold_scores folds[] = {{first, 2}, {second, 2}};
     struct vw_ledger_score *pooled = NULL;
     uint32_t count = 0;
-    assert_int_equal(vw_fold_scores_pool(folds, 2, &pooled, &count), VW_OK);
+    ASSERT_OK(vw_fold_scores_pool(folds, 2, &pooled, &count));
     assert_int_equal(count, 3);
     assert_true(pooled[0].value == 5 && pooled[1].value == 2 && pooled[2].value == 7);
     assert_true(pooled[1].ci_low == first[0].ci_low && pooled[1].standard_error == 0.1 && pooled[1].visits == 4);
     assert_string_equal(pooled[2].method, "dv_loss");
     free(pooled);
-    assert_int_equal(vw_fold_scores_pool(folds, 0, &pooled, &count), VW_OK);
+    ASSERT_OK(vw_fold_scores_pool(folds, 0, &pooled, &count));
     assert_int_equal(count, 0);
     free(pooled);
 }
@@ -83,9 +83,9 @@ TEST(test_folds_partition_by_name) {
     uint32_t *fold_of = NULL, *turned_fold_of = NULL, *other_fold_of = NULL, sizes[3] = {0};
     make_scene(views, &scene, false);
     make_scene(turned_views, &turned, true);
-    assert_int_equal(vw_kfold_divide(&scene, 1, 3, &fold_of), VW_OK);
-    assert_int_equal(vw_kfold_divide(&turned, 1, 3, &turned_fold_of), VW_OK);
-    assert_int_equal(vw_kfold_divide(&scene, 2, 3, &other_fold_of), VW_OK);
+    ASSERT_OK(vw_kfold_divide(&scene, 1, 3, &fold_of));
+    ASSERT_OK(vw_kfold_divide(&turned, 1, 3, &turned_fold_of));
+    ASSERT_OK(vw_kfold_divide(&scene, 2, 3, &other_fold_of));
     bool differs = false;
     for (uint32_t v = 0; v < VIEWS; v++) {
         bool divided = views[v].split == VW_SPLIT_TRAIN || views[v].split == VW_SPLIT_VAL;

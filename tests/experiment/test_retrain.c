@@ -1,7 +1,6 @@
 // Retrainings on some photos: at equal steps or equal epochs, measured at the end or over the ends of several epochs.
 #include "support/cmocka_test.h"
 
-#include "base/memory.h"
 #include "experiment/retrain.h"
 #include "support/temporary_folder.h"
 #include "train/shared_submissions.h"

@@ -1,14 +1,11 @@
 // A verified selection on a small scene, held against what its retrainings reach on single photos: which scores make
 // which list, and which photos judge it.
-#include "support/cmocka_test.h"
 
-#include "base/memory.h"
 #include "base/statistics.h"
 #include "experiment/retrain.h"
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
 #include "support/ledger_sql.h"
-#include "support/temporary_folder.h"
 #include "viewworth/run.h"
 
 enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3 };

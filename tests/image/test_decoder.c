@@ -7,8 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
@@ -143,7 +141,7 @@ TEST_WITHIN(another_program_is_refused, make_folder, remove_folder) {
 static const char *write_photo(const char *folder, uint32_t width_px) {
     static const float pixels[64 * 8 * 3];
     const char *path = temporary_path(folder, "photo.png");
-    assert_int_equal(vw_image_save(path, width_px, 8, 3, pixels), VW_OK);
+    ASSERT_OK(vw_image_save(path, width_px, 8, 3, pixels));
     return path;
 }
 
@@ -152,9 +150,9 @@ TEST_WITHIN(a_file_exchanged_after_its_header_is_refused, make_folder, remove_fo
     struct vw_image_load *load = NULL;
     struct vw_image image = {0};
     const char *path = write_photo(*state, 8);
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
     write_photo(*state, 64);
-    assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+    ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
     ASSERT_FAILS(vw_image_load_finish(&load, NULL, NULL, &image), VW_ERROR_IO, "its header changed");
     assert_null(load);
 }
@@ -165,8 +163,8 @@ TEST_WITHIN(a_file_that_changes_while_it_is_read_is_refused, make_folder, remove
     struct vw_image image = {0};
     uint8_t sha256[VW_HASH_BYTES];
     const char *path = write_photo(*state, 8);
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
-    assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
+    ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
     assert_int_equal(usleep(50000), 0); // decoded by now; a clock tick apart
     FILE *file = fopen(path, "a");
     assert_non_null(file);
@@ -211,7 +209,7 @@ static bool kernel_has_seccomp(void) { return *status_field("self", "Seccomp") !
 
 static void check_worker(const char *folder, const char *seccomp) {
     struct vw_image_header header;
-    assert_int_equal(vw_image_probe(write_photo(folder, 8), VW_IMAGE_OF_PATH, &header), VW_OK);
+    ASSERT_OK(vw_image_probe(write_photo(folder, 8), VW_IMAGE_OF_PATH, &header));
     const char *server = child_of(getpid());
     assert_non_null(server);
     const char *worker = child_of(atol(server));
@@ -235,16 +233,16 @@ TEST_WITHIN(every_photo_has_a_worker_of_its_own, make_folder, remove_folder) {
     struct vw_image_header header;
     uint8_t sha256[VW_HASH_BYTES];
     long workers[3] = {0};
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
     long server = atol(child_of(getpid()));
     workers[0] = atol(child_of(server));
     for (int i = 1; i < 3; i++) {
         struct vw_image_load *load = NULL;
         struct vw_image image = {0};
-        assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load), VW_OK);
+        ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
         for (int waited = 0; waited < 200 && workers[i] <= workers[i - 1]; waited++, usleep(10000))
             workers[i] = atol(child_of(server)); // the server may not have started it yet
-        assert_int_equal(vw_image_load_finish(&load, NULL, sha256, &image), VW_OK);
+        ASSERT_OK(vw_image_load_finish(&load, NULL, sha256, &image));
         vw_image_clear(&image);
         assert_true(workers[i] > workers[i - 1]);
     }
@@ -256,9 +254,8 @@ TEST_WITHIN(no_process_is_left, make_folder, remove_folder) {
     struct vw_image_load *loads[3] = {0};
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
     const char *path = write_photo(*state, 8);
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
-    for (int i = 0; i < 3; i++)
-        assert_int_equal(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &loads[i]), VW_OK);
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
+    for (int i = 0; i < 3; i++) ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &loads[i]));
     for (int i = 0; i < 3; i++) vw_image_load_cancel(&loads[i]);
     assert_int_equal(waitpid(-1, NULL, WNOHANG), 0); // the server, alive
     vw_decoder_release();

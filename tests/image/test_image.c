@@ -4,8 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
@@ -80,7 +78,7 @@ static const char *write_tiff(const char *folder, const char *name, const struct
     }
     memcpy(file + PIXELS_AT, tiff->pixels, pixel_bytes);
     const char *path = temporary_path(folder, name);
-    assert_int_equal(vw_file_write(path, file, PIXELS_AT + pixel_bytes), VW_OK);
+    ASSERT_OK(vw_file_write(path, file, PIXELS_AT + pixel_bytes));
     return path;
 }
 
@@ -110,9 +108,9 @@ FOLDER_TEST(png_round_trips) {
     const char *path = temporary_path(*state, "a.png");
     const float pixels[2 * 3 * 4] = {1,    0,    0,    1,    0,      1, 0, 1, /**/ 0, 0,    1,    1,
                                      0.2f, 0.4f, 0.6f, 0.5f, /**/ 1, 1, 1, 0, 0.1f,   0.1f, 0.1f, 1};
-    assert_int_equal(vw_image_save(path, 2, 3, 4, pixels), VW_OK);
+    ASSERT_OK(vw_image_save(path, 2, 3, 4, pixels));
     struct vw_image_header header;
-    assert_int_equal(vw_image_probe(path, VW_IMAGE_OF_PATH, &header), VW_OK);
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
     assert_int_equal(header.width_px, 2);
     assert_int_equal(header.height_px, 3);
     struct vw_image image = load(path, 1);
@@ -127,7 +125,7 @@ FOLDER_TEST(png_round_trips) {
 FOLDER_TEST(exr_round_trips) {
     const char *path = temporary_path(*state, "a.exr");
     const float pixels[2 * 4] = {0.9f, 0.5f, 0.02f, 1, 0.8f, 0.1f, 0.3f, 0.25f};
-    assert_int_equal(vw_image_save(path, 2, 1, 4, pixels), VW_OK);
+    ASSERT_OK(vw_image_save(path, 2, 1, 4, pixels));
     AUTO(vw_image_clear) struct vw_image image = load(path, 1);
     assert_int_equal(image.format, VW_PIXEL_FLOAT32);
     check_pixel(&image, 0, 0, pixels, 1e-5);
@@ -137,13 +135,13 @@ FOLDER_TEST(exr_round_trips) {
 FOLDER_TEST(an_opaque_image_has_no_alpha) {
     const char *path = temporary_path(*state, "a.png");
     const float rgb[3] = {0.2f, 0.4f, 0.6f};
-    assert_int_equal(vw_image_save(path, 1, 1, 3, rgb), VW_OK);
+    ASSERT_OK(vw_image_save(path, 1, 1, 3, rgb));
     struct vw_image image = load(path, 1);
     assert_false(image.has_alpha);
     check_pixel(&image, 0, 0, (const float[]){0.2f, 0.4f, 0.6f, 1}, 0.5 / 255);
     vw_image_clear(&image);
     const float rgba[4] = {0.2f, 0.4f, 0.6f, 1}; // an alpha channel, but nothing transparent
-    assert_int_equal(vw_image_save(path, 1, 1, 4, rgba), VW_OK);
+    ASSERT_OK(vw_image_save(path, 1, 1, 4, rgba));
     image = load(path, 1);
     assert_false(image.has_alpha);
     vw_image_clear(&image);
@@ -229,7 +227,7 @@ FOLDER_TEST(cmyk_becomes_rgb) {
         0x00, 0x59, 0x00, 0x4b, 0x00, 0x00, 0x3f, 0x00, 0xa6, 0x03, 0x20, 0x2f, 0x59, 0x83, 0xff, 0xd9,
     };
     const char *path = temporary_path(*state, "cmyk.jpg");
-    assert_int_equal(vw_file_write(path, jpeg, sizeof jpeg), VW_OK);
+    ASSERT_OK(vw_file_write(path, jpeg, sizeof jpeg));
     image = load(path, 1);
     assert_int_equal(image.width_px, 8);
     check_pixel(&image, 7, 7, expected, 1.0 / 255);
@@ -290,7 +288,7 @@ FOLDER_TEST(downscale_keeps_constants) {
     static float pixels[37 * 23 * 3];
     for (int i = 0; i < 37 * 23; i++) pixels[3 * i] = 0.2f, pixels[3 * i + 1] = 1, pixels[3 * i + 2] = 0;
     const char *path = temporary_path(*state, "a.png");
-    assert_int_equal(vw_image_save(path, 37, 23, 3, pixels), VW_OK);
+    ASSERT_OK(vw_image_save(path, 37, 23, 3, pixels));
     struct vw_image image = load(path, 4);
     assert_int_equal(image.width_px, 9);
     assert_int_equal(image.height_px, 5);
@@ -330,7 +328,7 @@ FOLDER_TEST(downscale_has_no_fringe) {
     for (int y = 0; y < SIDE; y++)
         for (int x = 0; x < SIDE; x++) pixels[y][x][x < 14 ? 1 : 0] = 1, pixels[y][x][3] = x < 14 ? 1 : 0;
     const char *path = temporary_path(*state, "a.png");
-    assert_int_equal(vw_image_save(path, SIDE, SIDE, 4, &pixels[0][0][0]), VW_OK);
+    ASSERT_OK(vw_image_save(path, SIDE, SIDE, 4, &pixels[0][0][0]));
     AUTO(vw_image_clear) struct vw_image image = load(path, 4);
     assert_true(image.has_alpha);
     for (uint32_t x = 0; x < 8; x++) {
@@ -396,7 +394,7 @@ FOLDER_TEST(an_image_bomb_is_refused) {
         0xa0, 0,   1,   0x86, 0xa0, 8,    2,    0,    0,    0, 0x27, 0x30, 0x9c, 0x9f, 0,   0,    0,    12,   'I',
         'D',  'A', 'T', 0x78, 0x9c, 0x63, 0x60, 0xa0, 0x3d, 0, 0,    0,    0x64, 0,    1,   0x86, 0x64, 0x3c, 0x35};
     const char *path = temporary_path(*state, "bomb.png");
-    assert_int_equal(vw_file_write(path, png, sizeof png), VW_OK);
+    ASSERT_OK(vw_file_write(path, png, sizeof png));
     check_refused(path, VW_ERROR_INPUT, "100000 x 100000");
 }
 
@@ -405,11 +403,10 @@ FOLDER_TEST(truncated_pixels_are_refused) {
     static float pixels[64 * 64 * 3];
     for (size_t i = 0; i < VW_ARRAY_COUNT(pixels); i++) pixels[i] = (float)(i * i * 7919 % 251) / 255;
     const char *path = temporary_path(*state, "cut.jpg");
-    assert_int_equal(vw_image_save(path, 64, 64, 3, pixels), VW_OK);
-    void *whole;
+    ASSERT_OK(vw_image_save(path, 64, 64, 3, pixels));
     size_t size_bytes;
-    assert_int_equal(vw_file_read(path, 1 << 20, &whole, &size_bytes), VW_OK);
-    assert_int_equal(vw_file_write(path, whole, size_bytes / 2), VW_OK);
+    void *whole = temporary_read(path, &size_bytes);
+    ASSERT_OK(vw_file_write(path, whole, size_bytes / 2));
     free(whole);
     check_refused(path, VW_ERROR_IO, "cannot decode");
     const struct tiff tiff = {64, 64, 3, 8, false, ALPHA_NONE, .pixels = pixels};

@@ -3,8 +3,6 @@
 
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
 #include "image/photo_formats.h"
@@ -31,17 +29,16 @@ FOLDER_TEST(every_format_is_read_under_any_name) {
     static const char *const names[] = {"b.gif", "c.fits", "d.null?RES=16000x16000", "e.dpx", "no_extension"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(samples); i++) {
         char path[4096];
-        void *bytes;
         size_t size_bytes;
         uint32_t format;
         snprintf(path, sizeof path, "%s/tests/fuzz/corpus/photo/%s", VW_SOURCE_FOLDER, samples[i].file);
-        assert_int_equal(vw_file_read(path, 1 << 20, &bytes, &size_bytes), VW_OK);
+        void *bytes = temporary_read(path, &size_bytes);
         assert_true(vw_photo_format_of_bytes(bytes, size_bytes, &format));
         assert_int_equal(format, samples[i].format);
         for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
             AUTO(vw_image_clear) struct vw_image image;
             const char *renamed = temporary_path(*state, names[j]);
-            assert_int_equal(vw_file_write(renamed, bytes, size_bytes), VW_OK);
+            ASSERT_OK(vw_file_write(renamed, bytes, size_bytes));
             if (vw_image_load(renamed, 1, &image)) fail_msg("%s: %s", samples[i].file, vw_error_message());
             float rgba[4];
             vw_image_pixel(&image, 3, 3, rgba);
@@ -112,7 +109,7 @@ FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
                                   0xc8, 0x10, 0x84, 0,   0,    0,    0,    'I',  'D', 'A', 'T', 0x35, 0xaf, 6,   0x1e};
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     AUTO_FREE char *first = vw_path_join(*state, "0.png");
-    assert_int_equal(vw_file_write(first, png, sizeof png), VW_OK);
+    ASSERT_OK(vw_file_write(first, png, sizeof png));
     FILE *json = fopen(temporary_path(*state, "transforms.json"), "w");
     assert_non_null(json);
     fprintf(json, "{\"camera_angle_x\": 0.7, \"frames\": [");

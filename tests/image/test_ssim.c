@@ -11,7 +11,7 @@ enum { WIDTH = 24, HEIGHT = 17, VALUES = 3 * WIDTH * HEIGHT };
 
 static double ssim_of(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px) {
     double ssim = 0;
-    assert_int_equal(vw_ssim(a, b, usable, width_px, height_px, &ssim), VW_OK);
+    ASSERT_OK(vw_ssim(a, b, usable, width_px, height_px, &ssim));
     return ssim;
 }
 

@@ -5,7 +5,6 @@
 #include <time.h>
 
 #include "ledger/step_log.h"
-#include "support/temporary_folder.h"
 #include "viewworth/value.h"
 
 static const char *write_log(const char *folder, const char *text) { return temporary_file(folder, "log.csv", text); }

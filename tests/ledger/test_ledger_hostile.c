@@ -71,9 +71,8 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         "'x') || ')' WHERE name = 'score'",
     };
     AUTO_FREE char *path = record(*state);
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         sql_run(path, changes[i]);
@@ -112,9 +111,8 @@ FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
         {35, 200, "free pages"},
     };
     AUTO_FREE char *path = record(*state);
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
         change_byte(path, bytes, size_bytes, changes[i].at, changes[i].value);
         assert_refused(path, changes[i].what);
@@ -131,10 +129,9 @@ FOLDER_TEST(only_the_header_of_a_ledger_is_read) {
 FOLDER_TEST(rows_of_automatic_indexes_fit_the_table) {
     static const char name[] = "images/3.png";
     AUTO_FREE char *path = record(*state);
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     uint32_t places = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     for (char *at = bytes; (at = memmem(at, size_bytes - (size_t)(at - (char *)bytes), name, sizeof name - 1)); at++) {
         change_byte(path, bytes, size_bytes, (size_t)(at - (char *)bytes) + 7, 'X');
         assert_refused(path, "a name changed in one of its places");
@@ -160,9 +157,8 @@ static void grow_tree(const char *path, const char *table, uint32_t levels, uint
     AUTO_FREE char *sql = vw_format_text("SELECT rootpage FROM sqlite_schema WHERE name = '%s'", table);
     AUTO_FREE char *answer = sql_ask(path, sql);
     uint32_t root = (uint32_t)atoi(answer);
-    AUTO_FREE void *old = NULL;
     size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &old, &size_bytes));
+    AUTO_FREE void *old = temporary_read(path, &size_bytes);
     uint32_t old_pages = (uint32_t)(size_bytes / PAGE_BYTES), pages = old_pages + levels;
     AUTO_FREE unsigned char *bytes = vw_allocate(pages, PAGE_BYTES);
     memcpy(bytes, old, size_bytes);
@@ -298,10 +294,9 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
         "UPDATE retraining SET image_ids = x'31'",
     };
     AUTO_FREE char *path = record(*state);
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
     ASSERT_OK(read_all(path));
-    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     for (size_t i = 0; i < VW_ARRAY_COUNT(changes); i++) {
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));
         sql_change(path, changes[i]);

@@ -76,9 +76,8 @@ static void free_place(struct place *place) {
 }
 
 static void assert_same_file(const char *path, const void *bytes, size_t size_bytes) {
-    AUTO_FREE void *now = NULL;
     size_t now_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &now, &now_bytes));
+    AUTO_FREE void *now = temporary_read(path, &now_bytes);
     assert_int_equal(now_bytes, size_bytes);
     assert_memory_equal(now, bytes, size_bytes);
 }

@@ -176,9 +176,8 @@ FOLDER_TEST(edited_rows_are_found) {
         {"INSERT INTO lasting VALUES ('another', 1, 1, 1, '')", true},
     };
     AUTO_FREE char *path = record(*state, true);
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
         AUTO(vw_lasting_pass_free) struct vw_lasting_pass pass = {0};
         ASSERT_OK(vw_file_write(path, bytes, size_bytes));

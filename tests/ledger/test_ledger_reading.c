@@ -26,11 +26,10 @@ static struct vw_snapshot look_at(const char *folder) {
     assert_true(stream && count >= 0);
     for (int i = 0; i < count; i++) {
         AUTO_FREE char *path = vw_path_join(folder, entries[i]->d_name);
-        AUTO_FREE void *bytes = NULL;
         size_t size_bytes = 0;
         struct stat info;
         assert_int_equal(stat(path, &info), 0);
-        ASSERT_OK(vw_file_read(path, 1 << 24, &bytes, &size_bytes));
+        AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
         fprintf(stream, "%s %ld.%ld %zu\n", entries[i]->d_name, (long)info.st_mtim.tv_sec, info.st_mtim.tv_nsec,
                 size_bytes);
         fwrite(bytes, 1, size_bytes, stream);

@@ -133,24 +133,22 @@ FOLDER_TEST(rows_are_plain_tables) {
 // Each is refused, and left as it was.
 static void refuse(const char *path, const void *bytes, size_t size_bytes) {
     struct vw_retraining_store *retrainings = NULL;
-    AUTO_FREE void *after = NULL;
     size_t after_bytes = 0;
     ASSERT_OK(vw_file_write(path, bytes, size_bytes));
     assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
     assert_null(retrainings);
-    ASSERT_OK(vw_file_read(path, 1 << 20, &after, &after_bytes));
+    AUTO_FREE void *after = temporary_read(path, &after_bytes);
     assert_int_equal(after_bytes, size_bytes);
     assert_memory_equal(after, bytes, size_bytes);
 }
 
 FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
-    void *bytes = NULL;
     size_t size_bytes = 0;
     struct vw_retraining_store *retrainings = open_retrainings(*state);
     ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     vw_retraining_store_close(&retrainings);
-    ASSERT_OK(vw_file_read(path, 1 << 20, &bytes, &size_bytes));
+    void *bytes = temporary_read(path, &size_bytes);
     unsigned char *damaged = bytes;
     memset(damaged + 100, 0x5a, 200); // the schema's page, behind the header
     refuse(path, damaged, size_bytes);

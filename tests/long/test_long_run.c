@@ -6,7 +6,6 @@
 #include <inttypes.h>
 
 #include "base/clock.h"
-#include "base/memory.h"
 #include "base/statistics.h"
 #include "gpu/compute.h"
 #include "reference/reference.h"

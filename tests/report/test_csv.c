@@ -1,7 +1,6 @@
 // scores.csv: header, order, ranks, quoting, and reals that read back to the same double.
 #include "support/ledger_fixture.h"
 
-#include "base/file.h"
 #include "report/page.h"
 
 static const struct vw_ledger_image images[] = {
@@ -13,10 +12,8 @@ static const struct vw_ledger_image images[] = {
 
 static char *written(const char *folder, const struct vw_ledger_score *scores, uint32_t count) {
     AUTO_FREE char *path = vw_path_join(folder, "scores.csv");
-    void *text = NULL;
-    size_t size_bytes;
     ASSERT_OK(vw_report_write_csv(path, scores, count, images, VW_ARRAY_COUNT(images)));
-    ASSERT_OK(vw_file_read(path, 100000, &text, &size_bytes));
+    void *text = temporary_read(path, NULL);
     return text;
 }
 

@@ -12,7 +12,7 @@ TEST(times_are_read) {
                  {"10.0s", 10}, {"1000h", 3600e3}, {"0.25min", 15}, {"10.s", 10}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         double seconds = -1;
-        assert_int_equal(vw_budget_parse(cases[i].text, &seconds), VW_OK);
+        ASSERT_OK(vw_budget_parse(cases[i].text, &seconds));
         assert_true(seconds == cases[i].seconds);
     }
 }
@@ -51,7 +51,7 @@ static const double NO = 1e9;
 static void assert_plan(double left_s, uint32_t photos, uint32_t epochs_most, uint32_t candidate, uint32_t epochs) {
     struct vw_budget_plan plan = {99, 99};
     const struct vw_budget_task task = {left_s, photos, 1, epochs_most};
-    assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &task, &plan), VW_OK);
+    ASSERT_OK(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &task, &plan));
     if (plan.candidate != candidate || plan.epochs != epochs)
         fail_msg("%g s for %u photos: candidate %u with %u epochs, not %u with %u", left_s, photos, plan.candidate,
                  plan.epochs, candidate, epochs);
@@ -83,12 +83,12 @@ TEST(where_none_fits_it_is_the_cheapest_or_none) {
     struct vw_budget_plan plan;
     // Burn-in can be longer than what a candidate wants.
     const struct vw_budget_task late = {100, 100, 39, 1000};
-    assert_int_equal(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &late, &plan), VW_OK);
+    ASSERT_OK(vw_budget_plan(ladder, VW_ARRAY_COUNT(ladder), &late, &plan));
     assert_true(plan.candidate == 1 && plan.epochs == 50);
     // An effort that was not measured is never chosen.
     const struct vw_budget_candidate unknown[] = {{0.01, 15}, {(double)NAN, 20}, {0, 20}};
     const struct vw_budget_task task = {1000, 100, 1, 2000};
-    assert_int_equal(vw_budget_plan(unknown, VW_ARRAY_COUNT(unknown), &task, &plan), VW_OK);
+    ASSERT_OK(vw_budget_plan(unknown, VW_ARRAY_COUNT(unknown), &task, &plan));
     assert_true(plan.candidate == 0 && plan.epochs == 1000);
 }
 

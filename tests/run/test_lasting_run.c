@@ -6,7 +6,6 @@
 #include "run/lasting/lasting.h"
 #include "run/verify/verify.h"
 #include "support/small_run.h"
-#include "support/temporary_folder.h"
 #include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
 
@@ -108,8 +107,7 @@ static void copy_plain(const char *folder, const char *out) {
 }
 
 TEST(a_score_is_the_sum_over_the_steps) {
-    char ledger[300];
-    snprintf(ledger, sizeof ledger, "%s/whole/ledger.db", (const char *)*state);
+    const char *ledger = temporary_path(*state, "whole/ledger.db");
     assert_answer(ledger,
                   "SELECT count(*) FROM score JOIN (SELECT image_id, sum(lasting_step.psnr) AS psnr, "
                   "sum(lasting_step.loss) AS loss FROM lasting_step JOIN step USING (run_id, step) GROUP BY image_id) "
@@ -125,10 +123,9 @@ TEST(a_score_is_the_sum_over_the_steps) {
 }
 
 TEST(a_stopped_pass_goes_on) {
-    char out[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
-    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
-    snprintf(out, sizeof out, "%s/stopped", (const char *)*state);
+    const char *whole = temporary_path(*state, "whole");
+    const char *out = temporary_path(*state, "stopped");
     copy_plain(*state, out);
     ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     assert_true(is_there(out, "lasting.vws") && is_there(out, "lasting_credits.vwc"));
@@ -154,11 +151,10 @@ static enum vw_status follow_matrix(const char *out, struct observer *observer) 
 }
 
 TEST(a_pass_by_validation_photo_goes_on) {
-    char out[300], stopped[300], whole[300];
     struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
-    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
-    snprintf(out, sizeof out, "%s/views", (const char *)*state);
-    snprintf(stopped, sizeof stopped, "%s/stopped_views", (const char *)*state);
+    const char *whole = temporary_path(*state, "whole");
+    const char *out = temporary_path(*state, "views");
+    const char *stopped = temporary_path(*state, "stopped_views");
     copy_plain(*state, out);
     ASSERT_OK(follow(out, 0, false, &going_on));
     uint32_t reports = going_on.passes;
@@ -191,16 +187,14 @@ TEST(a_pass_by_validation_photo_goes_on) {
 
 TEST(damaged_files_of_a_pass_start_it_anew) {
     static const char *const names[] = {"lasting.vws", "lasting_credits.vwc"};
-    char out[300], whole[300];
-    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
-    snprintf(out, sizeof out, "%s/damaged", (const char *)*state);
+    const char *whole = temporary_path(*state, "whole");
+    const char *out = temporary_path(*state, "damaged");
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         struct observer stopping = {.stop_at = STEPS + 1}, going_on = {0};
-        AUTO_FREE void *bytes = NULL;
         size_t size_bytes = 0;
         copy_plain(*state, out);
         ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-        ASSERT_OK(vw_file_read(temporary_path(out, names[i]), 1 << 24, &bytes, &size_bytes));
+        AUTO_FREE void *bytes = temporary_read(temporary_path(out, names[i]), &size_bytes);
         ((char *)bytes)[size_bytes / 2] ^= 1;
         ASSERT_OK(vw_file_write(temporary_path(out, names[i]), bytes, size_bytes));
         ASSERT_OK(follow(out, 0, false, &going_on));
@@ -210,15 +204,13 @@ TEST(damaged_files_of_a_pass_start_it_anew) {
 
 // The gate of a pass that was made without one comes later.
 TEST(lost_credits_start_a_pass_anew) {
-    char out[300], whole[300];
     struct observer first = {.stop_at = STEPS + 1}, later = {.stop_at = STEPS / 2 + 20}, going_on = {0};
-    AUTO_FREE void *credits = NULL;
     size_t size_bytes = 0;
-    snprintf(whole, sizeof whole, "%s/whole", (const char *)*state);
-    snprintf(out, sizeof out, "%s/lost", (const char *)*state);
+    const char *whole = temporary_path(*state, "whole");
+    const char *out = temporary_path(*state, "lost");
     copy_plain(*state, out);
     ASSERT_FAILS(follow(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_OK(vw_file_read(temporary_path(out, "lasting_credits.vwc"), 1 << 24, &credits, &size_bytes));
+    AUTO_FREE void *credits = temporary_read(temporary_path(out, "lasting_credits.vwc"), &size_bytes);
     ASSERT_FAILS(follow(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
     ASSERT_OK(follow(out, 0, false, &going_on));
@@ -231,9 +223,8 @@ TEST(lost_credits_start_a_pass_anew) {
 
 // Forged as well as can be: with a chain that fits. The replay finds it.
 TEST(a_step_that_does_not_repeat_is_refused) {
-    char out[300];
     struct observer observer = {0};
-    snprintf(out, sizeof out, "%s/forged", (const char *)*state);
+    const char *out = temporary_path(*state, "forged");
     copy_plain(*state, out);
     sql_change(temporary_path(out, "ledger.db"), "UPDATE step SET train_loss = train_loss * 1.001 WHERE step = 7");
     chain_rewrite(temporary_path(out, "ledger.db"));
@@ -243,10 +234,9 @@ TEST(a_step_that_does_not_repeat_is_refused) {
 }
 
 TEST(an_edited_pass_is_found) {
-    char out[300];
     struct vw_verification verification = {0};
     struct observer observer = {0};
-    snprintf(out, sizeof out, "%s/edited", (const char *)*state);
+    const char *out = temporary_path(*state, "edited");
     copy_plain(*state, out);
     ASSERT_OK(follow(out, 16, false, &observer)); // with fewer rays
     assert_answer(temporary_path(out, "ledger.db"), "SELECT rays FROM lasting", "16");
@@ -260,9 +250,8 @@ TEST(an_edited_pass_is_found) {
 TEST(what_no_pass_can_follow_is_refused) {
     struct vw_config config = small_config(0, EPOCHS), halves = config, posed = config;
     struct observer observer = {0}, stopping = {.stops_training = true};
-    char out[300];
     halves.table_precision = VW_TABLE_FLOAT16;
-    snprintf(out, sizeof out, "%s/refused", (const char *)*state);
+    const char *out = temporary_path(*state, "refused");
     ASSERT_FAILS(make_run(out, &halves, (struct vw_run_params){.lasting.wanted = true}, &observer), VW_ERROR_USAGE,
                  "--table-precision float32");
     strcpy(posed.effects, "pose");
@@ -274,7 +263,7 @@ TEST(what_no_pass_can_follow_is_refused) {
     config.epochs = 2;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.train_only = true}, &observer));
     ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "run without validation");
-    snprintf(out, sizeof out, "%s/interrupted", (const char *)*state);
+    out = temporary_path(*state, "interrupted");
     config.epochs = 4000;
     ASSERT_FAILS(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
     ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
@@ -285,8 +274,7 @@ TEST(what_no_pass_can_follow_is_refused) {
 TEST(an_extended_run_is_followed_again) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
-    char out[300];
-    snprintf(out, sizeof out, "%s/extended", (const char *)*state);
+    const char *out = temporary_path(*state, "extended");
     config.epochs = 3;
     config.beta1 = 0.9;
     ASSERT_OK(make_run(out, &config, (struct vw_run_params){.lasting.wanted = true}, &observer));

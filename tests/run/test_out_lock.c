@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/file.h"
 #include "run/out_lock.h"
 #include "support/temporary_folder.h"
 
@@ -97,9 +96,7 @@ TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
     assert_int_equal(link(victim, file), 0); // a second name of another file
     ASSERT_OK(vw_out_lock_take(temporary_path(*state, "out"), &lock));
     vw_out_lock_release(&lock);
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(temporary_path(*state, "victim"), 100, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(temporary_path(*state, "victim"), NULL);
     assert_string_equal(data, "precious");
 }
 

@@ -5,7 +5,6 @@
 #include <stdatomic.h>
 #include <unistd.h>
 
-#include "base/file.h"
 #include "run/checkpoints.h"
 #include "run/ledger_writer.h"
 #include "support/small_run.h"
@@ -78,16 +77,6 @@ static struct vw_run_params small_params(const struct vw_config *config, const c
                                   .context = observer};
 }
 
-static int set_up(void **state) {
-    *state = temporary_folder_create();
-    return 0;
-}
-
-static int tear_down(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static void assert_chain_head(const char *out, char head[VW_HASH_HEX_BYTES], const char *status) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     struct vw_ledger_run row;
@@ -138,7 +127,7 @@ static void assert_report_is_made_again(const char *out) {
     assert_memory_equal(first, later, first_bytes);
 }
 
-TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {
+FOLDER_TEST(pieces_stops_and_resumes_give_the_same_scores) {
     const char *whole = temporary_path(*state, "whole"), *pieces = temporary_path(*state, "pieces");
     double expected[PHOTOS];
     struct observer observer = {0};
@@ -190,7 +179,7 @@ TEST_WITHIN(pieces_stops_and_resumes_give_the_same_scores, set_up, tear_down) {
     assert_report_is_made_again(temporary_path(*state, "pieces"));
 }
 
-TEST_WITHIN(a_stopped_run_may_go_on_at_once, set_up, tear_down) {
+FOLDER_TEST(a_stopped_run_may_go_on_at_once) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {.stop_at = 8};
     const struct vw_config config = small_config(2, EPOCHS);
@@ -206,7 +195,7 @@ TEST_WITHIN(a_stopped_run_may_go_on_at_once, set_up, tear_down) {
 }
 
 // Closing is enough: the checkpoint and the ledger are where the run was left.
-TEST_WITHIN(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down) {
+FOLDER_TEST(a_run_that_is_only_closed_can_be_resumed) {
     const char *out = temporary_path(*state, "out");
     struct observer observer = {0};
     const struct vw_config config = small_config(3, EPOCHS);
@@ -228,7 +217,7 @@ TEST_WITHIN(a_run_that_is_only_closed_can_be_resumed, set_up, tear_down) {
 }
 
 // Finishing early values the steps so far; a later run takes the others.
-TEST_WITHIN(a_run_may_be_finished_before_its_end, set_up, tear_down) {
+FOLDER_TEST(a_run_may_be_finished_before_its_end) {
     const char *out = temporary_path(*state, "out");
     const struct vw_config config = small_config(8, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
@@ -262,7 +251,7 @@ static void assert_same_field(const char *left, const char *right) {
 }
 
 // The field is that of the last recorded step, also where the checkpoint that was loaded is older, or none is there.
-TEST_WITHIN(finishing_a_resumed_run_keeps_its_field, set_up, tear_down) {
+FOLDER_TEST(finishing_a_resumed_run_keeps_its_field) {
     const char *whole = temporary_path(*state, "whole"), *resumed = temporary_path(*state, "resumed");
     const struct vw_config config = small_config(9, EPOCHS);
     struct vw_run *run = NULL;
@@ -291,7 +280,7 @@ static bool keep_last(void *context, const struct vw_run_state *state) {
     return true;
 }
 
-TEST_WITHIN(the_last_report_is_of_the_last_step, set_up, tear_down) {
+FOLDER_TEST(the_last_report_is_of_the_last_step) {
     struct vw_config config = small_config(10, EPOCHS);
     struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     struct vw_run_state last = {0};
@@ -310,7 +299,7 @@ TEST_WITHIN(the_last_report_is_of_the_last_step, set_up, tear_down) {
     assert_int_equal(last.epoch + 1, last.epochs);
 }
 
-TEST_WITHIN(several_runs_live_in_one_process, set_up, tear_down) {
+FOLDER_TEST(several_runs_live_in_one_process) {
     const char *outs[] = {temporary_path(*state, "a"), temporary_path(*state, "b")};
     struct vw_run *runs[2] = {NULL, NULL};
     char heads[2][VW_HASH_HEX_BYTES];
@@ -335,7 +324,7 @@ TEST_WITHIN(several_runs_live_in_one_process, set_up, tear_down) {
     ASSERT_OK(vw_report_write((const char *const *)outs, 2, temporary_path(*state, "both.html"), NULL));
 }
 
-TEST_WITHIN(a_run_may_train_only, set_up, tear_down) {
+FOLDER_TEST(a_run_may_train_only) {
     const char *out = temporary_path(*state, "out");
     const struct vw_config config = small_config(5, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
@@ -360,7 +349,7 @@ static void assert_refused(const struct vw_run_params *params, const char *text)
     if (!strstr(vw_error_message(), text)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), text);
 }
 
-TEST_WITHIN(wrong_params_are_refused_by_name, set_up, tear_down) {
+FOLDER_TEST(wrong_params_are_refused_by_name) {
     const char *out = temporary_path(*state, "out");
     struct vw_config config = small_config(6, EPOCHS);
     const struct vw_run_params good = small_params(&config, out, NULL);
@@ -392,7 +381,7 @@ TEST_WITHIN(wrong_params_are_refused_by_name, set_up, tear_down) {
     assert_int_not_equal(access(out, F_OK), 0); // nothing is left behind
 }
 
-TEST_WITHIN(calls_out_of_order_are_refused, set_up, tear_down) {
+FOLDER_TEST(calls_out_of_order_are_refused) {
     const struct vw_config config = small_config(7, EPOCHS);
     const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     const struct vw_ledger_image *images = NULL;

@@ -10,7 +10,6 @@
 #include "run/outputs/checksums.h"
 #include "run/verify/verify.h"
 #include "support/small_run.h"
-#include "support/temporary_folder.h"
 #include "viewworth/viewworth.h"
 
 struct fixture {
@@ -22,8 +21,7 @@ struct fixture {
 
 static void make_run(const char *folder, const char *name, uint64_t seed, bool resume, uint32_t epochs) {
     const struct vw_config config = small_config(seed, epochs);
-    char out[300];
-    snprintf(out, sizeof out, "%s/%s", folder, name);
+    const char *out = temporary_path(folder, name);
     const struct vw_run_params params = {
         .scene = {.path = SMALL_SCENE, .providers = temporary_path(folder, "providers.csv")},
         .config = &config,
@@ -55,13 +53,9 @@ static int tear_down(void **state) {
 }
 
 static void copy_file(const char *from_folder, const char *to_folder, const char *name) {
-    char from[600], to[600];
-    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
-    snprintf(from, sizeof from, "%s/%s", from_folder, name);
-    snprintf(to, sizeof to, "%s/%s", to_folder, name);
-    ASSERT_OK(vw_file_read(from, (size_t)1 << 30, &data, &size_bytes));
-    ASSERT_OK(vw_file_write(to, data, size_bytes));
+    AUTO_FREE void *data = temporary_read(temporary_path(from_folder, name), &size_bytes);
+    ASSERT_OK(vw_file_write(temporary_path(to_folder, name), data, size_bytes));
 }
 
 // A fresh copy of the run.
@@ -214,9 +208,8 @@ TEST(a_chain_rewritten_whole_has_another_head) {
 
 // Replaces the first `old` in a file by a text of the same length.
 static void edit(const struct fixture *fixture, const char *name, const char *old, const char *new) {
-    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(in_copy(fixture, name), (size_t)1 << 30, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, name), &size_bytes);
     char *place = memmem(data, size_bytes, old, strlen(old));
     assert_non_null(place);
     assert_int_equal(strlen(old), strlen(new));
@@ -266,9 +259,7 @@ TEST(edited_tables_are_found) {
 
 // The second field from the end of a line of a table, changed by `factor`.
 static void scale_number(const struct fixture *fixture, const char *name, double factor) {
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(in_copy(fixture, name), 1 << 20, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, name), NULL);
     char *text = data, *field = strstr(text, "\nview_");
     for (int commas = 0; commas < 6; field++) commas += *field == ',';
     char *end = NULL, *changed = NULL;
@@ -291,9 +282,7 @@ TEST(the_matrix_may_differ_by_rounding_alone) {
 // The payout must be the division of the amount that the file states, whatever it is.
 TEST(a_payout_is_divided_again) {
     const struct fixture *fixture = renew(state);
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(in_copy(fixture, "payout.csv"), 1 << 20, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, "payout.csv"), NULL);
     char *line = strchr(data, '\n') + 1, *amount = strchr(line, '\n');
     while (amount[-1] != ',') amount--;
     AUTO_FREE char *less =
@@ -319,8 +308,7 @@ TEST(links_are_not_followed) {
     static const char *const names[] = {"scores.csv", "field.vwf", VW_CHECKSUMS_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
         const struct fixture *fixture = renew(state);
-        char target[600];
-        snprintf(target, sizeof target, "%s/whole/%s", fixture->folder, names[i]);
+        const char *target = temporary_path(temporary_path(fixture->folder, "whole"), names[i]);
         unlink(in_copy(fixture, names[i]));
         assert_int_equal(symlink(target, in_copy(fixture, names[i])), 0);
         enum vw_status status = verify(fixture);
@@ -333,9 +321,7 @@ TEST(links_are_not_followed) {
 
 // Replaces the first `old` of the list.
 static void edit_list(const struct fixture *fixture, const char *old, const char *new) {
-    AUTO_FREE void *data = NULL;
-    size_t size_bytes = 0;
-    ASSERT_OK(vw_file_read(in_copy(fixture, VW_CHECKSUMS_FILE), 1 << 16, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), NULL);
     char *text = data, *place = strstr(text, old);
     assert_non_null(place);
     AUTO_FREE char *changed = vw_format_text("%.*s%s%s", (int)(place - text), text, new, place + strlen(old));
@@ -366,12 +352,11 @@ TEST(the_list_is_read_strictly) {
 TEST(every_flipped_bit_of_the_list_is_found) {
     const struct fixture *fixture = renew(state);
     struct vw_checksums_found found;
-    AUTO_FREE void *data = NULL;
     size_t size_bytes = 0;
     AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     ASSERT_OK(vw_checksums_check(fixture->out, head, &found));
     vw_checksums_found_free(&found);
-    ASSERT_OK(vw_file_read(in_copy(fixture, VW_CHECKSUMS_FILE), 1 << 16, &data, &size_bytes));
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), &size_bytes);
     int descriptor = open(in_copy(fixture, VW_CHECKSUMS_FILE), O_WRONLY | O_CLOEXEC);
     for (size_t bit = 0; bit < 8 * size_bytes; bit += 5) { // every bit of a byte at another byte
         uint8_t byte = ((uint8_t *)data)[bit / 8], flipped = (uint8_t)(byte ^ 1u << bit % 8);

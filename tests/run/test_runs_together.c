@@ -4,7 +4,6 @@
 
 #include <sys/stat.h>
 
-#include "base/memory.h"
 #include "run/run.h"
 #include "support/small_run.h"
 #include "support/temporary_folder.h"
@@ -112,7 +111,7 @@ static void assert_as_alone(const struct fixture *f, const char *set, uint32_t i
 static void take_all(struct fixture *f, const char *set) {
     ASSERT_OK(advance(f));
     for (uint32_t i = 0; i < RUNS; i++) {
-        assert_int_equal(f->statuses[i], VW_OK);
+        ASSERT_OK(f->statuses[i]);
         assert_int_equal(f->observers[i].step, epochs_of[i] * PHOTOS);
         ASSERT_OK(vw_run_score(f->runs[i]));
     }
@@ -144,7 +143,7 @@ TEST_WITHIN(a_device_that_is_lost_ends_its_own_runs, set_up, tear_down) {
     ASSERT_FAILS(advance(f), VW_ERROR_DEVICE_LOST, "it is gone");
     assert_int_equal(f->statuses[1], VW_ERROR_DEVICE_LOST);
     for (uint32_t i = 0; i < RUNS; i += 2) {
-        assert_int_equal(f->statuses[i], VW_OK);
+        ASSERT_OK(f->statuses[i]);
         ASSERT_OK(vw_run_score(f->runs[i]));
     }
     close_runs(f);
@@ -176,7 +175,7 @@ TEST_WITHIN(one_that_fails_does_not_stop_the_others, set_up, tear_down) {
     assert_int_equal(status, f->statuses[0]);
     assert_non_null(strstr(vw_error_message(), "failing_0/ledger.db"));
     for (uint32_t i = 1; i < RUNS; i++) {
-        assert_int_equal(f->statuses[i], VW_OK);
+        ASSERT_OK(f->statuses[i]);
         ASSERT_OK(vw_run_score(f->runs[i]));
     }
     close_runs(f);

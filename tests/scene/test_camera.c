@@ -192,10 +192,10 @@ TEST(pixels_without_a_ray_are_masked) {
         .camera = {
             .width_px = 40, .height_px = 20, .focal_x_px = 10, .focal_y_px = 10, .centre_x_px = 20, .centre_y_px = 10}};
     uint64_t hidden = 0;
-    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    ASSERT_OK(vw_lens_mask(&view, &hidden));
     assert_true(hidden == 0 && !view.mask); // a pinhole sees everywhere
     view.camera.lens = VW_LENS_FISHEYE;
-    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    ASSERT_OK(vw_lens_mask(&view, &hidden));
     assert_non_null(view.mask);
     uint64_t counted = 0;
     for (uint32_t i = 0; i < 800; i++) {
@@ -206,7 +206,7 @@ TEST(pixels_without_a_ray_are_masked) {
     }
     assert_true(hidden == counted && counted > 50 && counted < 400);
     view.mask[10 * 40 + 20] = 0;
-    assert_int_equal(vw_lens_mask(&view, &hidden), VW_OK);
+    ASSERT_OK(vw_lens_mask(&view, &hidden));
     assert_int_equal(view.mask[10 * 40 + 20], 0);
     free(view.mask);
 }

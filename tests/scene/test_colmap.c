@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"

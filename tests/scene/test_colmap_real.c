@@ -2,7 +2,6 @@
 // their README.txt state.
 #include "support/cmocka_test.h"
 
-#include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"

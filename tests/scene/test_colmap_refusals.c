@@ -3,8 +3,6 @@
 
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "scene/formats/colmap.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
@@ -32,14 +30,14 @@ FOLDER_TEST(a_cut_at_any_byte_is_refused) {
         AUTO_FREE void *data = read_whole(path, &size_bytes);
         assert_true(size_bytes > 100);
         for (size_t kept = 0; kept < size_bytes; kept++) {
-            assert_int_equal(vw_file_write(path, data, kept), VW_OK);
+            ASSERT_OK(vw_file_write(path, data, kept));
             assert_refused(*state, files[f], "field ");
         }
         AUTO_FREE char *longer = vw_allocate(size_bytes + 1, 1);
         memcpy(longer, data, size_bytes);
-        assert_int_equal(vw_file_write(path, longer, size_bytes + 1), VW_OK);
+        ASSERT_OK(vw_file_write(path, longer, size_bytes + 1));
         assert_refused(*state, files[f], "1 bytes follow");
-        assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
+        ASSERT_OK(vw_file_write(path, data, size_bytes));
     }
     AUTO(vw_scene_close)
     struct vw_scene *scene =
@@ -74,7 +72,7 @@ FOLDER_TEST(any_byte_may_change) {
                 }
             }
         }
-        assert_int_equal(vw_file_write(path, data, size_bytes), VW_OK);
+        ASSERT_OK(vw_file_write(path, data, size_bytes));
     }
 }
 
@@ -299,7 +297,6 @@ FOLDER_TEST(bad_text_lines_are_named) {
         assert_refused(*state, cases[i].says);
     }
     colmap_write_text(*state, "sparse/0", &model);
-    assert_int_equal(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24),
-                     VW_OK);
+    ASSERT_OK(vw_file_write(temporary_path(*state, "sparse/0/cameras.txt"), "1 PINHOLE 8 6 9 9 4 3\n\0\n", 24));
     assert_refused(*state, "cameras.txt: has zero bytes");
 }

@@ -151,10 +151,8 @@ TEST(equal_files_are_copies) {
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
     char *folder = temporary_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
-    AUTO_FREE void *text = NULL;
-    size_t size_bytes;
     ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
-    ASSERT_OK(vw_file_read(path, 10000, &text, &size_bytes));
+    AUTO_FREE void *text = temporary_read(path, NULL);
     assert_string_equal(text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
                               "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
                               "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"

@@ -2,8 +2,6 @@
 // nothing else changes.
 #include "support/cmocka_test.h"
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -23,7 +21,7 @@ static int remove_folder(void **state) {
 
 static struct vw_scene *open_corrupted(const char *folder, uint32_t corrupt) {
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = corrupt});
-    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
+    ASSERT_OK(vw_scene_decode_all(scene));
     return scene;
 }
 
@@ -93,7 +91,7 @@ static struct vw_scene *open_listed(const char *folder, uint32_t first) {
         "images/02.png\nimages/03.png\nimages/05.png\nimages/06.png\nimages/07.png\nimages/09.png\nimages/10.png";
     AUTO_FREE char *list = vw_path_join(folder, "train.txt");
     tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
-    assert_int_equal(vw_file_write(list, names, sizeof names - 1), VW_OK);
+    ASSERT_OK(vw_file_write(list, names, sizeof names - 1));
     struct vw_scene *scene =
         tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = 7, .train_list = list});
     return scene;

@@ -10,7 +10,7 @@ static const char *name_at(const void *context, size_t place) { return ((const c
 
 static struct vw_name_index index_names(void) {
     struct vw_name_index index = {0};
-    assert_int_equal(vw_name_index_make(name_at, names, sizeof names / sizeof *names, &index), VW_OK);
+    ASSERT_OK(vw_name_index_make(name_at, names, sizeof names / sizeof *names, &index));
     assert_int_equal(index.count, sizeof names / sizeof *names - 1); // a place without a name has no entry
     return index;
 }
@@ -57,7 +57,7 @@ TEST(many_names_are_all_found) {
         snprintf(texts[i], sizeof texts[i], "%d/%d.png", i % 7, i * 31 % 2500);
         many[i] = texts[i];
     }
-    assert_int_equal(vw_name_index_make(name_at, many, COUNT, &index), VW_OK);
+    ASSERT_OK(vw_name_index_make(name_at, many, COUNT, &index));
     for (int i = 0; i < COUNT; i += 13) {
         int first = 0, endings = 0, last = -1;
         while (strcmp(many[first], many[i]) != 0) first++;

@@ -34,7 +34,7 @@ TEST(near_and_far_are_percentiles) {
     AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1001, 1001, 0);
     for (uint32_t p = 0; p < 1001; p++)
         place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
-    assert_int_equal(vw_near_far_measure(scene), VW_OK);
+    ASSERT_OK(vw_near_far_measure(scene));
     assert_near(scene->views[0].near_world, 1.001, 1e-12); // the second and the last but one of 1001
     assert_near(scene->views[0].far_world, 1.999, 1e-12);
     assert_true(scene->views[1].near_world == 0 && scene->views[1].far_world == 0); // one point is too few
@@ -42,7 +42,7 @@ TEST(near_and_far_are_percentiles) {
     scene->point_count = 501;
     for (uint32_t p = 0; p < 501; p++)
         place(&scene->views[0], p < 100 ? -5 : 1 + 0.01 * (p - 100), 0, &scene->points[p]);
-    assert_int_equal(vw_near_far_measure(scene), VW_OK);
+    ASSERT_OK(vw_near_far_measure(scene));
     assert_near(scene->views[0].near_world, 1.004,
                 1e-12); // interpolated among 401 points; those behind the camera do not count
     assert_near(scene->views[0].far_world, 4.996, 1e-12);
@@ -54,7 +54,7 @@ TEST(each_view_has_its_own) {
         place(&scene->views[1], 2, 0, &scene->points[p]); // at one place: all depths are equal
         scene->points[p].position_world[0] += 1e-3 * (p % 4);
     }
-    assert_int_equal(vw_near_far_measure(scene), VW_OK);
+    ASSERT_OK(vw_near_far_measure(scene));
     assert_near(scene->views[1].near_world, 2, 1e-9); // those that it sees: p % 4 == 0
     assert_near(scene->views[1].far_world, 2, 1e-9);
     assert_true(scene->views[0].far_world > scene->views[0].near_world);
@@ -79,7 +79,7 @@ TEST(the_box_holds_the_points) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
         AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, offsets[i]);
         scatter(scene, offsets[i]);
-        assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
+        ASSERT_OK(vw_bounds_choose(NULL, scene));
         boxes[i] = scene->box;
         assert_non_null(strstr(scene->box_source, "SfM points"));
         assert_near(scene->box.centre_world[0] - offsets[i], 0.5, 0.05);
@@ -99,7 +99,7 @@ TEST(the_box_holds_what_is_looked_at) {
         for (int i = 0; i < 3; i++)
             scene->points[p].position_world[i] =
                 (i == 0 ? 5 : 0) + 0.5 * (p * (3 + 4u * (uint32_t)i) % 100 / 99.0 - 0.5);
-    assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
+    ASSERT_OK(vw_bounds_choose(NULL, scene));
     assert_true(scene->box.centre_world[0] - scene->box.half_extent_world <= 1e-9);
     assert_true(scene->box.centre_world[0] + scene->box.half_extent_world >= 5.2);
     assert_near(scene->box.half_extent_world, 2.6, 0.1);
@@ -109,11 +109,11 @@ TEST(a_declared_box_wins_over_points) {
     AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, 0);
     scatter(scene, 0);
     const struct vw_ngp_box declared = {.aabb_scale = 1, .scale = 0.25, .offset = {0.5, 0.5, 0.5}};
-    assert_int_equal(vw_bounds_choose(&declared, scene), VW_OK); // aabb_scale wins over points
+    ASSERT_OK(vw_bounds_choose(&declared, scene)); // aabb_scale wins over points
     assert_true(scene->box.half_extent_world == 2 && strstr(scene->box_source, "aabb_scale"));
-    assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
+    ASSERT_OK(vw_bounds_choose(NULL, scene));
     assert_non_null(strstr(scene->box_source, "SfM points"));
     scene->point_count = 10; // too few
-    assert_int_equal(vw_bounds_choose(NULL, scene), VW_OK);
+    ASSERT_OK(vw_bounds_choose(NULL, scene));
     assert_non_null(strstr(scene->box_source, "cameras"));
 }

@@ -7,14 +7,14 @@
 
 #include <jansson.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "scene/formats/photo_list.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
 enum { PHOTOS_MOST = 16 };
+
+#define HEADERS(...) (&(struct vw_scene_params){.headers_only = true, __VA_ARGS__})
 
 // The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in
 // `chosen` is y.
@@ -36,10 +36,6 @@ static enum vw_status write_list(const struct vw_scene_params *params, const cha
     return status;
 }
 
-static void check_written(enum vw_status status) {
-    if (status) fail_msg("%d: %s", status, vw_error_message());
-}
-
 // A word per view: its name and t(rain), v(al), T(est) or x(excluded).
 static void check_scene(const struct vw_scene_params *params, const char *expected) {
     char text[1000] = "";
@@ -51,9 +47,7 @@ static void check_scene(const struct vw_scene_params *params, const char *expect
 }
 
 static void check_text(const char *path, const char *expected) {
-    AUTO_FREE void *text = NULL;
-    size_t size_bytes = 0;
-    check_written(vw_file_read(path, 1 << 20, &text, &size_bytes));
+    AUTO_FREE void *text = temporary_read(path, NULL);
     assert_string_equal(text, expected);
 }
 
@@ -69,7 +63,7 @@ FOLDER_TEST(splits_of_the_file_are_kept) {
     check_scene(&params,
                 "images/00.png:x images/01.png:v images/02.png:t images/03.png:x images/04.png:x images/05.png:t");
     const char *train = temporary_file(*state, "train.txt", "images/00.png\nimages/03.png\n"); // lists win
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = train},
+    check_scene(HEADERS(.path = *state, .train_list = train),
                 "images/00.png:t images/01.png:v images/02.png:x images/03.png:t images/04.png:x images/05.png:x");
     static const struct {
         const char *keys, *said;
@@ -92,8 +86,8 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
                *test = temporary_file(*state, "test.txt", "04.png\n");
     const struct vw_scene_params lists = {.path = *state, .headers_only = true, .val_list = val, .test_list = test};
     const char *to = temporary_path(*state, "list.json");
-    check_written(write_list(&lists, "ynyyny", to, "transforms", true));
-    check_scene(&(struct vw_scene_params){.path = to, .headers_only = true},
+    ASSERT_OK(write_list(&lists, "ynyyny", to, "transforms", true));
+    check_scene(HEADERS(.path = to),
                 "images/00.png:t images/01.png:v images/02.png:t images/03.png:t images/04.png:T images/05.png:t");
     ASSERT_FAILS(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
 }
@@ -101,17 +95,17 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
 // With a file for each split, photos go to the file of their split, as long as all else in the files is the same.
 FOLDER_TEST(three_files_hold_a_split_each) {
     AUTO_FREE char *scene = vw_path_join(*state, "a/b");
-    assert_int_equal(vw_folder_create(scene), VW_OK);
+    ASSERT_OK(vw_folder_create(scene));
     tiny_scene_write(scene, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(
         scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3}); // two of them validate
     const struct vw_scene_params params = {.path = scene, .headers_only = true};
-    check_written(write_list(&params, "nyynnnn", *state, "transforms", true));
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true},
+    ASSERT_OK(write_list(&params, "nyynnnn", *state, "transforms", true));
+    check_scene(HEADERS(.path = *state),
                 "a/b/images/01.png:t a/b/images/02.png:t a/b/images/04.png:v a/b/images/05.png:v a/b/images/06.png:T");
-    check_written(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms",
-                             true)); // they fit into one, too
-    check_scene(&(struct vw_scene_params){.path = temporary_path(scene, "best.json"), .headers_only = true},
+    ASSERT_OK(write_list(&params, "nyynnnn", temporary_path(scene, "best.json"), "transforms",
+                         true)); // they fit into one, too
+    check_scene(HEADERS(.path = temporary_path(scene, "best.json")),
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
     ASSERT_FAILS(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: exists");
     ASSERT_FAILS(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
@@ -122,17 +116,15 @@ FOLDER_TEST(three_files_hold_a_split_each) {
                  "name a .json file, or a folder");
     const char *beside = temporary_path(*state, "c.d/");
     const char *val = temporary_file(*state, "val.txt", "00.png\n");
-    check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .val_list = val}, "nyynnnn",
-                             beside, NULL, false));
+    ASSERT_OK(write_list(HEADERS(.path = scene, .val_list = val), "nyynnnn", beside, NULL, false));
     tiny_scene_write(
         scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
     ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT,
                  "name a folder");
     const char *mixed = temporary_path(*state, "mixed");
     const char *test = temporary_file(*state, "test.txt", "00.png\n06.png\n");
-    ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true, .test_list = test},
-                            "nyyynnn", mixed, NULL, false),
-                 VW_ERROR_INPUT, "without lists of splits");
+    ASSERT_FAILS(write_list(HEADERS(.path = scene, .test_list = test), "nyyynnn", mixed, NULL, false), VW_ERROR_INPUT,
+                 "without lists of splits");
     assert_false(vw_folder_exists(mixed)); // as it was not there before
     ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
                  "a folder that exists");
@@ -151,30 +143,26 @@ FOLDER_TEST(paths_lead_from_the_list) {
         {"link/t.json", "../images/00.png", false},
     };
     AUTO_FREE char *scene = vw_path_join(*state, "s/s");
-    assert_int_equal(vw_folder_create(scene), VW_OK);
+    ASSERT_OK(vw_folder_create(scene));
     tiny_scene_write(scene, &(struct tiny_scene){.count = 4, .name_prefix = "./images/"});
     const char *folders[] = {"s/sb", "s/s/in", "x/y/z"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(folders); i++)
-        assert_int_equal(vw_folder_create(temporary_path(*state, folders[i])), VW_OK);
+        ASSERT_OK(vw_folder_create(temporary_path(*state, folders[i])));
     assert_int_equal(symlink("s/s/in", temporary_path(*state, "link")), 0);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const char *to = temporary_path(*state, cases[i].to);
-        AUTO_FREE void *text = NULL;
-        size_t size_bytes;
         unlink(to);
-        check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy", to, NULL,
-                                 cases[i].opens));
-        check_written(vw_file_read(to, 1 << 20, &text, &size_bytes));
+        ASSERT_OK(write_list(HEADERS(.path = scene), "yyyy", to, NULL, cases[i].opens));
+        AUTO_FREE void *text = temporary_read(to, NULL);
         AUTO_FREE char *wanted = vw_format_text("\"file_path\": \"%s%s\"", i == 0 ? "./" : "",
                                                 cases[i].path); // untouched in the same folder
         if (!strstr(text, wanted)) fail_msg("%s: %s is not in %s", cases[i].to, wanted, (char *)text);
     }
-    ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
-                            temporary_path(*state, "no/t.json"), NULL, false),
+    ASSERT_FAILS(write_list(HEADERS(.path = scene), "yyyy", temporary_path(*state, "no/t.json"), NULL, false),
                  VW_ERROR_USAGE, "name a folder that exists");
-    assert_int_equal(vw_folder_create(temporary_path(*state, "bad\xff")), VW_OK);
-    check_written(write_list(&(struct vw_scene_params){.path = scene, .headers_only = true}, "yyyy",
-                             temporary_path(*state, "bad\xff/t.json"), NULL, false)); // only the way down matters
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "bad\xff")));
+    ASSERT_OK(write_list(HEADERS(.path = scene), "yyyy", temporary_path(*state, "bad\xff/t.json"), NULL,
+                         false)); // only the way down matters
 }
 
 // ---- PhotoTourism ---------------------------------------------------------------------------------------------------
@@ -219,20 +207,20 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:t dense/images/p3.png:t dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     const char *to = temporary_path(*state, "list.txt");
-    check_written(write_list(&params, "nynnyyny", to, "phototourism", false));
+    ASSERT_OK(write_list(&params, "nynnyyny", to, "phototourism", false));
     check_text(
         to,
         "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntrain\t11\t\tp1.png\td\n" // with COLMAP's id
         "test\t\t\tgone.png\td\ntest\t9\t\tp0.png\td\ntrain\t14\t\tp4.png\td\ntrain\t15\t\tp5.png\td\ntrain\t17\t\tsub/"
         "p1.png\td\n");
     check_scene(
-        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = to},
+        HEADERS(.path = *state, .train_list = to),
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     ASSERT_FAILS(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
     assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
     check_scene(
-        &(struct vw_scene_params){.path = *state, .headers_only = true, .pool = "list"},
+        HEADERS(.path = *state, .pool = "list"),
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
     ASSERT_FAILS(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
@@ -245,9 +233,7 @@ FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
     const char *to = temporary_path(*state, "list.txt");
-    check_written(write_list(
-        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = train, .val_list = val},
-        "ynnynnnn", to, NULL, false));
+    ASSERT_OK(write_list(HEADERS(.path = *state, .train_list = train, .val_list = val), "ynnynnnn", to, NULL, false));
     check_text(
         to,
         "split\tid\tnote\tfilename\tdataset\ntest\t7.0\ta b\tp6.png\td\ntest\t\t\tp1.png\td\ntest\t\t\tgone.png\td\n"
@@ -261,13 +247,11 @@ FOLDER_TEST(a_tsv_serves_as_a_list) {
     const char *none = temporary_file(*state, "lists/b.tsv", "filename\tsplit\np4.png\ttrain\n");
     const char *unknown = temporary_file(*state, "lists/c.tsv", "filename\tsplit\np4.png\ttrain\np9.png\ttrain\n");
     check_scene(
-        &(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = tsv, .val_list = tsv},
+        HEADERS(.path = *state, .train_list = tsv, .val_list = tsv),
         "dense/images/p0.png:T dense/images/p1.png:x dense/images/p2.png:x dense/images/p3.png:v dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:x dense/images/sub/p1.png:x");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .test_list = none},
-                       VW_ERROR_INPUT, "b.tsv", "no row for --test", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true, .train_list = unknown},
-                       VW_ERROR_INPUT, "c.tsv:3", "p9.png", NULL);
+    tiny_scene_refused(HEADERS(.path = *state, .test_list = none), VW_ERROR_INPUT, "b.tsv", "no row for --test", NULL);
+    tiny_scene_refused(HEADERS(.path = *state, .train_list = unknown), VW_ERROR_INPUT, "c.tsv:3", "p9.png", NULL);
 }
 
 // ---- COLMAP, and no scene -------------------------------------------------------------------------------------------
@@ -281,9 +265,9 @@ FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
     const char *val = temporary_file(*state, "val.txt", "sub/c d.png\n"), *to = temporary_path(*state, "list.txt");
     const struct vw_scene_params params = {.path = *state, .headers_only = true, .val_list = val};
     check_scene(&params, "images/a.png:t images/sub/a.png:t images/sub/c d.png:v");
-    check_written(write_list(&params, "yyn", to, "colmap", false));
+    ASSERT_OK(write_list(&params, "yyn", to, "colmap", false));
     check_text(to, "a.png\nsub/a.png\n");
-    check_scene(&(struct vw_scene_params){.path = *state, .headers_only = true, .val_list = val, .train_list = to},
+    check_scene(HEADERS(.path = *state, .val_list = val, .train_list = to),
                 "images/a.png:t images/sub/a.png:t images/sub/c d.png:v");
     const struct vw_listed_photo gone[] = {{"images/a.png", VW_SPLIT_TRAIN, true},
                                            {"images/gone.png", VW_SPLIT_VAL, false}};
@@ -306,14 +290,12 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
         ASSERT_FAILS(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE,
                      "another scene");
-        ASSERT_FAILS(write_list(&(struct vw_scene_params){.path = tourism, .headers_only = true}, "nynnyyny",
-                                temporary_path(tourism, names[i]), NULL, false),
+        ASSERT_FAILS(write_list(HEADERS(.path = tourism), "nynnyyny", temporary_path(tourism, names[i]), NULL, false),
                      VW_ERROR_USAGE, "another scene");
     }
     const char *elsewhere =
         temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
-    check_written(
-        write_list(&(struct vw_scene_params){.path = *state, .headers_only = true}, "yyn", elsewhere, "colmap", false));
+    ASSERT_OK(write_list(HEADERS(.path = *state), "yyn", elsewhere, "colmap", false));
 }
 
 // A list is whole or absent, wherever memory runs out.
@@ -341,9 +323,9 @@ FOLDER_TEST(transforms_are_whole_or_not_there) {
         assert_true(vw_file_exists(list.to) == !status);
     }
     assert_true(shortages > 10); // that many at least are made
-    check_written(status);
-    check_written(vw_file_read(list.to, 1 << 20, &text, &size_bytes));
-    check_written(vw_photo_list_write(
+    ASSERT_OK(status);
+    ASSERT_OK(vw_file_read(list.to, 1 << 20, &text, &size_bytes));
+    ASSERT_OK(vw_photo_list_write(
         &(struct vw_photo_list){
             .scene_path = *state, .photos = photos, .photo_count = 2, .to = temporary_path(*state, "whole.json")},
         &format, &opens));
@@ -357,7 +339,7 @@ FOLDER_TEST(names_unfit_for_lists_are_refused) {
     struct vw_photo_list list = {.photos = good, .photo_count = 3, .to = temporary_path(*state, "list.txt")};
     const char *format = NULL;
     bool opens = true;
-    check_written(vw_photo_list_write(&list, &format, &opens));
+    ASSERT_OK(vw_photo_list_write(&list, &format, &opens));
     assert_string_equal(format, "text");
     assert_false(opens);
     check_text(list.to, "=a, \"b\"\né/d e\n");

@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include "base/memory.h"
 #include "support/colmap_files.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -238,7 +237,7 @@ FOLDER_TEST(points_of_other_photos_are_no_evidence) {
 FOLDER_TEST(broken_points_are_refused) {
     AUTO(vw_scene_close) struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "points3D.txt", NULL);
+    tiny_folder_refused(*state, "points3D.txt");
 }
 
 FOLDER_TEST(downscale_moves_tracks) {

@@ -9,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/file.h"
 #include "image/image.h"
 #include "scene/photo_source.h"
 #include "support/temporary_folder.h"
@@ -48,11 +47,11 @@ TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_f
     const uint32_t wanted[] = {5, 2, 5};
     for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
     assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // what is needed without pixels is known
-    assert_int_equal(vw_scene_decode(scene, wanted, 3), VW_OK);
+    ASSERT_OK(vw_scene_decode(scene, wanted, 3));
     for (uint32_t v = 0; v < PHOTOS; v++) assert_int_equal(scene->views[v].image.pixels != NULL, v == 2 || v == 5);
     assert_int_equal(scene->source->decoded_count, 2);
     void *pixels = scene->views[2].image.pixels;
-    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
+    ASSERT_OK(vw_scene_decode_all(scene));
     assert_ptr_equal(scene->views[2].image.pixels, pixels);
     assert_int_equal(scene->source->decoded_count, PHOTOS);
 }
@@ -63,8 +62,8 @@ TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder)
     assert_null(in_memory->source->store.bytes);
     assert_non_null(in_file->source->store.bytes);
     assert_memory_equal(in_memory->hash, in_file->hash, VW_HASH_BYTES);
-    assert_int_equal(vw_scene_decode_all(in_memory), VW_OK);
-    assert_int_equal(vw_scene_decode_all(in_file), VW_OK);
+    ASSERT_OK(vw_scene_decode_all(in_memory));
+    ASSERT_OK(vw_scene_decode_all(in_file));
     for (uint32_t v = 0; v < PHOTOS; v++) {
         const unsigned char *pixels = in_file->views[v].image.pixels, *first = in_file->source->store.bytes;
         assert_true(pixels >= first && pixels + PHOTO_BYTES <= first + in_file->source->store.size_bytes);
@@ -78,9 +77,9 @@ TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder)
 TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder) {
     AUTO(vw_scene_close) struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
     const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
-    assert_int_equal(vw_scene_open(&params, &corrupted), VW_OK);
-    assert_int_equal(vw_scene_decode_all(corrupted), VW_OK);
-    assert_int_equal(vw_scene_decode_all(plain), VW_OK);
+    ASSERT_OK(vw_scene_open(&params, &corrupted));
+    ASSERT_OK(vw_scene_decode_all(corrupted));
+    ASSERT_OK(vw_scene_decode_all(plain));
     uint32_t differ = 0;
     for (uint32_t v = 0; v < PHOTOS; v++)
         differ += memcmp(plain->views[v].image.pixels, corrupted->views[v].image.pixels, PHOTO_BYTES) != 0;
@@ -105,29 +104,27 @@ TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder)
     AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
     const uint32_t replaced = 3, intact = 4;
     tiny_photo_write(temporary_path(*state, "images/03.png"), 11);
-    assert_int_equal(vw_scene_decode(scene, &intact, 1), VW_OK);
+    ASSERT_OK(vw_scene_decode(scene, &intact, 1));
     ASSERT_FAILS(vw_scene_decode(scene, &replaced, 1), VW_ERROR_IO,
                  "images/03.png: changed since the scene was opened");
     assert_null(scene->views[replaced].image.pixels);
     tiny_photo_write(temporary_path(*state, "images/03.png"), 3); // restored
-    assert_int_equal(vw_scene_decode(scene, &replaced, 1), VW_OK);
+    ASSERT_OK(vw_scene_decode(scene, &replaced, 1));
 }
 
 TEST_WITHIN(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_folder, remove_folder) {
     const char *path = temporary_path(*state, "images/03.png");
     const uint32_t broken = 3;
-    AUTO_FREE void *bytes = NULL;
     size_t size_bytes = 0;
-    assert_int_equal(vw_file_read(path, 1 << 20, &bytes, &size_bytes), VW_OK);
-    assert_int_equal(vw_file_write(path, bytes, size_bytes - 20), VW_OK);
+    AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
+    ASSERT_OK(vw_file_write(path, bytes, size_bytes - 20));
     AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
     ASSERT_FAILS(vw_scene_decode(scene, &broken, 1), VW_ERROR_IO, "cannot decode the image");
 }
 
 TEST_WITHIN(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder) {
     const float clear[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0};
-    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear),
-                     VW_OK);
+    ASSERT_OK(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear));
     AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
     assert_true(scene->has_alpha);
     assert_non_null(scene->views[1].image.pixels);

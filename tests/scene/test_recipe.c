@@ -1,5 +1,4 @@
 // Recipes without a device: what is refused, cameras, splits, defects and their truth.
-#include "support/cmocka_test.h"
 
 #include "support/recipe_fixture.h"
 

@@ -1,5 +1,4 @@
 // Recipes drawn by a device: geometry against analysis, defects, determinism, points.
-#include "support/cmocka_test.h"
 
 #include "image/image.h"
 #include "support/gpu_fixture.h"

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include "base/hash.h"
-#include "base/memory.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
@@ -117,8 +116,7 @@ FOLDER_TEST(the_background_follows_alpha) {
     assert_true(scene->background[0] == 0 && scene->background[1] == 0 && scene->background[2] == 0);
     vw_scene_close(&scene);
     float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0}; // all transparent
-    assert_int_equal(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels),
-                     VW_OK);
+    ASSERT_OK(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels));
     scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_true(scene->has_alpha);
     assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
@@ -131,7 +129,7 @@ FOLDER_TEST(excluded_views_are_not_decoded) {
     AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
     assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
-    assert_int_equal(vw_scene_decode_all(scene), VW_OK);
+    ASSERT_OK(vw_scene_decode_all(scene));
     assert_null(scene->views[3].image.pixels);
     assert_non_null(scene->views[2].image.pixels);
     const uint8_t zero[VW_HASH_BYTES] = {0};
@@ -208,7 +206,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
         char name[32];
         if (i == 1) pixels[0] = pixels[1] = 2;
         snprintf(name, sizeof name, "images/0%d.exr", i);
-        assert_int_equal(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels), VW_OK);
+        ASSERT_OK(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels));
     }
     AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
     assert_int_equal(scene->note_count, 1);

@@ -29,8 +29,7 @@ FOLDER_TEST(two_are_left_to_train) {
         check_splits(&(struct vw_scene_params){.path = *state}, expected[count - 2]);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "a single photo",
-                       "at least 2", NULL);
+    tiny_folder_refused(*state, *state, "a single photo", "at least 2");
 }
 
 FOLDER_TEST(three_files_split_the_views) {
@@ -52,8 +51,7 @@ FOLDER_TEST(half_of_test_validates) {
 FOLDER_TEST(a_view_in_two_split_files_is_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "frame 0",
-                       "images/03.png", "train and val", NULL);
+    tiny_folder_refused(*state, "transforms_val.json", "frame 0", "images/03.png", "train and val");
 }
 
 FOLDER_TEST(lists_win) {
@@ -97,8 +95,7 @@ FOLDER_TEST(a_split_without_photos_is_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 4});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 4, .count = 1});
     assert_int_equal(remove(temporary_path(*state, "images/04.png")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms_val.json", "1 frames",
-                       "images/04.png", NULL);
+    tiny_folder_refused(*state, "transforms_val.json", "1 frames", "images/04.png");
 }
 
 FOLDER_TEST(only_phototourism_has_a_pool) {

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base/memory.h"
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
@@ -87,8 +86,7 @@ FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "8 frames: intrinsics scaled"));
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 70, \"w\": 80, \"h\": 61,"});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frame 0",
-                       "80 x 61", "8 x 6", NULL);
+    tiny_folder_refused(*state, "transforms.json", "frame 0", "80 x 61", "8 x 6");
 }
 
 FOLDER_TEST(extensions_may_be_missing) {
@@ -139,8 +137,7 @@ FOLDER_TEST(bad_poses_are_refused) {
                            matrices[i][0]);
         temporary_file(*state, "transforms.json", json);
         free(json);
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT,
-                           "transforms.json: frame 1 (images/01.png)", "transform_matrix", matrices[i][1], NULL);
+        tiny_folder_refused(*state, "transforms.json: frame 1 (images/01.png)", "transform_matrix", matrices[i][1]);
     }
 }
 
@@ -171,34 +168,29 @@ FOLDER_TEST(bad_keys_are_refused) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .keys = cases[i][0]});
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", cases[i][1],
-                           NULL);
+        tiny_folder_refused(*state, "transforms.json", cases[i][1]);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k5\": 1,"});
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0 (images/00.png)", "k5",
-                       NULL);
+    tiny_folder_refused(*state, "frame 0 (images/00.png)", "k5");
 }
 
 FOLDER_TEST(unreadable_files_are_refused) {
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, *state, "no scene found", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = "/no/such/scene"}, VW_ERROR_INPUT, "/no/such/scene",
-                       "no such scene", NULL);
+    tiny_folder_refused(*state, *state, "no scene found");
+    tiny_folder_refused("/no/such/scene", "/no/such/scene", "no such scene");
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "transforms"}, VW_ERROR_INPUT,
                        "transforms.json", NULL);
     tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "bundler"}, VW_ERROR_USAGE, "bundler", NULL);
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"frames\": [}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:13:", "JSON",
-                       NULL);
+    tiny_folder_refused(*state, "transforms.json:2:13:", "JSON");
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"fl_y\": NaN}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:2:", NULL);
+    tiny_folder_refused(*state, "transforms.json:2:");
     static const char *const no_frames[] = {"[]", "{}", "{\"frames\": []}", "{\"frames\": 3}"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(no_frames); i++) {
         temporary_file(*state, "transforms.json", no_frames[i]);
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "frames",
-                           NULL);
+        tiny_folder_refused(*state, "transforms.json", "frames");
     }
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0", "file_path", NULL);
+    tiny_folder_refused(*state, "frame 0", "file_path");
 }
 
 // Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.
@@ -207,16 +199,14 @@ FOLDER_TEST(hostile_files_are_refused) {
     static char deep[DEPTH + 1];
     memset(deep, '[', DEPTH);
     temporary_file(*state, "transforms.json", deep);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", "depth", NULL);
+    tiny_folder_refused(*state, "transforms.json:1:", "depth");
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     assert_int_equal(truncate(temporary_path(*state, "transforms.json"), 1 << 30), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "larger than",
-                       NULL);
+    tiny_folder_refused(*state, "transforms.json", "larger than");
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "a?b?[2J", "control characters",
-                       NULL);
+    tiny_folder_refused(*state, "a?b?[2J", "control characters");
     temporary_file(*state, "transforms.json", "{\"fl_x\": 1e999, \"frames\": []}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json:1:", NULL);
+    tiny_folder_refused(*state, "transforms.json:1:");
 }
 
 FOLDER_TEST(missing_photos_are_skipped) {
@@ -235,22 +225,21 @@ FOLDER_TEST(missing_photos_are_skipped) {
         snprintf(name, sizeof name, "images/%02d.png", i);
         assert_int_equal(unlink(temporary_path(*state, name)), 0);
     }
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "5 frames", "images/00.png", NULL);
+    tiny_folder_refused(*state, "5 frames", "images/00.png");
 }
 
 FOLDER_TEST(photos_stay_in_the_folder) {
     static const char *const prefixes[] = {"../images/", "images/../../images/", "/images/"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(prefixes); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 2, .name_prefix = prefixes[i]});
-        tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 0",
-                           "file_path leaves the scene folder", NULL);
+        tiny_folder_refused(*state, "frame 0", "file_path leaves the scene folder");
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     char *elsewhere = temporary_folder_create();
     tiny_photo_write(temporary_path(elsewhere, "a.png"), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.png"), temporary_path(*state, "images/01.png")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "through a link", NULL);
+    tiny_folder_refused(*state, "frame 1", "through a link");
     temporary_folder_remove(elsewhere);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink("00.png", temporary_path(*state, "images/01.png")), 0); // inside is fine
@@ -263,8 +252,7 @@ FOLDER_TEST(the_scene_file_stays_in_the_folder) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     assert_int_equal(rename(temporary_path(*state, "transforms.json"), temporary_path(elsewhere, "t.json")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "t.json"), temporary_path(*state, "transforms.json")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json", "through a link",
-                       NULL);
+    tiny_folder_refused(*state, "transforms.json", "through a link");
 }
 
 FOLDER_TEST(photos_that_are_no_files_are_refused) {
@@ -272,24 +260,20 @@ FOLDER_TEST(photos_that_are_no_files_are_refused) {
     const char *photo = temporary_path(*state, "images/01.png");
     assert_int_equal(unlink(photo), 0);
     assert_int_equal(mkdir(photo, 0777), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path",
-                       "not a plain file", NULL);
+    tiny_folder_refused(*state, "frame 1", "file_path", "not a plain file");
     assert_int_equal(rmdir(photo), 0);
     assert_int_equal(mkfifo(photo, 0666), 0); // opening one would wait forever
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1", "file_path",
-                       "not a plain file", NULL);
+    tiny_folder_refused(*state, "frame 1", "file_path", "not a plain file");
 }
 
 FOLDER_TEST(bad_photos_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
     temporary_file(*state, "images/01.png", "not an image");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "transforms.json: frame 1",
-                       "images/01.png", NULL);
+    tiny_folder_refused(*state, "transforms.json: frame 1", "images/01.png");
     temporary_file(
         *state, "transforms.json",
         "{\"fl_x\": 7, \"frames\": ["
         "{\"file_path\": \"images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]},"
         "{\"file_path\": \"./images/00.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state}, VW_ERROR_INPUT, "frame 1",
-                       "images/00.png appears twice", NULL);
+    tiny_folder_refused(*state, "frame 1", "images/00.png appears twice");
 }

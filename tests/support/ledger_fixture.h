@@ -2,14 +2,11 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
 #define VIEWWORTH_TESTS_SUPPORT_LEDGER_FIXTURE_H
 
-#include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
 #include <ftw.h>
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
 #include "base/random.h"
 #include "viewworth/ledger.h"
 

@@ -2,9 +2,6 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_RECIPE_FIXTURE_H
 #define VIEWWORTH_TESTS_SUPPORT_RECIPE_FIXTURE_H
 
-#include "support/cmocka_test.h"
-
-#include "base/memory.h"
 #include "support/temporary_folder.h"
 #include "viewworth/scene.h"
 

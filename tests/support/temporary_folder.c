@@ -3,9 +3,6 @@
 #include <ftw.h>
 #include <unistd.h>
 
-#include "base/file.h"
-#include "base/memory.h"
-
 static void stop(const char *what, const char *path) {
     fprintf(stderr, "temporary folder: cannot %s %s: %s\n", what, path, vw_error_message());
     abort();
@@ -36,7 +33,7 @@ int temporary_folder_tear_down(void **state) {
 }
 
 const char *temporary_path(const char *folder, const char *name) {
-    static char paths[8][4096];
+    static char paths[64][4096];
     static unsigned next;
     char *path = paths[next++ % VW_ARRAY_COUNT(paths)];
     if (snprintf(path, sizeof paths[0], "%s/%s", folder, name) >= (int)sizeof paths[0]) stop("name", name);
@@ -49,6 +46,14 @@ const char *temporary_file(const char *folder, const char *name, const char *tex
     if (!parent || vw_folder_create(parent) || vw_file_write(path, text, strlen(text))) stop("write", path);
     free(parent);
     return path;
+}
+
+void *temporary_read(const char *path, size_t *size_bytes) {
+    size_t read_bytes = 0;
+    void *data = NULL;
+    if (vw_file_read(path, (size_t)1 << 30, &data, &read_bytes)) stop("read", path);
+    if (size_bytes) *size_bytes = read_bytes;
+    return data;
 }
 
 const char *real_scene_path(const char *name) {

@@ -30,5 +30,8 @@ struct vw_scene *tiny_scene_open(const struct vw_scene_params *params);
 // Fails the test unless opening is refused with this status and a message of one line that holds every text (NULL ends
 // them).
 void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
+// The same of a folder that is wrong as input.
+#define tiny_folder_refused(folder, ...)                                                                               \
+    tiny_scene_refused(&(struct vw_scene_params){.path = (folder)}, VW_ERROR_INPUT, __VA_ARGS__, NULL)
 
 #endif

@@ -16,7 +16,7 @@ TEST(both_noises_count) {
         11, 13, 15, 11, 13, 15,
     };
     struct vw_gain gains[2];
-    assert_int_equal(vw_gains_estimate(psnr_db, 2, 2, 3, gains), VW_OK);
+    ASSERT_OK(vw_gains_estimate(psnr_db, 2, 2, 3, gains));
     assert_true(gains[0].gain_db == 0 && gains[0].ci_low == 0 && gains[0].ci_high == 0);
     assert_near(gains[1].gain_db, 2, ROUNDING);
     assert_near(gains[1].standard_error, sqrt(4.0 / 3), ROUNDING);
@@ -31,7 +31,7 @@ TEST(equal_lists_are_counted_once) {
         11, 13, 15, 11, 13, 15, 11, 13, 15, 11, 13, 15, 9, 10, 11, 11, 12, 13,
     };
     struct vw_gain gains[4];
-    assert_int_equal(vw_gains_estimate(psnr_db, 4, 2, 3, gains), VW_OK);
+    ASSERT_OK(vw_gains_estimate(psnr_db, 4, 2, 3, gains));
     assert_near(gains[1].standard_error, sqrt(4.0 / 3), ROUNDING);
     assert_near(gains[2].ci_low, 2 - 6.31375151467504 * sqrt(4.0 / 3), 1e-9);
     assert_true(gains[3].gain_db == 0 && gains[3].ci_low == 0 && gains[3].ci_high == 0);
@@ -40,13 +40,13 @@ TEST(equal_lists_are_counted_once) {
 TEST(too_little_data_proves_nothing) {
     static const double psnr_db[] = {10, 10, 12, 12.5}, unknown[] = {9, 10, 11, 11, 12, 13, 11, NAN, 15, 11, 13, 15};
     struct vw_gain gains[2];
-    assert_int_equal(vw_gains_estimate(psnr_db, 2, 1, 2, gains), VW_OK); // one seed
+    ASSERT_OK(vw_gains_estimate(psnr_db, 2, 1, 2, gains)); // one seed
     assert_near(gains[1].gain_db, 2.25, ROUNDING);
     assert_true(isnan(gains[1].ci_low) && isnan(gains[1].ci_high));
     assert_int_equal(vw_gains_choose(gains, 2), 0);
-    assert_int_equal(vw_gains_estimate(psnr_db, 2, 2, 1, gains), VW_OK); // one photo
+    ASSERT_OK(vw_gains_estimate(psnr_db, 2, 2, 1, gains)); // one photo
     assert_true(isnan(gains[1].ci_low));
-    assert_int_equal(vw_gains_estimate(unknown, 2, 2, 3, gains), VW_OK);
+    ASSERT_OK(vw_gains_estimate(unknown, 2, 2, 3, gains));
     assert_true(isnan(gains[1].gain_db) && isnan(gains[1].ci_low));
     assert_int_equal(vw_gains_choose(gains, 2), 0);
 }
@@ -81,7 +81,7 @@ static double play(uint32_t game, const double gains_db[LISTS]) {
                      (list ? 0.1 * normal(game, 1, list * VIEWS + view) : 0) + 0.15 * normal(game, 2, training) +
                      0.05 * normal(game, 3, i);
     }
-    assert_int_equal(vw_gains_estimate(psnr_db, LISTS, SEEDS, VIEWS, gains), VW_OK);
+    ASSERT_OK(vw_gains_estimate(psnr_db, LISTS, SEEDS, VIEWS, gains));
     return gains_db[vw_gains_choose(gains, LISTS)];
 }
 

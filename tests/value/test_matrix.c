@@ -120,11 +120,9 @@ FOLDER_TEST(deltas_are_summed_by_view) {
 
     const double standard_errors[] = {0.5, NAN};
     AUTO_FREE char *path = vw_path_join(*state, "matrix.csv");
-    AUTO_FREE void *text = NULL;
-    size_t size_bytes;
     for (size_t i = 0; i < 4; i++) matrix.psnr[i] = psnr[i], matrix.l1[i] = i / 4.0;
     ASSERT_OK(vw_table_write_matrix(path, &matrix, standard_errors, run->images, run->image_count));
-    ASSERT_OK(vw_file_read(path, 10000, &text, &size_bytes));
+    AUTO_FREE void *text = temporary_read(path, NULL);
     assert_string_equal(text, "name,provider,measure,unit,mean,jackknife_stderr,\"val,0.png\",3.png\n"
                               "1.png,,dv_psnr,dB,2,0.5,1,3\n"
                               "1.png,,dv_loss,mean absolute error,,,0,0.25\n"

@@ -53,7 +53,7 @@ TEST(test_curves_are_the_responses) {
     struct game game;
     AUTO(vw_repair_curves_free) struct vw_repair_curves curves;
     make_game(&game);
-    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    ASSERT_OK(vw_repair_curves_make(&game.input, &curves));
     assert_int_equal(curves.horizon_count, 8); // up to an epoch
     const struct vw_repair_curve *photo = &curves.photos[PULSE_PLACE], *next = &curves.photos[PULSE_PLACE + 1];
     for (uint32_t k = 0; k < 5; k++) { // within the epoch, where the mean over its steps is the trend alone
@@ -75,7 +75,7 @@ TEST(test_kinds_are_means_of_photos) {
     struct game game;
     AUTO(vw_repair_curves_free) struct vw_repair_curves curves;
     make_game(&game);
-    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    ASSERT_OK(vw_repair_curves_make(&game.input, &curves));
     assert_int_equal(curves.kind_count, 2);
     assert_string_equal(curves.kinds[0].ground_truth, "clean");
     assert_int_equal(curves.kinds[0].photo_count, PHOTOS - 2);
@@ -96,7 +96,7 @@ TEST(test_unknown_values_are_left_out) {
     game.records[2 * PHOTOS + 3].val_psnr = NAN; // after the step on photo 2, and before that on photo 3
     game.records[3 * PHOTOS + 5].view = 1000;    // on a photo that is not there
     for (uint32_t i = 0; i <= PHOTOS; i++) game.images[i].ground_truth = NULL;
-    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    ASSERT_OK(vw_repair_curves_make(&game.input, &curves));
     assert_int_equal(curves.photos[2].visits[0], 3);
     assert_int_equal(curves.photos[3].visits[0], 3);
     assert_int_equal(curves.photos[3].visits[2], 3);
@@ -106,10 +106,10 @@ TEST(test_unknown_values_are_left_out) {
     assert_int_equal(curves.kind_count, 0);
     vw_repair_curves_free(&curves);
     game.input.burn_in_epochs = EPOCHS;
-    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    ASSERT_OK(vw_repair_curves_make(&game.input, &curves));
     assert_int_equal(curves.horizon_count, 0);
     vw_repair_curves_free(&curves);
     game.input = (struct vw_value_input){0};
-    assert_int_equal(vw_repair_curves_make(&game.input, &curves), VW_OK);
+    ASSERT_OK(vw_repair_curves_make(&game.input, &curves));
     vw_repair_curves_free(&curves);
 }

@@ -64,7 +64,7 @@ static double cover(const struct game *game) {
     for (uint32_t run = 0; run < runs; run++) {
         for (uint32_t p = 0; p < game->photos; p++)
             means[p] = play_photo(game, run, p, by_epoch + (size_t)p * game->epochs);
-        assert_int_equal(vw_intervals_of_sums(by_epoch, game->photos, game->epochs, intervals), VW_OK);
+        ASSERT_OK(vw_intervals_of_sums(by_epoch, game->photos, game->epochs, intervals));
         for (uint32_t p = 0; p < game->photos; p++)
             held += intervals[p].ci_low <= means[p] && means[p] <= intervals[p].ci_high;
     }
@@ -142,9 +142,9 @@ TEST(intervals_follow_the_sum) {
         uint32_t epoch = i % WIDE;
         padded[i] = epoch < BEFORE || epoch >= BEFORE + EPOCHS ? NAN : plain[i / WIDE * EPOCHS + epoch - BEFORE];
     }
-    assert_int_equal(vw_intervals_of_sums(plain, PHOTOS, EPOCHS, a), VW_OK);
-    assert_int_equal(vw_intervals_of_sums(scaled, PHOTOS, EPOCHS, b), VW_OK);
-    assert_int_equal(vw_intervals_of_sums(padded, PHOTOS, WIDE, c), VW_OK);
+    ASSERT_OK(vw_intervals_of_sums(plain, PHOTOS, EPOCHS, a));
+    ASSERT_OK(vw_intervals_of_sums(scaled, PHOTOS, EPOCHS, b));
+    ASSERT_OK(vw_intervals_of_sums(padded, PHOTOS, WIDE, c));
     for (uint32_t p = 0; p < PHOTOS; p++) {
         double sum = 0;
         for (uint32_t e = 0; e < EPOCHS; e++) sum += plain[p * EPOCHS + e];
@@ -165,21 +165,21 @@ TEST(what_is_unknown_is_said) {
     for (uint32_t e = 0; e < EPOCHS; e++) by_epoch[e] = NAN;                                 // never visited
     for (uint32_t e = 0; e < EPOCHS; e++) by_epoch[EPOCHS + e] = e == 4 ? 1 : NAN;           // once
     for (uint32_t e = 0; e < EPOCHS; e++) by_epoch[2 * EPOCHS + e] = e % 6 == 1 ? 0.5 : NAN; // twice, alike
-    assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
+    ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals));
     for (uint32_t p = 0; p < 2; p++)
         assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].ci_low) && isnan(intervals[p].ci_high));
     assert_true(intervals[2].standard_error >
                 0); // that two visits agree is no proof: the other photos' variance is heard
     check_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
     for (uint32_t i = 0; i < PHOTOS * EPOCHS; i++) by_epoch[i] = i / EPOCHS;
-    assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals), VW_OK);
+    ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals));
     for (uint32_t p = 0; p < PHOTOS; p++) {
         assert_true(intervals[p].standard_error < 1e-12); // rounding
         check_near(intervals[p].ci_low, p * EPOCHS, "the low end where nothing varies");
     }
-    assert_int_equal(vw_intervals_of_sums(by_epoch, PHOTOS, 1, intervals), VW_OK);
+    ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, 1, intervals));
     assert_true(isnan(intervals[3].standard_error));
-    assert_int_equal(vw_intervals_of_sums(by_epoch, 0, EPOCHS, intervals), VW_OK);
+    ASSERT_OK(vw_intervals_of_sums(by_epoch, 0, EPOCHS, intervals));
 }
 
 // ---- Ranks ----

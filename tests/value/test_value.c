@@ -3,7 +3,6 @@
 
 #include <sqlite3.h>
 
-#include "base/file.h"
 #include "viewworth/value.h"
 
 static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
@@ -315,9 +314,7 @@ static void compare_with_query(const char *path, const char *sql, const struct v
 }
 
 FOLDER_TEST(the_query_reproduces_dv_psnr) {
-    AUTO_FREE void *sql = NULL;
-    size_t size_bytes;
-    ASSERT_OK(vw_file_read(VW_SOURCE_FOLDER "/scripts/dv_psnr.sql", 100000, &sql, &size_bytes));
+    AUTO_FREE void *sql = temporary_read(VW_SOURCE_FOLDER "/scripts/dv_psnr.sql", NULL);
     const struct {
         const char *name, *config_json;
         uint32_t burn_in_epochs;
