@@ -71,6 +71,14 @@ json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_err
     return NULL;
 }
 
+enum vw_status vw_json_parse(const char *path, const char *text, size_t size_bytes, json_t **value) {
+    json_error_t error;
+    *value = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    if (*value) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT, "%s:%d:%d: not valid JSON: %s; correct this line", path, error.line, error.column,
+                   error.text);
+}
+
 // ---- Values --------------------------------------------------------------------------------------------------------
 
 json_t *vw_json_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }

@@ -10,6 +10,9 @@
 enum { VW_JSON_MEMORY_RATIO = 16, VW_JSON_MEMORY_BASE_BYTES = 16 << 20 };
 json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_error_t *error);
 
+// Parses the bytes of the file `path`; refuses duplicate keys. VW_ERROR_INPUT names the file, the line and the column.
+enum vw_status vw_json_parse(const char *path, const char *text, size_t size_bytes, json_t **value);
+
 // Returns a number, or null for NaN and infinity. NULL if memory is short.
 json_t *vw_json_real(double value);
 // Returns a text, or null for NULL. Invalid UTF-8 becomes U+FFFD, the replacement character. NULL if memory is short.

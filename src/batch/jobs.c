@@ -216,14 +216,10 @@ static void add_jobs(struct vw_json_reader *reader, struct file *file) {
 static enum vw_status parse(const char *path, json_t **root) {
     void *text = NULL;
     size_t size_bytes = 0;
-    json_error_t error;
     enum vw_status status = vw_file_read(path, VW_JOBS_FILE_BYTES_MAX, &text, &size_bytes);
-    if (status) return status;
-    *root = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    if (!status) status = vw_json_parse(path, text, size_bytes, root);
     free(text);
-    if (*root) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%d: %s (column %d); correct the JSON", path, error.line, error.text,
-                   error.column);
+    return status;
 }
 
 enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs) {

@@ -14,7 +14,6 @@
 //
 // Sums and differences are relative to the cameras' centroid, so that coordinates of a million metres keep their
 // precision.
-#include "scene/bounds.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,8 +4,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
+#include "image/image.h"
 
 struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, const char *name, const char *image_path,
                                           const struct vw_image_header *header) {
@@ -52,6 +56,26 @@ enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) {
     return VW_OK;
 }
 
+enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, const char *name) {
+    builder->missing_count++;
+    if (!builder->missing_name) builder->missing_name = vw_copy_text(name);
+    return builder->missing_name ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *builder) {
+    struct vw_scene *scene = builder->scene;
+    enum vw_status status = VW_OK;
+    if (builder->missing_count)
+        status = vw_scene_note(scene, "%u photos skipped: their image file does not exist (first: %s)",
+                               builder->missing_count, builder->missing_name);
+    if (!status && builder->missing_count) scene->missing = scene->notes[scene->note_count - 1];
+    if (!status && builder->rescaled_count)
+        status =
+            vw_scene_note(scene, "%u photos: intrinsics scaled from the size in the scene file to that of the photo",
+                          builder->rescaled_count);
+    return status;
+}
+
 static const char *name_of_view(const void *context, size_t place) {
     return ((const struct vw_scene *)context)->views[place].name;
 }
@@ -87,4 +111,39 @@ struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *na
     if (!found) found = find_in_model(scene, vw_view_name_of(name));
     if (!found && vw_name_index_find_ending(scene->names, name, &place)) found = &scene->views[place];
     return found;
+}
+
+// ---- Files ----
+
+enum vw_status vw_scene_file_open(const char *folder, const char *path, int *descriptor) {
+    if (!folder) return vw_file_open(path, descriptor);
+    size_t length = strlen(folder);
+    if (strncmp(path, folder, length) != 0)
+        return vw_fail(VW_ERROR_INPUT, "%s: is not in the scene folder %s; copy it there", path, folder);
+    const char *name = path + length;
+    return vw_file_open_inside(folder, name + strspn(name, "/"), descriptor);
+}
+
+enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (status) return status;
+    status = vw_descriptor_read(descriptor, path, limit_bytes, data, size_bytes);
+    close(descriptor);
+    return status;
+}
+
+enum vw_status vw_scene_file_check(const char *folder, const char *path) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(folder, path, &descriptor);
+    if (!status) close(descriptor);
+    return status;
+}
+
+enum vw_status vw_scene_photo_probe(const struct vw_scene_builder *builder, const char *path,
+                                    struct vw_image_header *header) {
+    int descriptor = -1;
+    enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
+    return status ? status : vw_image_probe(path, descriptor, header);
 }

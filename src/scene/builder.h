@@ -3,9 +3,12 @@
 #ifndef VIEWWORTH_SCENE_BUILDER_H
 #define VIEWWORTH_SCENE_BUILDER_H
 
+#include <stddef.h>
+
 #include "image/pixel.h"
 #include "scene/name_index.h"
 #include "viewworth/scene.h"
+#include "viewworth/status.h"
 
 struct vw_photo_list;
 
@@ -23,6 +26,9 @@ struct vw_scene_builder {
     struct vw_scene_builder_photo
         *photos; // owned; of each view; NULL when the loader made images and cameras itself (recipes)
     size_t view_capacity, photo_capacity;
+    uint32_t missing_count;  // photos without a file, which have no view
+    char *missing_name;      // owned; of the first of them
+    uint32_t rescaled_count; // photos of another size than their camera
 };
 
 // A scene format. If its loader assigns no view to val or test, split.c decides the splits.
@@ -39,6 +45,10 @@ struct vw_view *vw_scene_builder_add_view(struct vw_scene_builder *builder, cons
                                           const struct vw_image_header *header);
 // Sets the mask file of the view that was added last; the path is copied.
 enum vw_status vw_scene_builder_set_mask(struct vw_scene_builder *builder, const char *mask_path);
+// Counts a photo whose file is missing.
+enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, const char *name);
+// Adds notes on missing and rescaled photos.
+enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *builder);
 // Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
 // Makes all views findable by name, once the loader has appended them.
@@ -60,7 +70,7 @@ enum vw_status vw_phototourism_load(struct vw_scene_builder *builder);
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
 // Decides the splits: by lists, otherwise by the loader, otherwise by every eighth view (split.c).
 enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene);
-// Reads the providers (provider.c).
+// Reads the providers (split.c).
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // Fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the background
 // (photo.c).
@@ -69,5 +79,46 @@ enum vw_status vw_photos_read(struct vw_scene_builder *builder);
 enum vw_status vw_inject_corruption(const struct vw_scene_params *params, struct vw_scene *scene);
 // Hashes everything that training depends on (scene_hash.c).
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]);
+
+// ---- Files: nothing outside the scene folder is read, and what is checked is what is read, by one descriptor ----
+
+// Opens a plain file of a scene for reading; the caller closes it. `path` begins with `folder`, the scene folder, and a
+// slash. VW_ERROR_INPUT if it is not there, is a folder, pipe or device, or lies outside of the folder, after following
+// all links. With the folder NULL, the user named the file, which may be anywhere.
+enum vw_status vw_scene_file_open(const char *folder, const char *path, int *descriptor);
+// Reads the whole file, as vw_file_read() does.
+enum vw_status vw_scene_file_read(const char *folder, const char *path, size_t limit_bytes, void **data,
+                                  size_t *size_bytes);
+// Checks that a file can be opened, so that an error is known before any work is done.
+enum vw_status vw_scene_file_check(const char *folder, const char *path);
+// Opens a photo of the scene and reads its header.
+enum vw_status vw_scene_photo_probe(const struct vw_scene_builder *builder, const char *path,
+                                    struct vw_image_header *header);
+
+// ---- Cameras, depths and the box ----
+
+// Scales the camera to photos of this size: each axis by its ratio of pixel counts, so that the photo's edges stay in
+// place.
+void vw_camera_resize(uint32_t width_px, uint32_t height_px, struct vw_camera *camera);
+// Fits the camera to the photo, for a scene file. VW_ERROR_INPUT if the photo has another shape; `where` begins the
+// message. Sets `*rescaled` if the sizes differ, and leaves it unchanged otherwise.
+enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t height_px, struct vw_camera *camera,
+                             bool *rescaled);
+
+// Sets near_world and far_world of every view from the depths (along its axis) of the points that it sees: their 0.1
+// and 99.9 percentiles, interpolated, as in NeRF-W. 0, 0 if a view sees too few points.
+enum vw_status vw_near_far_measure(struct vw_scene *scene);
+
+// A box as instant-ngp declares it: its coordinates are world * scale + offset, and its box is the cube of side
+// aabb_scale around 1/2.
+struct vw_ngp_box {
+    double aabb_scale; // 0: not given
+    double scale;
+    double offset[3];
+};
+
+// Sets box and box_source: from `declared` (NULL: none) if it contains what the cameras look at, otherwise from the
+// scene's points if there are enough, otherwise from its cameras.
+enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_scene *scene);
 
 #endif

@@ -1,9 +1,8 @@
 // Projection by the two lens models of scene.h, and its inverse. In this file, positions are (x, y) = (X/Z, Y/Z) in the
 // OpenCV camera frame, and distorted positions are in units of the focal lengths.
-#include "scene/camera.h"
-
 #include <math.h>
 
+#include "scene/builder.h"
 #include "viewworth/scene.h"
 
 static const int NEWTON_STEPS_MAX = 50;

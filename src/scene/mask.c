@@ -8,7 +8,7 @@
 #include "base/memory.h"
 #include "image/downscale.h"
 #include "image/image.h"
-#include "scene/safe_path.h"
+#include "scene/builder.h"
 #include "viewworth/scene.h"
 
 // ---- Finding ----

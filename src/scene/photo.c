@@ -7,7 +7,6 @@
 #include "image/downscale.h"
 #include "image/image.h"
 #include "scene/builder.h"
-#include "scene/camera.h"
 #include "scene/mask.h"
 #include "scene/photo_source.h"
 

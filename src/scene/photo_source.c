@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "image/decoder.h"
 #include "image/image.h"
-#include "scene/safe_path.h"
+#include "scene/builder.h"
 #include "viewworth/log.h"
 
 static const uint64_t TOTAL_LIMIT_BYTES = UINT64_C(1) << 40; // for all pixels of a scene

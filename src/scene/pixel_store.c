@@ -1,5 +1,3 @@
-#include "scene/pixel_store.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -11,6 +9,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "scene/photo_source.h"
 #include "viewworth/log.h"
 #include "viewworth/scene.h"
 

@@ -1,5 +1,3 @@
-#include "viewworth/scene.h"
-
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,9 +9,10 @@
 #include "image/image.h"
 #include "scene/builder.h"
 #include "scene/formats/colmap.h"
-#include "scene/formats/photo_list_writers.h"
+#include "scene/formats/photo_list.h"
 #include "scene/photo_source.h"
 #include "scene/synthetic/recipe.h"
+#include "viewworth/scene.h"
 
 static bool probe_recipe(const char *path) {
     void *text = NULL;
@@ -101,6 +100,7 @@ static void close_builder(struct vw_scene_builder *builder) {
     }
     free(builder->photos);
     free(builder->folder);
+    free(builder->missing_name);
 }
 
 enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_scene **scene) {

@@ -1,12 +1,11 @@
 // Files opened below a folder lie in it: hostile links, pipes, folders, and names that lead out. Every test runs
 // with openat2 and with the walk from part to part that replaces it on other kernels.
-#include "support/cmocka_test.h"
-
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/inside.h"
-#include "scene/safe_path.h"
+#include "scene/builder.h"
+#include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
 enum { LIMIT_BYTES = 1000 };

@@ -1,7 +1,5 @@
 // Memory in proportion to the file: every parser of text reads the file that costs it most, in a child whose peak is
 // measured. VIEWWORTH_PARSER_BYTES=N measures files of N bytes.
-#include "support/cmocka_test.h"
-
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,8 +8,9 @@
 #include "base/json.h"
 #include "ledger/step_log.h"
 #include "scene/formats/colmap.h"
-#include "scene/formats/name_list.h"
 #include "scene/formats/nerfw_tsv.h"
+#include "scene/formats/train_list.h"
+#include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
 enum { FILE_BYTES = 4 << 20, RATIO = VW_JSON_MEMORY_RATIO + 4, BASE_BYTES = VW_JSON_MEMORY_BASE_BYTES };

@@ -70,7 +70,7 @@ TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
     static const struct {
         const char *text, *message;
     } cases[] = {
-        {"{\"jobs\": [", "jobs.json:1: "},
+        {"{\"jobs\": [", "jobs.json:1:"},
         {"[]", "expected an object with the keys: defaults seeds configs jobs"},
         {"{\"job\": []}", "job: unknown key"},
         {"{}", "jobs: expected an array of at most 4096 objects"},
@@ -85,7 +85,7 @@ TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
         {"{\"jobs\": [{\"name\": \"a\", \"scene\": \"a\\nb\"}]}", "jobs[0].scene: "},
         {"{\"jobs\": [{\"name\": \"a\", \"scene\": \"a\"}, {\"name\": \"a\", \"scene\": \"b\"}]}",
          "jobs[1].name: \"a\" is the name of an earlier one"},
-        {JOBS(", \"name\": \"b\""), "jobs.json:1: "},
+        {JOBS(", \"name\": \"b\""), "jobs.json:1:"},
         {JOBS(", \"sede\": 1"), "jobs[0].sede: unknown key"},
         {JOBS(", \"seeds\": 3"), "jobs[0].seeds: give an array"},
         {JOBS(", \"seeds\": []"), "jobs[0].seeds: give an array"},

@@ -140,7 +140,7 @@ FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
     AUTO(vw_scene_close) struct vw_scene *scene = open_colmap(dense);
     assert_int_equal(scene->view_count, 2); // the third photo is missing, which is noted
     assert_string_equal(scene->views[1].name, "dense/images/b.png");
-    assert_non_null(strstr(scene->notes[0], "1 images skipped"));
+    assert_non_null(strstr(scene->notes[0], "1 photos skipped"));
     assert_non_null(strstr(scene->notes[0], "sub/c d.png"));
     assert_ptr_equal(scene->missing, scene->notes[0]);
 }

@@ -1,9 +1,7 @@
 // Near and far of each view, and the box, as the points tell them.
-#include "support/cmocka_test.h"
-
 #include "base/memory.h"
-#include "scene/bounds.h"
-#include "scene/near_far.h"
+#include "scene/builder.h"
+#include "support/cmocka_test.h"
 #include "support/synthetic_scene.h"
 
 // Two views: the first sees every point, the second every `stride`th. Points are owned by the scene.

@@ -13,8 +13,8 @@ TEST(bad_recipes_are_refused) {
     } cases[] = {
         {"\"seed\": 3", "\"seed\": 3, \"sede\": 4", "recipe.json: sede: unknown key"},
         {"\"seed\": 3", "\"seed\": -1", "recipe.json: seed: "},
-        {"\"seed\": 3", "\"seed\" 3", "recipe.json:1: "},
-        {"\"seed\": 3", "\"seed\": 3, \"seed\": 4", "recipe.json:1: "},
+        {"\"seed\": 3", "\"seed\" 3", "recipe.json:1:"},
+        {"\"seed\": 3", "\"seed\": 3, \"seed\": 4", "recipe.json:1:"},
         {"\"viewworth_recipe\": 1", "\"viewworth_recipe\": 2", "viewworth_recipe: "},
         {"\"width_px\": 32", "\"width_px\": 4097", "image.width_px: "},
         {"\"width_px\": 32", "\"width_px\": 32.5", "image.width_px: "},

@@ -6,11 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/image.h"
-#include "scene/bounds.h"
 #include "scene/builder.h"
-#include "scene/camera.h"
-#include "scene/near_far.h"
-#include "scene/safe_path.h"
 
 enum { TRACK_VIEWS_MIN = 2 };
 
@@ -76,77 +72,53 @@ enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const 
 
 // ---- Views ----
 
-struct repairs {
-    uint32_t missing_count;   // images without a photo
-    const char *missing_name; // name of the first of them
-    uint32_t rescaled_count;  // photos of another size than their camera
-};
-
 static enum vw_status add_view(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
-                               const struct vw_colmap_image *image, const char *name, const char *path,
-                               struct repairs *repairs) {
+                               const struct vw_colmap_image *image, const char *name, const char *path) {
     struct vw_camera camera = model->cameras[image->camera].camera;
     struct vw_image_header header;
     bool rescaled = false;
-    int descriptor = -1;
-    enum vw_status status = vw_scene_file_open(builder->folder, path, &descriptor);
+    enum vw_status status = vw_scene_photo_probe(builder, path, &header);
     if (status) return vw_fail_context(status, "image %u: field name", image->id);
-    status = vw_image_probe(path, descriptor, &header);
-    if (!status) status = vw_camera_fit(path, header.width_px, header.height_px, &camera, &rescaled);
+    status = vw_camera_fit(path, header.width_px, header.height_px, &camera, &rescaled);
     if (status) return status;
     struct vw_view *view = vw_scene_builder_add_view(builder, name, path, &header);
     if (!view) return VW_ERROR_MEMORY;
     view->camera = camera;
     memcpy(view->camera_to_world, image->camera_to_world, sizeof view->camera_to_world);
-    repairs->rescaled_count += rescaled;
+    builder->rescaled_count += rescaled;
     return VW_OK;
 }
 
 // Leaves *view unchanged if the photo is missing.
 static enum vw_status add_image(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
-                                const struct vw_colmap_image *image, const char *photo_folder, struct repairs *repairs,
-                                uint32_t *view) {
+                                const struct vw_colmap_image *image, const char *photo_folder, uint32_t *view) {
     char *name = vw_format_text("%s/%s", photo_folder, image->name);
     char *path = name ? vw_path_join(builder->folder, name) : NULL;
     enum vw_status status = path ? VW_OK : VW_ERROR_MEMORY;
     if (!status && vw_file_exists(path)) {
-        status = add_view(builder, model, image, name, path, repairs);
+        status = add_view(builder, model, image, name, path);
         if (!status) *view = builder->scene->view_count - 1;
-    } else if (!status && !repairs->missing_count++) {
-        repairs->missing_name = image->name;
+    } else if (!status) {
+        status = vw_scene_builder_count_missing(builder, name);
     }
     free(name);
     free(path);
     return status;
 }
 
-static enum vw_status note_repairs(const struct repairs *repairs, const char *photo_folder, struct vw_scene *scene) {
-    enum vw_status status = VW_OK;
-    if (repairs->missing_count)
-        status = vw_scene_note(scene, "%u images skipped: their photo is not in %s (first: %s)", repairs->missing_count,
-                               photo_folder, repairs->missing_name);
-    if (!status && repairs->missing_count) scene->missing = scene->notes[scene->note_count - 1];
-    if (!status && repairs->rescaled_count)
-        status =
-            vw_scene_note(scene, "%u photos: intrinsics scaled from the size of the COLMAP camera to that of the photo",
-                          repairs->rescaled_count);
-    return status;
-}
-
 enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
                                    const char *photo_folder, uint32_t *views) {
-    struct repairs repairs = {0};
     enum vw_status status = VW_OK;
     for (size_t i = 0; !status && i < model->image_count; i++) {
         views[i] = UINT32_MAX;
-        status = add_image(builder, model, &model->images[i], photo_folder, &repairs, &views[i]);
+        status = add_image(builder, model, &model->images[i], photo_folder, &views[i]);
     }
     if (status) return status;
-    if (repairs.missing_count == model->image_count)
+    if (builder->missing_count == model->image_count)
         return vw_fail(VW_ERROR_INPUT,
-                       "%s/%s: none of the %zu photos of the COLMAP model exists (first: %s); put them there",
-                       builder->folder, photo_folder, model->image_count, repairs.missing_name);
-    return note_repairs(&repairs, photo_folder, builder->scene);
+                       "%s: none of the %zu photos of the COLMAP model exists (first: %s); put them there",
+                       builder->folder, model->image_count, builder->missing_name);
+    return vw_scene_builder_note_repairs(builder);
 }
 
 // ---- The loader ----

@@ -73,7 +73,7 @@ ptrdiff_t vw_colmap_find_image(const struct vw_colmap_model *model, const char *
 
 // Appends a view for each image whose photo is in `photo_folder` (for example "images"), which is relative to the scene
 // folder. The view's name is photo_folder/image name. Cameras are fitted to photos of another size. views[i] becomes
-// the view of image i, UINT32_MAX if its photo is missing. Adds notes about skipped and rescaled photos. VW_ERROR_INPUT
+// the view of image i, UINT32_MAX if its photo is missing. Adds notes on missing and rescaled photos. VW_ERROR_INPUT
 // if no photo exists.
 enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struct vw_colmap_model *model,
                                    const char *photo_folder, uint32_t *views);

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "scene/formats/colmap_builder.h"
-#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 enum { // smallest size of a record

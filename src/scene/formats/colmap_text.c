@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/builder.h"
 #include "scene/formats/colmap_builder.h"
-#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 32;
 static const char SPACES[] = " \t\r";

@@ -8,7 +8,7 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "scene/safe_path.h"
+#include "scene/builder.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 24; // a row takes about 60 bytes
 enum { HEADER_LIMIT_BYTES = 1024 };
@@ -62,26 +62,19 @@ static enum vw_status take_row(const char *path, int line, const struct vw_tsv *
 
 // ---- Files ----
 
-static int compare_names(const void *a, const void *b) {
-    const struct vw_tsv_row *left = *(const struct vw_tsv_row *const *)a, *right = *(const struct vw_tsv_row *const *)b;
-    int order = strcmp(left->name, right->name);
-    return order ? order : (left->line > right->line) - (left->line < right->line);
-}
+static const char *name_of_row(const void *rows, size_t place) { return ((const struct vw_tsv_row *)rows)[place].name; }
 
 static enum vw_status check_unique(const char *path, const struct vw_tsv *tsv) {
-    const struct vw_tsv_row **sorted = vw_allocate(tsv->row_count, sizeof *sorted);
-    if (!sorted) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < tsv->row_count; i++) sorted[i] = &tsv->rows[i];
-    qsort(sorted, tsv->row_count, sizeof *sorted, compare_names);
-    enum vw_status status = VW_OK;
-    for (size_t i = 1; !status && i < tsv->row_count; i++) {
-        const struct vw_tsv_row *first = sorted[i - 1], *second = sorted[i];
-        if (strcmp(first->name, second->name) != 0) continue;
-        const char *what = first->test == second->test ? "appears twice" : "is in two splits, train and test";
-        status = vw_fail(VW_ERROR_INPUT, "%s:%d: %s %s (first in line %d); keep one row", path, second->line,
-                         second->name, what, first->line);
+    struct vw_name_index names;
+    enum vw_status status = vw_name_index_make(name_of_row, tsv->rows, tsv->row_count, &names);
+    for (size_t i = 0, place = 0; !status && i < tsv->row_count; i++) {
+        const struct vw_tsv_row *row = &tsv->rows[i];
+        if (!vw_name_index_find(&names, row->name, &place) || place == i) continue;
+        const char *what = tsv->rows[place].test == row->test ? "appears twice" : "is in two splits, train and test";
+        status = vw_fail(VW_ERROR_INPUT, "%s:%d: %s %s (first in line %d); keep one row", path, row->line, row->name,
+                         what, tsv->rows[place].line);
     }
-    free(sorted);
+    vw_name_index_clear(&names);
     return status;
 }
 

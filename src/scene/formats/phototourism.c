@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "scene/bounds.h"
 #include "scene/builder.h"
 #include "scene/formats/colmap.h"
 #include "scene/formats/nerfw_tsv.h"

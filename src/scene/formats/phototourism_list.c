@@ -8,7 +8,7 @@
 #include "scene/builder.h"
 #include "scene/formats/colmap.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "scene/formats/photo_list_writers.h"
+#include "scene/formats/photo_list.h"
 
 static const char photo_folder[] = "dense/images/"; // names of views begin with it, names in the TSV do not
 

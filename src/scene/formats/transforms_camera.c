@@ -4,27 +4,8 @@
 #include "base/memory.h"
 #include "scene/formats/transforms.h"
 
-enum key {
-    FL_X,
-    FL_Y,
-    FOV_X,
-    FOV_Y,
-    ANGLE_X,
-    ANGLE_Y,
-    CX,
-    CY,
-    WIDTH,
-    HEIGHT,
-    K1,
-    K2,
-    K3,
-    K4,
-    K5,
-    K6,
-    P1,
-    P2,
-    KEY_COUNT
-};
+// The keys of intrinsics: k1 to k6, then p1 and p2, follow K1.
+enum key { FL_X, FL_Y, FOV_X, FOV_Y, ANGLE_X, ANGLE_Y, CX, CY, WIDTH, HEIGHT, K1, P1 = K1 + 6, KEY_COUNT = P1 + 2 };
 static const char *const key_names[KEY_COUNT] = {
     "fl_x", "fl_y", "x_fov", "y_fov", "camera_angle_x", "camera_angle_y", "cx", "cy", "w", "h", "k1", "k2", "k3", "k4",
     "k5",   "k6",   "p1",    "p2"};
@@ -38,19 +19,13 @@ static const char *const refused_keys[] = {"latlong",   "orthographic", "equirec
 static const struct vw_model {
     const char *name;
     enum vw_lens lens;
-    bool distorts[KEY_COUNT];
+    uint32_t radial_count; // k1, k2, ...
+    bool tangential;       // p1 and p2
 } models[] = {
-    {"OPENCV",
-     VW_LENS_POLYNOMIAL,
-     {[K1] = true, [K2] = true, [K3] = true, [P1] = true, [P2] = true}}, // also for files without a model
-    {"OPENCV_FISHEYE", VW_LENS_FISHEYE, {[K1] = true, [K2] = true, [K3] = true, [K4] = true}},
-    {"FULL_OPENCV",
-     VW_LENS_POLYNOMIAL,
-     {[K1] = true, [K2] = true, [K3] = true, [K4] = true, [K5] = true, [K6] = true, [P1] = true, [P2] = true}},
-    {"SIMPLE_PINHOLE", VW_LENS_POLYNOMIAL, {false}},
-    {"PINHOLE", VW_LENS_POLYNOMIAL, {false}},
-    {"SIMPLE_RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true}},
-    {"RADIAL", VW_LENS_POLYNOMIAL, {[K1] = true, [K2] = true}},
+    {"OPENCV", VW_LENS_POLYNOMIAL, 3, true}, // also for files without a model
+    {"OPENCV_FISHEYE", VW_LENS_FISHEYE, 4, false},    {"FULL_OPENCV", VW_LENS_POLYNOMIAL, 6, true},
+    {"SIMPLE_PINHOLE", VW_LENS_POLYNOMIAL, 0, false}, {"PINHOLE", VW_LENS_POLYNOMIAL, 0, false},
+    {"SIMPLE_RADIAL", VW_LENS_POLYNOMIAL, 1, false},  {"RADIAL", VW_LENS_POLYNOMIAL, 2, false},
 };
 enum { MODEL_OPENCV, MODEL_OPENCV_FISHEYE };
 
@@ -120,12 +95,13 @@ static enum vw_status check_keys(const char *where, const double values[KEY_COUN
     enum vw_status status = VW_OK;
     for (enum key key = 0; !status && key < KEY_COUNT; key++)
         status = check_range(where, key, values[key], -NUMBER_LIMIT, NUMBER_LIMIT);
-    for (enum key axis = 0; !status && axis < 2; axis++) {
-        status = check_range(where, FL_X + axis, values[FL_X + axis], 0, NUMBER_LIMIT);
-        if (!status) status = check_range(where, FOV_X + axis, values[FOV_X + axis], 0, 180);
-        if (!status) status = check_range(where, ANGLE_X + axis, values[ANGLE_X + axis], 0, M_PI);
-        if (!status) status = check_range(where, WIDTH + axis, values[WIDTH + axis], 0, NUMBER_LIMIT);
-    }
+    const struct {
+        enum key key; // key of the x axis; that of the y axis follows
+        double below;
+    } positive[] = {{FL_X, NUMBER_LIMIT}, {FOV_X, 180}, {ANGLE_X, M_PI}, {WIDTH, NUMBER_LIMIT}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(positive); i++)
+        for (enum key key = positive[i].key; !status && key <= positive[i].key + 1; key++)
+            status = check_range(where, key, values[key], 0, positive[i].below);
     return status;
 }
 
@@ -144,27 +120,21 @@ static struct vw_camera combine(const double file[KEY_COUNT], const double frame
                                 const double given[KEY_COUNT], uint32_t width_px, uint32_t height_px, double scale) {
     double focal_x = first_known(focal_px(frame, 0, width_px, scale), focal_px(file, 0, width_px, scale));
     double focal_y = first_known(focal_px(frame, 1, height_px, scale), focal_px(file, 1, height_px, scale));
-    return (struct vw_camera){
-        .width_px = width_px,
-        .height_px = height_px,
-        .focal_x_px = first_known(focal_x, focal_y),
-        .focal_y_px = first_known(focal_y, focal_x),
-        .centre_x_px = first_known(given[CX] * scale, 0.5 * width_px),
-        .centre_y_px = first_known(given[CY] * scale, 0.5 * height_px),
-        .k1 = first_known(given[K1], 0),
-        .k2 = first_known(given[K2], 0),
-        .k3 = first_known(given[K3], 0),
-        .k4 = first_known(given[K4], 0),
-        .k5 = first_known(given[K5], 0),
-        .k6 = first_known(given[K6], 0),
-        .p1 = first_known(given[P1], 0),
-        .p2 = first_known(given[P2], 0),
-    };
+    struct vw_camera camera = {.width_px = width_px,
+                               .height_px = height_px,
+                               .focal_x_px = first_known(focal_x, focal_y),
+                               .focal_y_px = first_known(focal_y, focal_x),
+                               .centre_x_px = first_known(given[CX] * scale, 0.5 * width_px),
+                               .centre_y_px = first_known(given[CY] * scale, 0.5 * height_px)};
+    double *const distortion[] = {&camera.k1, &camera.k2, &camera.k3, &camera.k4,
+                                  &camera.k5, &camera.k6, &camera.p1, &camera.p2};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(distortion); i++) *distortion[i] = first_known(given[K1 + i], 0);
+    return camera;
 }
 
 static enum vw_status check_distortion(const char *where, const double given[KEY_COUNT], const struct vw_model *model) {
-    for (enum key key = K1; key <= P2; key++)
-        if (!isnan(given[key]) && given[key] != 0 && !model->distorts[key])
+    for (enum key key = K1; key < KEY_COUNT; key++)
+        if (!isnan(given[key]) && given[key] != 0 && !(key < P1 ? key < K1 + model->radial_count : model->tangential))
             return vw_fail(
                 VW_ERROR_INPUT,
                 "%s: field %s is not supported with camera_model %s; set it to 0, name the right model, or undistort "

@@ -10,10 +10,8 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "image/image.h"
-#include "scene/bounds.h"
 #include "scene/builder.h"
 #include "scene/formats/transforms.h"
-#include "scene/safe_path.h"
 
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 25; // a frame takes about 1 KiB
 static const char *const extensions[] = {"", ".png", ".jpg", ".jpeg", ".exr", ".PNG", ".JPG", ".JPEG", ".EXR"};
@@ -26,9 +24,6 @@ struct reader {
     json_t *splits;               // from the current file's own keys; NULL: none
     struct vw_name_index frames;  // owned; of the current file
     struct vw_name_index earlier; // owned; of the views of the files before
-    uint32_t missing_count;       // frames without an image
-    char *missing_name;           // owned; of the first of them
-    uint32_t rescaled_count;      // frames whose intrinsics are for another image size
 };
 
 // ---- Finding files ----
@@ -131,9 +126,7 @@ static enum vw_status add_frame(struct reader *reader, const char *where, const 
     enum vw_status status = vw_transforms_refuse_unknown(where, frame);
     if (!status) status = vw_transforms_pose(where, frame, camera_to_world);
     if (!status) {
-        int descriptor = -1;
-        status = vw_scene_file_open(reader->builder->folder, image_path, &descriptor);
-        if (!status) status = vw_image_probe(image_path, descriptor, &header);
+        status = vw_scene_photo_probe(reader->builder, image_path, &header);
         if (status) vw_fail_context(status, "%s", where);
     }
     if (!status)
@@ -144,14 +137,8 @@ static enum vw_status add_frame(struct reader *reader, const char *where, const 
     view->split = split;
     view->camera = camera;
     memcpy(view->camera_to_world, camera_to_world, sizeof camera_to_world);
-    reader->rescaled_count += rescaled;
+    reader->builder->rescaled_count += rescaled;
     return take_mask(reader, where, frame);
-}
-
-static enum vw_status count_missing(struct reader *reader, const char *name) {
-    reader->missing_count++;
-    if (!reader->missing_name) reader->missing_name = vw_copy_text(name);
-    return reader->missing_name ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Refuses a frame whose photo an earlier one has.
@@ -179,7 +166,7 @@ static enum vw_status load_frame(struct reader *reader, const char *where, const
     if (reader->splits) split = own ? (enum vw_split)json_integer_value(own) : VW_SPLIT_EXCLUDED;
     char *image_path = NULL;
     enum vw_status status = find_image(reader, where, name, &image_path);
-    if (!status && !image_path) return count_missing(reader, name);
+    if (!status && !image_path) return vw_scene_builder_count_missing(reader->builder, name);
     if (!status) status = refuse_again(reader, where, place, name, split);
     if (!status) status = add_frame(reader, where, file, frame, split, name, image_path);
     free(image_path);
@@ -222,12 +209,9 @@ enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t 
     size_t size_bytes;
     enum vw_status status = vw_scene_file_read(folder, path, FILE_LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
-    json_error_t error;
-    *file = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    status = vw_json_parse(path, text, size_bytes, file);
     free(text);
-    if (*file) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%d:%d: not valid JSON: %s; correct this line", path, error.line, error.column,
-                   error.text);
+    return status;
 }
 
 static const char *name_of_frame(const void *frames, size_t place) {
@@ -277,14 +261,14 @@ static const char *first_name(const json_t *file) {
 
 static enum vw_status load_file(struct reader *reader, const char *path, enum vw_split split) {
     json_t *file = NULL;
-    uint32_t view_count = reader->builder->scene->view_count, missing_count = reader->missing_count;
+    uint32_t view_count = reader->builder->scene->view_count, missing_count = reader->builder->missing_count;
     const char *given = reader->builder->params->path;
     enum vw_status status = vw_transforms_parse(vw_folder_exists(given) ? given : NULL, path, &file);
     if (!status) status = vw_transforms_read_splits(path, file, &reader->splits);
     if (!status) status = load_frames(reader, path, file, split);
     if (!status && reader->builder->scene->view_count == view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
-                         reader->missing_count - missing_count, first_name(file));
+                         reader->builder->missing_count - missing_count, first_name(file));
     forget_names(reader);
     json_decref(file);
     json_decref(reader->splits);
@@ -315,26 +299,53 @@ static enum vw_status load_all(struct reader *reader, const char *path) {
     return status;
 }
 
-static enum vw_status note_repairs(const struct reader *reader) {
-    struct vw_scene *scene = reader->builder->scene;
-    enum vw_status status = VW_OK;
-    if (reader->missing_count)
-        status = vw_scene_note(scene, "%u frames skipped: their image file does not exist (first: %s)",
-                               reader->missing_count, reader->missing_name);
-    if (!status && reader->missing_count) scene->missing = scene->notes[scene->note_count - 1];
-    if (!status && reader->rescaled_count)
-        status =
-            vw_scene_note(scene, "%u frames: intrinsics scaled from the size given by w and h to that of the image",
-                          reader->rescaled_count);
-    return status;
-}
-
 enum vw_status vw_transforms_load(struct vw_scene_builder *builder) {
     struct reader reader = {.builder = builder};
     enum vw_status status = load_all(&reader, builder->params->path);
-    if (!status) status = note_repairs(&reader);
+    if (!status) status = vw_scene_builder_note_repairs(builder);
     if (!status) status = vw_sfm_evidence_find(builder);
     if (!status) status = vw_bounds_choose(&reader.box, builder->scene);
-    free(reader.missing_name);
+    return status;
+}
+
+// ---- Splits ----
+
+static const char *const keys[VW_SPLIT_EXCLUDED] = {"train_filenames", "val_filenames",
+                                                    "test_filenames"}; // by enum vw_split
+
+const char *vw_transforms_split_key(enum vw_split split) { return keys[split]; }
+
+static enum vw_status read_names(const char *path, const json_t *names, enum vw_split split, json_t *splits) {
+    if (!json_is_array(names))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a list of file paths; correct it or leave it out", path,
+                       keys[split]);
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        const char *name = json_string_value(json_array_get(names, i));
+        if (!name)
+            return vw_fail(VW_ERROR_INPUT, "%s: field %s: entry %zu is not a text; name a frame's photo", path,
+                           keys[split], i);
+        name = vw_view_name_of(name);
+        const json_t *other = json_object_get(splits, name);
+        if (other && json_integer_value(other) != (json_int_t)split)
+            return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", path, name,
+                           keys[json_integer_value(other)], keys[split]);
+        if (!other && json_object_set_new(splits, name, json_integer((json_int_t)split)))
+            return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for %s", path, keys[split]);
+    }
+    return VW_OK;
+}
+
+enum vw_status vw_transforms_read_splits(const char *path, const json_t *file, json_t **splits) {
+    json_t *read = NULL;
+    enum vw_status status = VW_OK;
+    for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++) {
+        const json_t *names = json_object_get(file, keys[split]);
+        if (!names) continue;
+        if (!read) read = json_object();
+        status = read ? read_names(path, names, split, read)
+                      : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for splits", path);
+    }
+    if (status) json_decref(read);
+    else *splits = read;
     return status;
 }

@@ -11,7 +11,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "scene/builder.h"
-#include "scene/formats/photo_list_writers.h"
+#include "scene/formats/photo_list.h"
 #include "scene/formats/transforms.h"
 #include "viewworth/log.h"
 

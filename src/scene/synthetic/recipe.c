@@ -15,14 +15,10 @@ static const uint64_t PIXELS_MAX = UINT64_C(1) << 28; // for all views together:
 static enum vw_status parse_file(const char *path, json_t **root) {
     void *text = NULL;
     size_t size_bytes = 0;
-    json_error_t error;
     enum vw_status status = vw_file_read(path, VW_RECIPE_LIMIT_BYTES, &text, &size_bytes);
-    if (status) return status;
-    *root = vw_json_load(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    if (!status) status = vw_json_parse(path, text, size_bytes, root);
     free(text);
-    if (*root) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s:%d: %s (column %d); correct the JSON", path, error.line, error.text,
-                   error.column);
+    return status;
 }
 
 static enum vw_status read_recipe(struct vw_recipe *recipe, struct vw_scene *scene) {

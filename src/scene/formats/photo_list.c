@@ -1,4 +1,4 @@
-#include "scene/formats/photo_list_writers.h"
+#include "scene/formats/photo_list.h"
 
 #include <ctype.h>
 #include <errno.h>
