@@ -28,8 +28,8 @@ static const struct vw_command commands[] = {
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Running the command again resumes it; "
      "--resume is not needed.\n"
-     "A score is the credit of a photo: what the steps on it moved. More is better. With --resume, a finished run is "
-     "not trained again: the report and the tables are written again, except scores.csv.",
+     "A score is the credit of a photo: how much the steps on it improved the validation photos. With --resume, a "
+     "finished run is not trained again: the report and the tables are written again, except scores.csv.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
     {VALUE, "batch", "JOBS.json", "Value many scenes, with several seeds and configurations, from one file",
      "JOBS.json: {\"defaults\": {\"epochs\": 16}, \"seeds\": [0, 1, 2], \"configs\": [{\"name\": \"draft\", "

@@ -35,20 +35,17 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, out), COMMON},
     {"per-device", "N", "Number of processes at a time on each device", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(COUNT, per_device), RANGE(1, 64), COMMON},
-    {"together", "K",
-     "Number of trainings that each device takes at the same time, which changes no result; without this option one on "
-     "a CPU, on a GPU as many as fit into half of its memory, at most 16",
+    {"together", "K", "Number of trainings at the same time on each device; it changes no result",
      VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
-     OPTION(COUNT, together), RANGE(1, 16)},
+     OPTION(COUNT, together), RANGE(1, 16), DEFAULT("1 on a CPU; on a GPU as many as fit into half of its memory")},
     {"devices", "LIST|all",
-     "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or "
-     "all GPUs, or "
-     "the CPU if there is no GPU. Results are the same on any number of devices of equal name and driver",
+     "Vulkan devices that train at the same time, each an index or part of a name, with commas between; or all GPUs, "
+     "or the CPU if there is no GPU. Results are the same on any number of devices of equal name and driver",
      VW_OPTIONS_BATCH | VW_OPTIONS_RUNS | VW_OPTIONS_SELECT | VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN,
      OPTION(TEXT, devices), COMMON, DEFAULT("the preferred device, or --device")},
     {"job", "K",
      "Run only job K, counted from 1 in the order of job, config and seed, and merge nothing; other processes may run "
-     "other jobs in the same --out folder at the same time",
+     "other jobs into the same --out folder at the same time",
      VW_OPTIONS_BATCH, VW_SECTION_MAIN, OPTION(COUNT, job), RANGE(1, VW_JOBS_MAX)},
     {"merge-only", NULL, "Run no job; merge those that are done", VW_OPTIONS_BATCH, VW_SECTION_MAIN,
      OPTION(FLAG, merge_only)},
@@ -66,9 +63,9 @@ const struct vw_option vw_option_table[] = {
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
     {"verify", NULL,
-     "Recommended, needs the scene and a device: train on the lists of several rules and on all photos, with the "
-     "run's configuration, and keep all photos unless a list is better on validation photos that did not select it; "
-     "up to 25 lists with --seeds trainings each. The same command resumes",
+     "Recommended; needs the scene and a device: train on the lists of several rules and on all photos, and keep all "
+     "photos unless a list is better on validation photos that did not select it; up to 25 lists with --seeds "
+     "trainings each. The same command resumes",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
     {"seeds", "K",
      "Number of trainings of each list (compare, select --verify) or configuration (tradeoff), one per seed; seeds "
@@ -77,11 +74,11 @@ const struct vw_option vw_option_table[] = {
      COMMON, DEFAULT("3, of select 2"), NEEDS("verify")},
     {"without-outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
-     "and keep all others; with --method by that score alone (the rule without any of these options)",
+     "with --method by that score alone, and keep all others; this is the rule if no other is given",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, without_outliers), COMMON},
     {"positive", NULL,
-     "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero "
-     "even if every photo is good, so that this drops a third of a clean scene",
+     "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero even "
+     "if every photo is good, so this rule drops a third of a clean scene",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, positive), COMMON},
     {"significant", NULL, "Keep photos whose 95 % interval is above zero", VW_OPTIONS_SELECT, VW_SECTION_MAIN,
      OPTION(FLAG, significant), COMMON},
@@ -92,9 +89,9 @@ const struct vw_option vw_option_table[] = {
     {"drop", "K|P%", "Drop the K worst photos, or the worst P percent, and keep all others", VW_OPTIONS_SELECT,
      VW_SECTION_MAIN, OPTION(TEXT, drop), COMMON},
     {"list", "LIST",
-     "Photos to train on (required, repeatable): all, without-outliers, positive, significant, not-harmful, "
-     "top:K, top:P%, drop:P%, random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, "
-     "which keeps the photos with at least that score (CSV header: name,score)",
+     "Photos to train on (required, repeatable): all, without-outliers, positive, significant, not-harmful, top:K, "
+     "top:P%, drop:P%, random, a file of names, a NeRF-W TSV, a transforms file, or SCORES.csv@LEAST, which keeps the "
+     "photos with at least that score (CSV header: name,score)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXTS, lists), COMMON},
     {"scores", "OUT",
      "Result folder of the valued run whose scores positive, significant, not-harmful, top and drop use",
@@ -116,7 +113,7 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(TEXT, parameters), COMMON, DEFAULT("all")},
     {"expect", "HEAD", "Chain head that the ledger must have, as an earlier command printed it", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(TEXT, expect), COMMON},
-    {"providers", "FILE.csv", "Who supplied each photo (CSV header: name,provider)",
+    {"providers", "FILE.csv", "Table of who supplied each photo (CSV header: name,provider)",
      VW_OPTIONS_SCENE | VW_OPTIONS_VERIFY, VW_SECTION_SCENE, OPTION(TEXT, providers), COMMON},
     {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
@@ -125,17 +122,17 @@ const struct vw_option vw_option_table[] = {
      "where worth is not measured",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
     {"retrainings", "M",
-     "Number of retrainings in all, those that OUT holds already included; 0: show what they say so far",
+     "Number of retrainings in all, including those that OUT already contains; 0: show what they say so far",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},
     {"worth", "M",
-     "Also retrain on M random subsets of the photos after the run, and score what each photo is worth from their "
-     "results (see viewworth worth)",
+     "Also retrain on M random subsets of the photos after the run, and score from the results what each photo is "
+     "worth (see viewworth worth)",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, worth), RANGE(8, 100000), COMMON},
     {"until-confidence", "R",
-     "Stop before that number of retrainings when the lower end of the interval of worth's correlation with "
-     "retrainings left out reaches R, below 1; checked after every 8; 0: never",
+     "Stop before all retrainings are made once the lower end of the interval of worth's correlation with left-out "
+     "retrainings reaches R, below 1; checked after every 8; 0: never",
      VW_OPTIONS_WORTH | VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(REAL, until_confidence), COMMON, NEEDS("worth")},
-    {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be passed on",
+    {"no-thumbnails", NULL, "Leave the photos out of the report, for example if they must not be shared",
      VW_OPTIONS_THUMBNAILS, VW_SECTION_MAIN, OPTION(FLAG, report.no_thumbnails)},
 
     // The scene and its photos.
@@ -163,13 +160,12 @@ const struct vw_option vw_option_table[] = {
     {"samples", "N", "Samples per ray, at even distances", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      OPTION(COUNT, config.samples)},
     {"importance-samples", "N",
-     "Samples per ray placed where the --samples even ones show matter, as NeRF's fine samples; training and "
-     "rendering then "
-     "use only these; 0: none",
+     "Further samples per ray, placed where the --samples even ones show matter, like NeRF's fine samples; training "
+     "and rendering then use only these; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.importance_samples)},
     {"coarse-network", NULL,
-     "What shows where --importance-samples go: the field itself, or with --field mlp a coarse network of its shape, "
-     "which is trained beside it, as in NeRF",
+     "Network that places the --importance-samples: the field itself (shared), or with --field mlp a coarse network of "
+     "the same shape that is trained with it, as in NeRF (own)",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.coarse_network, coarse_network_choice, VW_COARSE_NETWORK_OWN)},
     {"val-rays", "N", "Validation rays in total; every validation photo gets at least 32", VW_OPTIONS_TRAINING,
@@ -177,23 +173,22 @@ const struct vw_option vw_option_table[] = {
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
     {"consistency-weight", "X",
-     "Weight of the consistency loss beside the effect appearance_encoder: what is rendered with a photo's code has "
-     "that code again; HA-NeRF has 0.001; 0: none",
+     "Weight of HA-NeRF's consistency loss for the effect appearance_encoder: a render with a photo's code must encode "
+     "to that code again; HA-NeRF uses 0.001; 0: none",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.consistency_weight)},
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),
      DEFAULT("0.003, with --field mlp 0.0005")},
     {"learning-rate-decay", "X",
-     "Share of --lr that is left at the last planned step; it falls by the same factor from step to step",
+     "Share of --lr that is left at the last planned step; the rate falls by the same factor at every step",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate_decay)},
     {"beta1", "X", "Momentum of Adam; at 0 a step credits only its own photo", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
      VW_SECTION_TRAINING, OPTION(REAL, config.beta1)},
     {"effects", "auto|none|LIST|+a,-b",
-     "Optional parts of image formation: those that the scene calls for (auto), none, exactly a list, or auto with "
-     "some added and removed",
+     "Optional parts of image formation: those that the scene calls for (auto), none, exactly those of a list, or auto "
+     "with some added (+) and removed (-)",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(EFFECTS, config.effects), COMMON, .words = "auto none"},
     {"pilot-steps", "N",
-     "Steps of each short training that measures what an effect gains; without any (0), no effect is called for that "
-     "the scene's files do not tell",
+     "Steps of each short training that measures what an effect gains; 0: the scene's files alone decide",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(COUNT, config.pilot_steps), RANGE(0, VW_PILOT_STEPS_MOST),
      DEFAULT("by the length of the run")},
     {"background", NULL,
@@ -202,8 +197,8 @@ const struct vw_option vw_option_table[] = {
 
     // Accuracy and time.
     {"budget", "TIME",
-     "Time limit for the whole command, for example 90s, 10min or 1.5h; it chooses rays, samples, val-rays, "
-     "log2-table, width and epochs, where explicit options override it and --epochs is an upper limit",
+     "Time limit of the whole command, for example 90s, 10min or 1.5h. It chooses rays, samples, val-rays, log2-table, "
+     "width and epochs; explicit options override it, and --epochs is an upper limit",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, budget), COMMON, DEFAULT("none")},
     {"accuracy", "NAME",
      "Accuracy level, which sets rays, samples, val-rays, log2-table, width and epochs: draft, quick, standard or "
@@ -211,8 +206,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
     {"until-stable", "R",
-     "Stop at the end of an epoch when the scores rank the photos as after half the epochs: least Spearman "
-     "correlation, below 1; 0: never",
+     "Stop at the end of an epoch once the scores rank the photos as they did after half the epochs, with at least "
+     "this Spearman correlation, below 1; 0: never",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(REAL, until_stable)},
     {"profile", NULL, "Also measure the time, memory traffic and arithmetic of every GPU pass", VW_OPTIONS_ONE_RUN,
      VW_SECTION_TIME, OPTION(FLAG, profile)},
@@ -234,10 +229,9 @@ const struct vw_option vw_option_table[] = {
 
     // The field.
     {"preset", NULL,
-     "Options as a published method has them; explicit options override it, and it overrides --accuracy and --budget",
+     "Options of a published method; explicit options override it, and it overrides --accuracy and --budget",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(preset, vw_option_preset_name, VW_PRESET_PAPER)},
-    {"field", NULL,
-     "What gives colour and density: a hash grid with two small networks, or one deep network as NeRF has",
+    {"field", NULL, "Radiance field: a hash grid with two small networks, or one deep network as in NeRF",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_MLP)},
     {"levels", "N", "Number of levels of the hash grid", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.levels)},
@@ -253,7 +247,7 @@ const struct vw_option vw_option_table[] = {
      CHOICE(config.table_precision, table_precision_choice, VW_TABLE_FLOAT16)},
     {"base-resolution", "N", "Cells along each axis of the coarsest level", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.base_resolution)},
-    {"growth", "X", "Ratio of the resolutions of neighbouring levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
+    {"growth", "X", "Ratio of the resolutions of successive levels", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(REAL, config.growth)},
     {"width", "N", "Number of neurons per hidden layer", VW_OPTIONS_TRAINING, VW_SECTION_FIELD,
      OPTION(COUNT, config.width), DEFAULT("32, with --field mlp 256")},
@@ -262,8 +256,8 @@ const struct vw_option vw_option_table[] = {
     {"device", "N|NAME", "Vulkan device: its index or part of its name, see viewworth devices", VW_OPTIONS_DEVICE,
      VW_SECTION_GENERAL, OPTION(TEXT, device), COMMON, DEFAULT("the preferred one")},
     {"memory", "SIZE",
-     "Memory that the photos of a scene may take once decoded, as 4GB or 512MiB; one with more keeps them in a file in "
-     "the cache folder, which changes no result",
+     "Memory for decoded photos, for example 4GB or 512MiB; photos that need more are kept in a file in the cache "
+     "folder, which changes no result",
      VW_OPTIONS_DEVICE, VW_SECTION_GENERAL, OPTION(TEXT, memory), DEFAULT("half of the machine's")},
     {"json", NULL, "Print the results as one JSON object", VW_OPTIONS_JSON, VW_SECTION_GENERAL, OPTION(FLAG, json),
      COMMON},

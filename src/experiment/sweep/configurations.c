@@ -242,7 +242,7 @@ static enum vw_status add_accuracies(struct vw_sweep_configurations *configurati
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < count && !status; i++) {
         struct vw_config config = configurations->configurations[0].config;
-        vw_accuracy_apply(&levels[i], &config);
+        vw_accuracy_apply(&levels[i], 0, &config);
         vw_accuracy_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
         status = add(configurations, "accuracy", levels[i].name, &config);

@@ -60,15 +60,10 @@ static bool is_of_field(uint32_t field, const struct vw_config *config) {
     return config->field == VW_FIELD_HASH || !(field & (VW_EXPLICIT_LOG2_TABLE | VW_EXPLICIT_WIDTH));
 }
 
-void vw_accuracy_apply_beside(const struct vw_accuracy_level *level, uint32_t explicit_fields,
-                              struct vw_config *config) {
+void vw_accuracy_apply(const struct vw_accuracy_level *level, uint32_t explicit_fields, struct vw_config *config) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
         if (!(explicit_fields & parts[i].field) && is_of_field(parts[i].field, config))
             *(uint32_t *)((char *)config + parts[i].there) = *part_of(level, parts[i].here);
-}
-
-void vw_accuracy_apply(const struct vw_accuracy_level *level, struct vw_config *config) {
-    vw_accuracy_apply_beside(level, 0, config);
 }
 
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]) {

@@ -20,11 +20,8 @@ struct vw_accuracy_level {
 const struct vw_accuracy_level *vw_accuracy_levels(uint32_t *count);
 const struct vw_accuracy_level *vw_accuracy_find(const char *name); // NULL when there is none
 enum vw_status vw_accuracy_check(const char *name);                 // VW_ERROR_USAGE lists the names
-// Sets what a level sets, and leaves the rest of the config alone.
-void vw_accuracy_apply(const struct vw_accuracy_level *level, struct vw_config *config);
-// Applies a level, but keeps the fields that are set explicitly (VW_EXPLICIT_*).
-void vw_accuracy_apply_beside(const struct vw_accuracy_level *level, uint32_t explicit_fields,
-                              struct vw_config *config);
+// Sets what a level sets, except for explicit fields (VW_EXPLICIT_*), and leaves the rest of the config alone.
+void vw_accuracy_apply(const struct vw_accuracy_level *level, uint32_t explicit_fields, struct vw_config *config);
 // The options that set the same fields to the values in the config: "--rays 125 --samples 16 ... --epochs 15".
 enum { VW_ACCURACY_TEXT_BYTES = 200 };
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]);

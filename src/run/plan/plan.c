@@ -74,7 +74,7 @@ static void log_plan(const struct vw_plan *plan, const struct vw_config *config)
 
 static enum vw_status choose_level(const struct vw_run_params *params, struct vw_config *config, struct vw_plan *plan) {
     const struct vw_accuracy_level *level = vw_accuracy_find(params->accuracy);
-    vw_accuracy_apply_beside(level, params->explicit_fields, config);
+    vw_accuracy_apply(level, params->explicit_fields, config);
     enum vw_status status = vw_config_check(config);
     if (!status)
         status = write_record(plan, json_pack("{s:s, s:s, s:s}", "accuracy", level->name, "preset", level->name,
@@ -147,7 +147,7 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && choice->chosen.candidate + 1 >= i && i < choice->count && i < CANDIDATES_MAX; i++) {
         struct vw_config config = *choice->config;
-        vw_accuracy_apply_beside(&choice->levels[i], choice->params->explicit_fields, &config);
+        vw_accuracy_apply(&choice->levels[i], choice->params->explicit_fields, &config);
         uint32_t wanted = choice->levels[i].budget_epochs;
         struct vw_budget_candidate *candidate = &choice->candidates[i];
         *candidate = (struct vw_budget_candidate){.epochs = wanted < plan->epochs_most ? wanted : plan->epochs_most};
@@ -166,7 +166,7 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
 
 static enum vw_status record_plan(const struct choice *choice, struct vw_config *config, struct vw_plan *plan) {
     const struct vw_accuracy_level *level = &choice->levels[choice->chosen.candidate];
-    vw_accuracy_apply_beside(level, choice->params->explicit_fields, config);
+    vw_accuracy_apply(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
     return write_record(plan, json_pack("{s:s*, s:f, s:s, s:f, s:I, s:I, s:s}", "accuracy", choice->params->accuracy,
                                         "budget_s", plan->budget_s, "preset", level->name, "step_s", plan->step_s,
@@ -231,7 +231,7 @@ static enum vw_status take_recorded_config(const struct vw_run_params *params, c
                                             .log2_table = recorded.log2_table,
                                             .width = recorded.width,
                                             .epochs = recorded.epochs};
-    if (!status) vw_accuracy_apply_beside(&level, params->explicit_fields, config);
+    if (!status) vw_accuracy_apply(&level, params->explicit_fields, config);
     return status;
 }
 
