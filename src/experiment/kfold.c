@@ -18,6 +18,7 @@
 #include "run/out_lock.h"
 #include "run/outputs/report_folder.h"
 #include "run/scoring.h"
+#include "value/evaluation/score_tables.h"
 #include "value/matrix.h"
 #include "viewworth/value.h"
 
@@ -252,24 +253,19 @@ static enum vw_status read_fold(struct work *work, uint32_t k) {
 }
 
 static enum vw_status compare_folds(struct work *work) {
-    uint32_t folds = work->params->folds, photos = work->kfold->session.scene->view_count, pair_count = 0;
-    struct vw_score_table table = {.method = vw_value_default_method,
-                                   .has_zero = true,
-                                   .values = vw_allocate((size_t)folds * photos, sizeof *table.values)};
-    struct vw_agreement *pairs = NULL;
-    if (!table.values) return VW_ERROR_MEMORY;
-    for (size_t i = 0; i < (size_t)folds * photos; i++) table.values[i] = NAN;
+    uint32_t folds = work->params->folds, photos = work->kfold->session.scene->view_count;
+    double *values = vw_allocate((size_t)folds * photos, sizeof *values);
+    struct vw_agreement_summary pearson;
+    if (!values) return VW_ERROR_MEMORY;
+    for (size_t i = 0; i < (size_t)folds * photos; i++) values[i] = NAN;
     for (uint32_t k = 0; k < folds; k++)
         for (uint32_t i = 0; i < work->folds[k].score_count; i++) {
             const struct vw_ledger_score *score = &work->folds[k].scores[i];
             if (!strcmp(score->method, vw_value_default_method) && score->visits)
-                table.values[(size_t)k * photos + score->image_id] = score->value;
+                values[(size_t)k * photos + score->image_id] = score->value;
         }
-    const struct vw_score_tables tables = {.run_count = folds, .photo_count = photos};
-    enum vw_status status = vw_agreement_of_pairs(&tables, &table, &pairs, &pair_count);
-    if (!status) work->kfold->agreement = vw_agreement_summarise(pairs, pair_count, VW_AGREEMENT_SPEARMAN);
-    free(pairs);
-    free(table.values);
+    enum vw_status status = vw_agreement_of_runs(values, folds, photos, &pearson, &work->kfold->agreement);
+    free(values);
     return status;
 }
 

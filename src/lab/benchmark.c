@@ -15,6 +15,7 @@
 #include "lab/benchmark_files.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/evaluation/leave_one_out.h"
+#include "lab/evaluation/subset_trainings.h"
 #include "lab/scorers.h"
 #include "run/out_lock.h"
 #include "value/worth.h"

@@ -64,7 +64,7 @@ static enum vw_status make_stop(const struct vw_reproduction *reproduction, cons
     if (!stop->pairs) return VW_ERROR_MEMORY;
     uint32_t pair_count = 0;
     for (uint32_t i = 0; i < stop->tables.count && !status; i++)
-        status = vw_agreement_of_pairs(&stop->tables, &stop->tables.tables[i], &stop->pairs[i], &pair_count);
+        status = vw_full_agreement_of_pairs(&stop->tables, &stop->tables.tables[i], &stop->pairs[i], &pair_count);
     return status;
 }
 
@@ -112,7 +112,7 @@ static void print_pair(FILE *stream, const struct vw_reproduction *reproduction,
 
 static void print_measures(FILE *stream, const struct vw_reproduction *reproduction,
                            const struct vw_reproduction_stop *stop, uint32_t method, uint32_t pair) {
-    const struct vw_agreement *agreement = &stop->pairs[method][pair];
+    const struct vw_full_agreement *agreement = &stop->pairs[method][pair];
     for (enum vw_agreement_measure measure = 0; measure < VW_AGREEMENT_COUNT; measure++) {
         bool clean = measure == VW_AGREEMENT_CLEAN_PEARSON || measure == VW_AGREEMENT_CLEAN_SPEARMAN;
         fprintf(stream, "%s,%u,%" PRIu64 ",", stop->tables.tables[method].method, stop->epochs, stop->training_rays);

@@ -5,9 +5,9 @@
 #include <stdint.h>
 
 #include "experiment/experiment.h"
+#include "lab/evaluation/full_agreement.h"
 #include "lab/lasting_seeds.h"
 #include "lab/reproduced_methods.h"
-#include "value/evaluation/agreement.h"
 #include "viewworth/status.h"
 
 // The agreement of all methods after some epochs.
@@ -15,7 +15,8 @@ struct vw_reproduction_stop {
     uint32_t epochs;
     uint64_t training_rays; // rays of a run until then: epochs x photos x rays
     struct vw_score_tables tables;
-    struct vw_agreement **pairs; // owned, and each of them: [table][pair], pairs as vw_reproduction_pair() counts them
+    struct vw_full_agreement *
+        *pairs; // owned, and each of them: [table][pair], pairs as vw_reproduction_pair() counts them
 };
 
 struct vw_reproduction {

@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "lab/evaluation/evaluation.h"
 #include "lab/evaluation/leave_one_out.h"
+#include "lab/evaluation/subset_trainings.h"
 #include "lab/scorers.h"
 #include "value/evaluation/worth_regression.h"
 #include "viewworth/status.h"

@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "lab/evaluation/exact_values.h"
+#include "lab/evaluation/subset_trainings.h"
 
 enum { SEEDS = 2, FIRST_SEED = 3, PHOTOS_MAX = 5 };
 

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/statistics.h"
+#include "lab/evaluation/subset_trainings.h"
 #include "lab/methods/registry.h"
 
 enum { PHOTOS = 6, EPOCHS = 10, FIRST_SEED = 40, MANY = 4800, SOME = 60 };

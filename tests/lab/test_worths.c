@@ -4,6 +4,7 @@
 
 #include "base/random.h"
 #include "lab/evaluation/evaluation.h"
+#include "lab/evaluation/subset_trainings.h"
 #include "value/evaluation/worth_regression.h"
 
 enum { PHOTOS = 10, FIRST_SEED = 7 };

@@ -43,31 +43,32 @@ static enum vw_status read_tables(const struct vw_sweep_state *state, uint32_t c
 // configuration lacks the method.
 static enum vw_status compare_configurations(const struct vw_score_tables *ours, const struct vw_score_table *table,
                                              const struct vw_score_tables *theirs, double *pearson, double *spearman) {
-    struct vw_agreement pairs[SEEDS_MAX];
+    struct vw_agreement_summary of_pearson = VW_AGREEMENT_NONE, of_spearman = VW_AGREEMENT_NONE;
     uint32_t photos = ours->photo_count;
     const struct vw_score_table *other = theirs ? vw_score_tables_find(theirs, table->method) : NULL;
     enum vw_status status = VW_OK;
     *pearson = *spearman = NAN;
     if (!other || theirs->photo_count != photos) return VW_OK;
-    for (uint32_t i = 0; i < ours->run_count && !status; i++)
+    for (uint32_t i = 0; i < ours->run_count && !status; i++) {
+        struct vw_agreement pair = {.pearson = NAN, .spearman = NAN};
         status = vw_agreement_of_pair(table->values + (size_t)i * photos, other->values + (size_t)i * photos, NULL,
-                                      photos, &pairs[i]);
-    if (status) return status;
-    *pearson = vw_agreement_summarise(pairs, ours->run_count, VW_AGREEMENT_PEARSON).mean;
-    *spearman = vw_agreement_summarise(pairs, ours->run_count, VW_AGREEMENT_SPEARMAN).mean;
-    return VW_OK;
+                                      photos, &pair);
+        vw_agreement_add(pair.pearson, &of_pearson);
+        vw_agreement_add(pair.spearman, &of_spearman);
+    }
+    *pearson = of_pearson.mean;
+    *spearman = of_spearman.mean;
+    return status;
 }
 
 static enum vw_status compare_seeds(const struct vw_score_tables *tables, const struct vw_score_table *table,
                                     struct vw_sweep_metrics *metric) {
-    struct vw_agreement *pairs = NULL;
-    uint32_t count = 0;
-    enum vw_status status = vw_agreement_of_pairs(tables, table, &pairs, &count);
-    if (status) return status;
-    metric->seed_pearson = vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).mean;
-    metric->seed_spearman = vw_agreement_summarise(pairs, count, VW_AGREEMENT_SPEARMAN).mean;
-    free(pairs);
-    return VW_OK;
+    struct vw_agreement_summary pearson, spearman;
+    enum vw_status status =
+        vw_agreement_of_runs(table->values, tables->run_count, tables->photo_count, &pearson, &spearman);
+    metric->seed_pearson = pearson.mean;
+    metric->seed_spearman = spearman.mean;
+    return status;
 }
 
 // ---- Metrics ----

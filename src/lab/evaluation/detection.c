@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "lab/evaluation/evaluation.h"
-#include "value/evaluation/agreement.h"
+#include "lab/evaluation/full_agreement.h"
 #include "value/evaluation/resampling.h"
 
 static const char clean[] = "clean";
@@ -141,10 +141,10 @@ static enum vw_status add_agreement(const char *method, const char *over, double
 
 static enum vw_status evaluate_seeds_of(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
                                         const bool *is_clean, struct vw_metrics *metrics) {
-    struct vw_agreement agreement;
+    struct vw_full_agreement agreement;
     const double *values = agreement.values;
-    enum vw_status status = vw_agreement_of_pair(scorer->scores, scorer->scores + evaluation->photo_count, is_clean,
-                                                 evaluation->photo_count, &agreement);
+    enum vw_status status = vw_full_agreement_of_pair(scorer->scores, scorer->scores + evaluation->photo_count,
+                                                      is_clean, evaluation->photo_count, &agreement);
     if (!status)
         status = add_agreement(scorer->name, "all", values[VW_AGREEMENT_PEARSON], values[VW_AGREEMENT_SPEARMAN],
                                agreement.photos, metrics);

@@ -11,6 +11,8 @@
 #include "value/evaluation/subsets.h"
 #include "viewworth/status.h"
 
+extern const char vw_subset_worth_name[]; // "subset_worth": worths by regression over subsets
+
 extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
 
 enum { VW_TRUTH_COUNT = 2 };

@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "lab/evaluation/evaluation.h"
+#include "lab/evaluation/subset_trainings.h"
 
 enum { RETRAINING_SEEDS = 2 }; // trainings of each half
 

@@ -8,6 +8,8 @@
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/worth_regression.h"
 
+const char vw_subset_worth_name[] = "subset_worth";
+
 // ---- Harm ----
 
 // Returns the mean worth of the clean photos less that of the photos of a kind.

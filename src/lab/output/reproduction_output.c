@@ -34,7 +34,7 @@ static uint32_t find_method(const struct vw_reproduction_stop *stop, const char 
 static struct vw_agreement_summary summarise(const struct vw_reproduction *reproduction,
                                              const struct vw_reproduction_stop *stop, uint32_t method,
                                              enum vw_agreement_measure measure) {
-    return vw_agreement_summarise(stop->pairs[method], reproduction->pair_count, measure);
+    return vw_full_agreement_summarise(stop->pairs[method], reproduction->pair_count, measure);
 }
 
 // ---- Text ----

@@ -48,26 +48,12 @@ struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *result
     return mean_of(&spread);
 }
 
-static struct vw_paired_difference difference_of(const struct vw_spread *spread) {
-    uint32_t count = (uint32_t)spread->count;
-    struct vw_quality_mean mean = mean_of(spread);
+struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count) {
+    struct vw_spread spread = {0};
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i] - against[i]);
+    struct vw_quality_mean mean = mean_of(&spread);
     double half = count > 1 ? vw_student_quantile(count - 1) * mean.standard_error : NAN;
     struct vw_paired_difference paired = {mean.mean, mean.standard_error, mean.mean - half, mean.mean + half, false};
     paired.beyond_noise = paired.ci_low > 0 || paired.ci_high < 0; // never where they are NaN
     return paired;
-}
-
-struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count) {
-    struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i] - against[i]);
-    return difference_of(&spread);
-}
-
-struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *results,
-                                               const struct vw_retrain_result *against, uint32_t count,
-                                               enum vw_quality quality) {
-    struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++)
-        vw_spread_add(&spread, vw_quality_of(&results[i], quality) - vw_quality_of(&against[i], quality));
-    return difference_of(&spread);
 }

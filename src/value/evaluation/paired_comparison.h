@@ -31,17 +31,13 @@ struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *result
 // Averages numbers in the same way.
 struct vw_quality_mean vw_samples_average(const double *samples, uint32_t count);
 
-// The mean of the differences results[i] - against[i] of trainings with the same seed. A negative difference of L1 is
+// The mean of the differences samples[i] - against[i] of trainings with the same seed. A negative difference of L1 is
 // better.
 struct vw_paired_difference {
     double difference, standard_error; // NaN as above
     double ci_low, ci_high; // 95 % interval: Student's t with count - 1 degrees of freedom; NaN below two seeds
     bool beyond_noise;      // the interval does not hold 0
 };
-struct vw_paired_difference vw_quality_compare(const struct vw_retrain_result *results,
-                                               const struct vw_retrain_result *against, uint32_t count,
-                                               enum vw_quality quality);
-// Compares numbers in the same way.
 struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count);
 
 #endif

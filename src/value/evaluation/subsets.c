@@ -12,10 +12,10 @@
 static const uint64_t SUBSET_SEED = 0x73756273657473, SIZES_SEED = 0x73697a6573;
 enum { DRAWS_PER_SUBSET = 100 };
 
-static uint32_t smallest_size(uint32_t photo_count) { return (photo_count * VW_SUBSETS_LOWEST_PERCENT + 99) / 100; }
+uint32_t vw_subsets_smallest(uint32_t photo_count) { return (photo_count * VW_SUBSETS_LOWEST_PERCENT + 99) / 100; }
 
-static enum vw_status allocate_subsets(uint32_t photo_count, uint32_t most, uint32_t seed_count, size_t members,
-                                       struct vw_subsets *subsets) {
+enum vw_status vw_subsets_allocate(uint32_t photo_count, uint32_t most, uint32_t seed_count, size_t members,
+                                   struct vw_subsets *subsets) {
     *subsets = (struct vw_subsets){.photo_count = photo_count, .seed_count = seed_count};
     subsets->offsets = vw_allocate((size_t)most + 1, sizeof *subsets->offsets);
     subsets->places = vw_allocate(members, sizeof *subsets->places);
@@ -33,14 +33,14 @@ static bool is_known(const struct vw_subsets *subsets, const uint32_t *places, u
     return false;
 }
 
-static void add_subset(struct vw_subsets *subsets, const uint32_t *places, uint32_t size) {
+void vw_subsets_add(struct vw_subsets *subsets, const uint32_t *places, uint32_t size) {
     uint32_t first = subsets->offsets[subsets->count];
     memcpy(subsets->places + first, places, size * sizeof *places);
     subsets->offsets[++subsets->count] = first + size;
 }
 
 static uint32_t draw_size(uint64_t key, uint64_t draw, uint32_t photo_count) {
-    uint32_t words[4], lowest = smallest_size(photo_count);
+    uint32_t words[4], lowest = vw_subsets_smallest(photo_count);
     vw_random_words(SIZES_SEED + key, VW_RANDOM_ORDER, draw, 0, 1, words);
     return lowest + vw_random_below(words[0], photo_count - lowest + 1);
 }
@@ -54,7 +54,7 @@ static struct vw_subset_range draw(struct vw_subsets *subsets, uint32_t count, b
         uint32_t size = halves ? photo_count / 2 : draw_size(key, i, photo_count);
         vw_random_order((halves ? SUBSET_SEED : SIZES_SEED) + key, i, photo_count, order);
         vw_sort_places(order, size);
-        if (!is_known(subsets, order, size)) add_subset(subsets, order, size);
+        if (!is_known(subsets, order, size)) vw_subsets_add(subsets, order, size);
     }
     drawn.end = subsets->count;
     return drawn;
@@ -64,59 +64,11 @@ enum vw_status vw_subsets_draw(const struct vw_subsets_params *params, struct vw
     uint32_t most = params->halves + params->random_sizes;
     uint32_t *order = vw_allocate(params->photo_count, sizeof *order);
     enum vw_status status =
-        allocate_subsets(params->photo_count, most, params->seed_count, (size_t)most * params->photo_count, subsets);
+        vw_subsets_allocate(params->photo_count, most, params->seed_count, (size_t)most * params->photo_count, subsets);
     if (!order) status = VW_ERROR_MEMORY;
     if (!status) subsets->halves = draw(subsets, params->halves, true, params->key, order);
     if (!status) subsets->sizes = draw(subsets, params->random_sizes, false, params->key, order);
     free(order);
-    return status;
-}
-
-// ---- All subsets ----
-
-static void add_subsets_of_size(struct vw_subsets *subsets, uint32_t size) {
-    for (uint32_t mask = 0; mask < UINT32_C(1) << subsets->photo_count; mask++) {
-        uint32_t places[VW_SUBSETS_ALL_PHOTOS_MAX], members = 0;
-        for (uint32_t photo = 0; photo < subsets->photo_count; photo++)
-            if (mask >> photo & 1) places[members++] = photo;
-        if (members == size) add_subset(subsets, places, size);
-    }
-}
-
-// Lists smaller ones first, so that both ranges are without gaps.
-enum vw_status vw_subsets_list_all(uint32_t photo_count, uint32_t seed_count, struct vw_subsets *subsets) {
-    *subsets = (struct vw_subsets){0};
-    if (photo_count > VW_SUBSETS_ALL_PHOTOS_MAX)
-        return vw_fail(VW_ERROR_USAGE, "--subsets all: %u photos have too many subsets; at most %d photos are possible",
-                       photo_count, VW_SUBSETS_ALL_PHOTOS_MAX);
-    uint32_t count = UINT32_C(1) << photo_count;
-    enum vw_status status = allocate_subsets(photo_count, count, seed_count, (size_t)count * photo_count, subsets);
-    for (uint32_t size = 0; !status && size <= photo_count; size++) {
-        if (size == photo_count / 2) subsets->halves.begin = subsets->count;
-        if (size == smallest_size(photo_count)) subsets->sizes.begin = subsets->count;
-        add_subsets_of_size(subsets, size);
-        if (size == photo_count / 2) subsets->halves.end = subsets->count;
-    }
-    subsets->sizes.end = subsets->count;
-    return status;
-}
-
-// ---- Trainings ----
-
-enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
-                                  vw_retrain_function *retrain, void *context) {
-    uint32_t seeds = subsets->seed_count, count = subsets->count * seeds, members = subsets->offsets[subsets->count];
-    uint32_t *views = vw_allocate(members, sizeof *views);
-    struct vw_retrain_params *retrainings = vw_allocate(count, sizeof *retrainings);
-    enum vw_status status = views && retrainings ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t member = 0; !status && member < members; member++) views[member] = photos[subsets->places[member]];
-    for (uint32_t i = 0; !status && i < count; i++)
-        retrainings[i] = (struct vw_retrain_params){.views = views + subsets->offsets[i / seeds],
-                                                    .view_count = vw_subset_size(subsets, i / seeds),
-                                                    .seed = first_seed + i % seeds};
-    if (!status) status = retrain(context, retrainings, count, subsets->results);
-    free(views);
-    free(retrainings);
     return status;
 }
 

@@ -2,12 +2,12 @@
 #ifndef VIEWWORTH_VALUE_EVALUATION_SUBSETS_H
 #define VIEWWORTH_VALUE_EVALUATION_SUBSETS_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "ledger/retraining.h"
 
 enum {
-    VW_SUBSETS_ALL_PHOTOS_MAX = 10, // photos of which all subsets can be listed
     VW_SUBSETS_LOWEST_PERCENT = 40, // smallest share of the photos in a subset of random size
 };
 
@@ -39,12 +39,13 @@ struct vw_subsets_params {
 // are no more. The same for every seed of trainings, so that benchmarks of the same photos compare. Free them also
 // after a failure.
 enum vw_status vw_subsets_draw(const struct vw_subsets_params *params, struct vw_subsets *subsets);
-// Lists all 2^photo_count subsets, the empty one included, of at most VW_SUBSETS_ALL_PHOTOS_MAX photos.
-enum vw_status vw_subsets_list_all(uint32_t photo_count, uint32_t seed_count, struct vw_subsets *subsets);
-// Trains on every subset with seed_count seeds from `first_seed` on, which no run should have whose scores are
-// evaluated by it. `photos`: the image_id of each photo.
-enum vw_status vw_subsets_retrain(struct vw_subsets *subsets, const uint32_t *photos, uint64_t first_seed,
-                                  vw_retrain_function *retrain, void *context);
+// Begins a list with room for `most` subsets of together `members` members; the functions below do it themselves.
+enum vw_status vw_subsets_allocate(uint32_t photo_count, uint32_t most, uint32_t seed_count, size_t members,
+                                   struct vw_subsets *subsets);
+// Appends a subset. `places` ascend.
+void vw_subsets_add(struct vw_subsets *subsets, const uint32_t *places, uint32_t size);
+// Returns the smallest number of photos of a subset of random size.
+uint32_t vw_subsets_smallest(uint32_t photo_count);
 void vw_subsets_free(struct vw_subsets *subsets);
 
 #endif

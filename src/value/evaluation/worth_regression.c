@@ -9,8 +9,6 @@
 #include "base/statistics.h"
 #include "value/evaluation/resampling.h"
 
-const char vw_subset_worth_name[] = "subset_worth";
-
 static const uint64_t FOLD_SEED = 0x666f6c6473; // used by no training
 // Penalties of the players, per subset: 1e-8, 4e-8, ... 10.7 for sums; 1e-4, 2.5e-4, ... 93 for means, which few
 // subsets would otherwise fit without an error. The ratios multiply them for B; the last leaves B without a prior.

@@ -13,8 +13,6 @@
 
 #include "value/evaluation/outcomes.h"
 
-extern const char vw_subset_worth_name[]; // "subset_worth"
-
 // The form in which a subset's outcome is linear. In both, a worth is what the fit loses when the player leaves all the
 // others.
 enum vw_worth_form {

@@ -1,22 +1,22 @@
 // Agreement of the scores of several runs: numbers worked out by hand, and the edges where a measure says nothing.
 #include "support/ledger_fixture.h"
 
-#include "value/evaluation/agreement.h"
+#include "lab/evaluation/full_agreement.h"
 
 static void assert_real(double value, double expected, const char *what) { // a few roundings of numbers near 1
     if (!(fabs(value - expected) <= 4e-16)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
 }
 
-static struct vw_agreement compare(const double *a, const double *b, const bool *clean, uint32_t count) {
-    struct vw_agreement agreement;
-    ASSERT_OK(vw_agreement_of_pair(a, b, clean, count, &agreement));
+static struct vw_full_agreement compare(const double *a, const double *b, const bool *clean, uint32_t count) {
+    struct vw_full_agreement agreement;
+    ASSERT_OK(vw_full_agreement_of_pair(a, b, clean, count, &agreement));
     return agreement;
 }
 
 TEST(numbers_worked_out_by_hand) {
     // Deviations -2 -1 0 1 2 and -1 -2 1 0 2: products 2 2 0 0 4, squares 10 and 10.
     const double a[] = {-2, -1, 0, 1, 2}, b[] = {-1.5, -2.5, 0.5, -0.5, 1.5};
-    struct vw_agreement agreement = compare(a, b, NULL, 5);
+    struct vw_full_agreement agreement = compare(a, b, NULL, 5);
     assert_int_equal(agreement.photos, 5);
     assert_int_equal(agreement.clean, 0);
     assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
@@ -39,7 +39,7 @@ TEST(ties_share_their_rank) {
 TEST(the_clean_are_compared_alone) {
     const double a[] = {1, 2, 3, -50, -60}, b[] = {3, 1, 2, -60, -50};
     const bool clean[] = {true, true, true, false, false};
-    struct vw_agreement agreement = compare(a, b, clean, 5);
+    struct vw_full_agreement agreement = compare(a, b, clean, 5);
     assert_int_equal(agreement.clean, 3);
     assert_true(agreement.values[VW_AGREEMENT_PEARSON] > 0.95); // which the two corrupted photos make
     assert_real(agreement.values[VW_AGREEMENT_CLEAN_PEARSON], -0.5, "r within the clean");
@@ -49,7 +49,7 @@ TEST(the_clean_are_compared_alone) {
 TEST(two_extremes_do_not_decide) {
     // Without 50 and -40 (the second run's; 0 in the first): -2 -1 0 1 2 and -1 -2 1 0 2, as above.
     const double a[] = {-2, 50, -1, 0, 1, 0, 2}, b[] = {-1, 60, -2, 1, 0, -40, 2};
-    struct vw_agreement agreement = compare(a, b, NULL, 7);
+    struct vw_full_agreement agreement = compare(a, b, NULL, 7);
     assert_real(agreement.values[VW_AGREEMENT_TRIMMED_PEARSON], 0.8, "r without two extremes");
     assert_true(isnan(compare(a, b, NULL, 4).values[VW_AGREEMENT_TRIMMED_PEARSON]));
     const double equal[] = {1, 1, 1, 1, 3}, other[] = {1, 2, 3, 4, 5}; // no spread: the last is farthest in the first
@@ -72,7 +72,7 @@ TEST(coverage_counts_intervals_that_hold_the_mean) {
 
 TEST(missing_scores_are_left_out) {
     const double a[] = {NAN, -2, -1, 0, 5, 1, 2, INFINITY}, b[] = {3, -1.5, -2.5, 0.5, NAN, -0.5, 1.5, 1};
-    struct vw_agreement agreement = compare(a, b, NULL, 8);
+    struct vw_full_agreement agreement = compare(a, b, NULL, 8);
     assert_int_equal(agreement.photos, 5);
     assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
     assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
@@ -80,7 +80,7 @@ TEST(missing_scores_are_left_out) {
 
 TEST(where_nothing_can_be_said) {
     const double equal[] = {-1, -1, -1}, other[] = {-3, -2, -1}, positive[] = {1, 2, 3}, lost[] = {NAN, NAN, NAN};
-    struct vw_agreement agreement = compare(equal, other, NULL, 3);
+    struct vw_full_agreement agreement = compare(equal, other, NULL, 3);
     assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
     assert_true(isnan(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD])); // no set to agree on
     assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 1, "the share of equal sign");
@@ -102,17 +102,17 @@ TEST(pairs_are_summarised) {
                        /**/ 2, 1, 3, /**/ NAN, NAN, NAN}; // r: -1, 0.5, -0.5; the last run has none
     struct vw_score_table table = {.method = "some", .unit = "dB", .values = values};
     struct vw_score_tables tables = {.run_count = 4, .photo_count = 3, .tables = &table, .count = 1};
-    AUTO_FREE struct vw_agreement *pairs = NULL;
+    AUTO_FREE struct vw_full_agreement *pairs = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_agreement_of_pairs(&tables, &table, &pairs, &count));
+    ASSERT_OK(vw_full_agreement_of_pairs(&tables, &table, &pairs, &count));
     assert_int_equal(count, 6);
-    struct vw_agreement_summary summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON);
+    struct vw_agreement_summary summary = vw_full_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON);
     assert_int_equal(summary.pairs, 3);
     assert_real(summary.mean, -1.0 / 3, "the mean");
     assert_real(summary.lowest, -1, "the lowest");
     assert_real(summary.highest, 0.5, "the highest");
     assert_real(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, "the pair of the first and third run");
-    summary = vw_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
+    summary = vw_full_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
     assert_true(summary.pairs == 0 && isnan(summary.mean) && isnan(summary.lowest) && isnan(summary.highest));
 }
 
@@ -185,14 +185,14 @@ TEST(a_run_without_scores_takes_no_part) {
     ASSERT_OK(vw_score_tables_make(runs, 3, 4, &tables));
     const struct vw_score_table *table = vw_score_tables_find(&tables, "dv_loss");
     assert_non_null(table);
-    AUTO_FREE struct vw_agreement *pairs = NULL;
+    AUTO_FREE struct vw_full_agreement *pairs = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_agreement_of_pairs(&tables, table, &pairs, &count));
+    ASSERT_OK(vw_full_agreement_of_pairs(&tables, table, &pairs, &count));
     assert_true(isnan(table->values[0]) && isfinite(table->values[TEST_TRAIN_COUNT]));
     assert_int_equal(pairs[0].photos, 0);
     assert_int_equal(pairs[2].photos, TEST_TRAIN_COUNT);
     assert_int_equal(pairs[2].clean, 3);
-    assert_int_equal(vw_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).pairs, 1);
+    assert_int_equal(vw_full_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON).pairs, 1);
 }
 
 TEST(truth_is_not_made_up) {
