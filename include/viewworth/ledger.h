@@ -1,8 +1,5 @@
 // The ledger: OUT/ledger.db, an SQLite file with one run. Its tables:
 // - run, image, step, view, score: their columns stay, and new ones are appended (src/ledger/schema.c);
-// - probe(run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id): vw_step_record.probes, with kind one
-//   of repeated, zero_learning_rate, resampled and same_state; image_id is NULL if the probe is of the
-//   step's own photo;
 // - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
 //
@@ -18,8 +15,8 @@
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
 // (src/ledger/README.md says what that protects, and what it does not):
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows;
-// - step.row_hash: the row_hash before it (for step 0 that of the run), the other columns of the step, its view rows
-//   and its probe rows;
+// - step.row_hash: the row_hash before it (for step 0 that of the run), the other columns of the step and its view
+// rows;
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
 //   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, all score rows in
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
@@ -80,7 +77,6 @@ struct vw_ledger_score {
     const char *unit;                   // "dB", "mean absolute error"
     double standard_error;              // in the unit of value; NaN: NULL in the ledger
     uint32_t visits;                    // steps that count for the value
-    double resampling_stderr;           // see value.h; NaN: NULL in the ledger
     double ci_low, ci_high;             // 95 % interval of the value over seeds; NaN: NULL in the ledger
     uint32_t rank_ci_low, rank_ci_high; // 95 % interval of the rank in the method, 1 = most valuable; 0: NULL in the
                                         // ledger
@@ -136,7 +132,7 @@ enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
 enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
-// Appends steps with their view and probe rows, as one synced transaction. `validation_views` has the image_id of each
+// Appends steps with their view rows, as one synced transaction. `validation_views` has the image_id of each
 // entry of record->views.
 enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                 const uint32_t *validation_views);
@@ -171,7 +167,7 @@ void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_
 enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,
                                  const uint32_t *validation_views);
 // Recomputes every hash. VW_ERROR_MISMATCH names the first row that was edited, removed, added or reordered: run,
-// image, step, view, probe or score. This does not detect a chain that was rewritten as a whole: compare the chain head
+// image, step, view or score. This does not detect a chain that was rewritten as a whole: compare the chain head
 // with one noted elsewhere, or repeat the steps and use vw_ledger_compare.
 enum vw_status vw_ledger_verify(struct vw_ledger *ledger);
 
@@ -182,9 +178,8 @@ enum vw_status vw_ledger_get_images(struct vw_ledger *ledger, const struct vw_le
 // Returns all step rows in order, without view rows (`views` is NULL). The caller frees `*records`. NULL columns become
 // NaN.
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count);
-// Returns all probe rows by step and index, and all score rows by method (in the order in which they were written) and
-// image. The caller frees the arrays; their strings belong to the ledger.
-enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count);
+// Returns all score rows by method (in the order in which they were written) and image. The caller frees the array; its
+// strings belong to the ledger.
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count);
 // Returns the backward pass of lasting credit; without one, step_count is 0. VW_ERROR_INPUT: its rows are inconsistent.
 // The caller frees the arrays (vw_lasting_pass_free).

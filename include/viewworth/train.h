@@ -104,10 +104,6 @@ struct vw_config {
     // Steps of each pilot that decides on effects; 0: no pilots; VW_PILOT_STEPS_AUTO: by the length of the run. It does
     // not belong to the run's identity, which names the effects that are on.
     uint32_t pilot_steps;
-    // Probes, which need validation (see vw_step_record.probes).
-    bool noise_floor;    // probe some of every photo's steps for measurement noise
-    uint32_t same_state; // states, at ends of epochs spread evenly after burn-in, from which a step on every photo is
-                         // probed; at most one per epoch; 0: none. Makes `epochs` part of the run's identity
 };
 
 extern const struct vw_config vw_config_default;
@@ -123,8 +119,6 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]);
 // Returns the seed of one kind of draws: VW_VARY_ORDER, VW_VARY_PIXELS, VW_VARY_INIT or VW_VARY_VALIDATION, which is 0
 // unless validation pixels vary.
 uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
-// Returns the same training without its probes: it makes the same field.
-struct vw_config vw_config_without_probes(const struct vw_config *config);
 // Returns canonical JSON (sorted keys), owned by the caller. `identity_only` leaves out epochs and the wording of
 // effects. Without `vary` and `base_seed` everything varies; without `table_precision` it is float32; without
 // `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are absent;

@@ -48,23 +48,6 @@ struct vw_view_error {
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
 
-// A probe measures validation after something other than the run's own step. The state is restored after it.
-enum vw_probe_kind {             // the first three estimate measurement noise (`value --noise-floor`)
-    VW_PROBE_REPEATED,           // the same validation again: must give the same bits
-    VW_PROBE_ZERO_LEARNING_RATE, // the step with learning rate 0: must give the same bits
-    VW_PROBE_RESAMPLED,  // the step with other pixels of the same photo: how much sampling alone changes its delta
-    VW_PROBE_SAME_STATE, // the next step, from the state after this one, on the photo `view` (--same-state)
-    VW_PROBE_KIND_COUNT
-};
-
-struct vw_probe {
-    uint64_t step;  // the step that was probed
-    uint32_t index; // 0, 1, ... within the step
-    enum vw_probe_kind kind;
-    double val_psnr, val_psnr_pooled, val_l1; // as in vw_step_record; NaN: not finite
-    uint32_t view;                            // index in vw_scene.views; VW_RECORD_UNTRAINED: the step's own photo
-};
-
 struct vw_step_record {
     uint64_t step;     // 0 is the untrained field
     uint32_t epoch;    // counts from 0; step 0 has epoch 0
@@ -79,8 +62,6 @@ struct vw_step_record {
     double val_l1;                     // mean absolute error over all validation pixels and channels
     const struct vw_view_error *views; // one per validation view, in scene order; borrowed, valid during the call
     uint32_t view_count;
-    const struct vw_probe *probes; // sorted by index; borrowed, valid during the call; NULL: the step was not probed
-    uint32_t probe_count;
 };
 
 VW_PUBLIC_END

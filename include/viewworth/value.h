@@ -50,8 +50,6 @@
 //       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
 //       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
 //       2022). A provider's worth is fitted likewise, with providers as players
-//   same_state_psnr
-//       mean change of validation PSNR by a step on the photo, over the states that --same-state probes
 //
 // The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
 //
@@ -82,8 +80,6 @@ VW_PUBLIC_BEGIN
 struct vw_value_input {
     const struct vw_step_record *records; // all steps in order
     uint64_t record_count;
-    const struct vw_probe *probes; // sorted by step and index; empty if the run had no probes
-    uint64_t probe_count;
     uint32_t burn_in_epochs;
     const struct vw_ledger_image *images; // by image_id
     uint32_t image_count;
@@ -107,29 +103,12 @@ extern const char vw_value_default_method[];
 // Computes the score of every method for every train image, method by method, in image order. Each score has
 // - value, unit, visits (the number of visits that count);
 // - standard_error and the ends of the 95 % interval of value and rank, from the photo's contribution in each epoch
-//   (src/value/uncertainty.h);
-// - resampling_stderr: the part of the error that comes from the random pixels of the photo's own steps. It is
-//   sqrt(sum of squared weights of the visits times the mean, over the photo's probed steps, of the variance of the
-//   delta over the resampled steps and the step itself). It does not include the pixels of earlier steps, which change
-//   the state that each step starts from. NaN without probed steps and for methods that are not a weighted sum of
-//   deltas.
-// Scores from probes (src/value/probe_scores.h) and of lasting credit have no intervals. A method has no scores if no
+//   (src/value/uncertainty.h).
+// Scores of lasting credit have no intervals. A method has no scores if no
 // photo has a visit that counts; without a step after burn-in the count is 0. `*scores` is owned by the caller (free);
 // its strings are static. VW_ERROR_INPUT for a step on an image that is not in `images`, VW_ERROR_MEMORY.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count);
-
-// The measurement noise of a run, from its probes (`value --noise-floor`). NaN if no probe of that kind has a value.
-struct vw_noise_floor {
-    uint64_t repeated_count, zero_learning_rate_count, resampled_count; // probes of each kind that have values
-    // Largest |delta of val_psnr| of a repeated validation and of a step with learning rate 0: both are exactly 0 if
-    // validation is a pure function of the params (decision 1).
-    double repeated_db, zero_learning_rate_db;
-    // Root mean square, over the probed steps, of the standard deviation of the delta when pixels are resampled.
-    double resampled_db; // rows by val_psnr
-    double resampled_l1; // rows by val_l1
-};
-void vw_value_noise_floor(const struct vw_value_input *input, struct vw_noise_floor *floor);
 
 VW_PUBLIC_END
 

@@ -27,7 +27,7 @@ static const double LEARNING_RATE = 1e-2; // so few steps have to go farther
 // ---- What all pilots share ------------------------------------------------------------------------------------------
 
 struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t steps) {
-    struct vw_config config = vw_config_without_probes(planned);
+    struct vw_config config = *planned;
     config.seed = config.base_seed = 0; // runs of all seeds have the same verdicts
     config.vary = VW_VARY_ALL;
     config.burn_in_epochs = 0;

@@ -20,7 +20,7 @@ struct entry {
 // One photo's scores of one method.
 struct photo {
     double sum, squares; // squares: of the differences from the mean
-    double own_variance, resampling_variance;
+    double own_variance;
     uint32_t folds; // with visits
     double between; // s^2; NaN below two folds
 };
@@ -65,7 +65,6 @@ static struct photo sum_photo(const struct entry *entries, uint32_t count) {
         if (!score->visits || !isfinite(score->value)) continue;
         photo.sum += score->value;
         photo.own_variance += score->standard_error * score->standard_error;
-        photo.resampling_variance += score->resampling_stderr * score->resampling_stderr;
         photo.folds++;
     }
     for (uint32_t i = 0; i < count && photo.folds; i++) {
@@ -90,12 +89,11 @@ static struct vw_ledger_score pool_photo(const struct entry *entries, uint32_t c
     if (photo->folds == 1) return pooled;
     uint32_t folds = photo->folds;
     pooled.value = folds ? photo->sum / folds : 0;
-    pooled.standard_error = pooled.resampling_stderr = pooled.ci_low = pooled.ci_high = NAN;
+    pooled.standard_error = pooled.ci_low = pooled.ci_high = NAN;
     if (!folds) return pooled;
     uint32_t degrees = folds - 1 + SHARED_DEGREES;
     double between = (photo->squares + SHARED_DEGREES * median) / degrees, within = photo->own_variance / folds;
     pooled.standard_error = sqrt(fmax(between, within) / folds); // fmax prefers a number to NaN
-    pooled.resampling_stderr = sqrt(photo->resampling_variance) / folds;
     double half = vw_student_quantile(degrees) * pooled.standard_error;
     pooled.ci_low = pooled.value - half;
     pooled.ci_high = pooled.value + half;

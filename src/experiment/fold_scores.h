@@ -25,9 +25,8 @@ struct vw_fold_scores {
 
 // Pools by method and photo; image_ids mean the same photo in all folds. `*pooled` has the methods in the order of the
 // first fold that has them, the photos of each by image_id; its texts are those of the folds. Visits are sums. Ranks
-// have intervals by the pooled errors; the resampling error is that of the mean, NaN unless all folds know theirs. A
-// photo that no fold has a visit of has the value 0, 0 visits and no errors. The caller frees `*pooled`.
-// VW_ERROR_MEMORY.
+// have intervals by the pooled errors. A photo that no fold has a visit of has the value 0, 0 visits and no errors. The
+// caller frees `*pooled`. VW_ERROR_MEMORY.
 enum vw_status vw_fold_scores_pool(const struct vw_fold_scores *folds, uint32_t fold_count,
                                    struct vw_ledger_score **pooled, uint32_t *pooled_count);
 

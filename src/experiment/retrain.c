@@ -42,7 +42,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
     const struct vw_session *session = retrainer->params.session;
     const struct vw_session_device *device = &session->devices[seat % session->device_count];
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
-    struct vw_config config = vw_config_without_probes(retrainer->params.config); // probes need validation
+    struct vw_config config = *retrainer->params.config;
     config.seed = retraining->seed;
     config.epochs = epochs_of(retrainer, retraining);
     if (!gains(retraining)) config.val_rays = vw_config_default.val_rays;

@@ -15,7 +15,7 @@ static const struct vw_command commands[] = {
      "side by side). With --lasting, takes the backward pass of every run and also writes "
      "lasting_seeds.csv: lasting credit over the seeds, with intervals, and which photos it cannot tell apart. "
      "Resumes runs that are not finished and reuses finished ones.",
-     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_LAB_PROBES | VW_OPTIONS_RUNS |
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS |
          VW_LAB_REPRODUCE | VW_OPTIONS_LASTING | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_lab_reproduce},
     {EVALUATE, "benchmark", "SCENE", "Evaluate the scoring methods against ground truth",
@@ -25,11 +25,17 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_LAB_BENCHMARK |
          VW_OPTIONS_LASTING | VW_OPTIONS_JSON,
      vw_lab_benchmark},
+    {EVALUATE, "probe", "OUT", "Measure the noise of a finished run, and score photos from the same states",
+     "Takes the steps of the run in OUT again and compares them with its ledger. At some steps of every photo, it also "
+     "validates twice, takes a step of learning rate 0, and takes steps on other pixels of the photo.\n"
+     "Writes to OUT: probes.csv (each probe) and probe_scores.csv (scores, with the error that the choice of pixels "
+     "causes).",
+     VW_OPTIONS_DEVICE | VW_LAB_PROBES | VW_OPTIONS_JSON, vw_lab_probe},
 
-    {CORRUPT, "value", "SCENE", "Value photos as viewworth does, with corrupted photos and with probes of the noise",
+    {CORRUPT, "value", "SCENE", "Value photos as viewworth does, with corrupted photos",
      "Writes what viewworth value writes. --corrupt spoils some train photos, so that it is known which ones scores "
-     "should find. --noise-floor and --same-state add scores of probes.",
-     VW_OPTIONS_OF_VALUE | VW_LAB_PROBES, vw_command_value},
+     "should find.",
+     VW_OPTIONS_OF_VALUE, vw_command_value},
     {CORRUPT, "compare", "SCENE", "Compare sets of photos as viewworth does, with corrupted photos", NULL,
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
@@ -44,7 +50,7 @@ static const struct vw_command commands[] = {
 // clang-format on
 
 static const char *const groups[] = {
-    [EVALUATE] = "Evaluate methods", [CORRUPT] = "Value and compare with probes and corrupted photos", NULL};
+    [EVALUATE] = "Evaluate methods", [CORRUPT] = "Value and compare with corrupted photos", NULL};
 
 static const struct vw_program lab = {
     .name = "viewworth-lab",

@@ -15,7 +15,8 @@ struct vw_lab_options {
     const char *run_equivalents;   // numbers and parts of N with commas between
     const char *curves;
     bool paper_methods;
-    uint32_t halves; // random halves of the train photos, by which a trade-off evaluates scores
+    uint32_t same_state; // states that all photos are tried on; 0: none
+    uint32_t halves;     // random halves of the train photos, by which a trade-off evaluates scores
 };
 
 // Groups of options that only commands of viewworth-lab take, after those of VW_OPTIONS_*.

@@ -75,7 +75,6 @@ void vw_ledger_close(struct vw_ledger **ledger) {
     if (!closed) return;
     vw_insertion_end(&closed->inserts.step);
     vw_insertion_end(&closed->inserts.view);
-    vw_insertion_end(&closed->inserts.probe);
     vw_database_close(&closed->database);
     for (size_t i = 0; i < closed->text_count; i++) free(closed->texts[i]);
     free(closed->texts);

@@ -9,7 +9,7 @@
 
 // The insertions of the rows of a step. Without statements the rows are only hashed.
 struct vw_step_insertions {
-    struct vw_insertion step, view, probe;
+    struct vw_insertion step, view;
 };
 
 struct vw_ledger {

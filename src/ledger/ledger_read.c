@@ -89,28 +89,6 @@ enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_reco
                : vw_ledger_read_table(ledger, &vw_step_table, vw_step_table.order, check_step, (void **)records, count);
 }
 
-// Checks the kind, and puts the probe in the place of its row.
-static enum vw_status check_probe(struct vw_ledger *ledger, uint64_t index, void *row) {
-    (void)index;
-    struct vw_probe_row *probe = row;
-    uint32_t kind = 0;
-    while (kind < VW_PROBE_KIND_COUNT && strcmp(probe->kind, vw_probe_kind_names[kind]) != 0) kind++;
-    probe->probe.kind = (enum vw_probe_kind)kind;
-    return kind < VW_PROBE_KIND_COUNT ? VW_OK : vw_ledger_fail_column(ledger, "kind");
-}
-
-enum vw_status vw_ledger_get_probes(struct vw_ledger *ledger, struct vw_probe **probes, uint64_t *count) {
-    struct vw_probe_row *rows = NULL;
-    enum vw_status status = vw_ledger_load_images(ledger);
-    if (!status)
-        status =
-            vw_ledger_read_table(ledger, &vw_probe_table, vw_probe_table.order, check_probe, (void **)&rows, count);
-    if (!status) *probes = vw_allocate(*count, sizeof **probes);
-    for (uint64_t i = 0; !status && *probes && i < *count; i++) (*probes)[i] = rows[i].probe;
-    free(rows);
-    return status ? status : *probes ? VW_OK : VW_ERROR_MEMORY;
-}
-
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
     static const char by_first_row_of_method[] = "min(rowid) OVER (PARTITION BY method), image_id";
     uint64_t read_count = 0;

@@ -48,22 +48,6 @@ static enum vw_status chain_views(struct vw_insertion *insertion, const struct v
     return status;
 }
 
-static double finite_or_nan(double value) { return isfinite(value) ? value : NAN; }
-
-static enum vw_status chain_probes(struct vw_insertion *insertion, const struct vw_step_record *record) {
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < record->probe_count; i++) {
-        struct vw_probe_row row = {.probe = record->probes[i], .kind = vw_probe_kind_names[record->probes[i].kind]};
-        assert(row.probe.step == record->step);
-        assert(i == 0 || record->probes[i - 1].index < row.probe.index); // rows are hashed in key order
-        row.probe.val_psnr = finite_or_nan(row.probe.val_psnr);
-        row.probe.val_psnr_pooled = finite_or_nan(row.probe.val_psnr_pooled);
-        row.probe.val_l1 = finite_or_nan(row.probe.val_l1);
-        status = vw_insertion_add(insertion, &row);
-    }
-    return status;
-}
-
 // Writes the rows of a step, or only hashes them. Replaces `head`, the row_hash before the step, by that of the step.
 static enum vw_status chain_step(struct vw_step_insertions *insertions, const struct vw_step_record *record,
                                  const uint32_t *validation_views, char head[VW_HASH_HEX_BYTES]) {
@@ -71,10 +55,9 @@ static enum vw_status chain_step(struct vw_step_insertions *insertions, const st
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, head);
-    insertions->step.row.hasher = insertions->view.row.hasher = insertions->probe.row.hasher = &hasher;
+    insertions->step.row.hasher = insertions->view.row.hasher = &hasher;
     vw_insertion_add_columns(&insertions->step, &stored);
     enum vw_status status = chain_views(&insertions->view, &stored, validation_views);
-    if (!status) status = chain_probes(&insertions->probe, &stored);
     if (status) return status;
     vw_row_end_hash(&hasher, head);
     return vw_insertion_write(&insertions->step, head);
@@ -97,11 +80,9 @@ static enum vw_status prepare_inserts(struct vw_ledger *ledger) {
     struct vw_step_insertions *inserts = &ledger->inserts;
     struct vw_database *database = &ledger->database;
     const char *run_id = ledger->run.run_id;
-    if (inserts->probe.row.statement) return VW_OK;
+    if (inserts->view.row.statement) return VW_OK;
     enum vw_status status = vw_insertion_begin(database, &vw_step_table, run_id, &inserts->step);
-    if (!status) status = vw_insertion_begin(database, &vw_view_table, run_id, &inserts->view);
-    if (!status) status = vw_insertion_begin(database, &vw_probe_table, run_id, &inserts->probe);
-    return status;
+    return status ? status : vw_insertion_begin(database, &vw_view_table, run_id, &inserts->view);
 }
 
 struct appending {
@@ -154,10 +135,9 @@ static enum vw_status compare_steps(struct vw_ledger *ledger, sqlite3_stmt *row_
                                     const struct vw_step_record *records, uint32_t count,
                                     const uint32_t *validation_views) {
     const struct vw_insertion insertion = {.owner = ledger->run.run_id};
-    struct vw_step_insertions hashing = {insertion, insertion, insertion};
+    struct vw_step_insertions hashing = {insertion, insertion};
     hashing.step.table = &vw_step_table;
     hashing.view.table = &vw_view_table;
-    hashing.probe.table = &vw_probe_table;
     char head[VW_HASH_HEX_BYTES], recorded[VW_HASH_HEX_BYTES];
     memcpy(head, ledger->run_hash, sizeof head);
     enum vw_status status = records[0].step > 0 ? next_row_hash(ledger, row_hashes, head) : VW_OK;

@@ -32,7 +32,7 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
 }
 
 static enum vw_status verify_belonging(struct vw_database *database) {
-    static const char *const tables[] = {"step", "view", "probe", "score", "retraining"};
+    static const char *const tables[] = {"step", "view", "score", "retraining"};
     enum vw_status status = find_stray(database, "image", "scene_hash");
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++) status = find_stray(database, tables[i], "run_id");
     return status;
@@ -111,7 +111,7 @@ static enum vw_status hash_companion(struct verification *verification, struct c
 
 // Verifies the current row of `steps`, which must be that of `step`; its last column is row_hash.
 static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step,
-                                  struct companion *views, struct companion *probes) {
+                                  struct companion *views) {
     const char *path = verification->database->path;
     if (sqlite3_column_int64(steps, 1) != step)
         return vw_fail(VW_ERROR_MISMATCH,
@@ -125,32 +125,27 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
     vw_hasher_add_text(&hasher, verification->head);
     vw_row_hash(steps, hash_column, &hasher);
     enum vw_status status = hash_companion(verification, views, step, &hasher);
-    if (!status) status = hash_companion(verification, probes, step, &hasher);
     if (status) return status;
     vw_row_end_hash(&hasher, verification->head);
     vw_row_copy_hash(steps, hash_column, stored);
     if (strcmp(stored, verification->head) == 0) return VW_OK;
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: step %" PRId64
-                   " or one of its view or probe rows was edited or moved: its row_hash does not match",
+                   "%s: step %" PRId64 " or one of its view rows was edited or moved: its row_hash does not match",
                    path, step);
 }
 
 static enum vw_status verify_steps(struct verification *verification) {
-    struct companion views = {.table = &vw_view_table}, probes = {.table = &vw_probe_table};
+    struct companion views = {.table = &vw_view_table};
     sqlite3_stmt *steps = NULL;
     bool found = false;
     enum vw_status status = vw_table_select(verification->database, &vw_step_table, vw_step_table.order, &steps);
     if (!status) status = open_companion(verification, &views);
-    if (!status) status = open_companion(verification, &probes);
     for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found;
          step++)
-        status = verify_step(verification, steps, step, &views, &probes);
+        status = verify_step(verification, steps, step, &views);
     if (!status && views.found) status = fail_orphan(verification, &views);
-    if (!status && probes.found) status = fail_orphan(verification, &probes);
     sqlite3_finalize(steps);
     sqlite3_finalize(views.statement);
-    sqlite3_finalize(probes.statement);
     return status;
 }
 

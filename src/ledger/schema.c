@@ -3,7 +3,7 @@
 #include "base/memory.h"
 
 // Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
-// store rows in key order, which is also the order of hashing. View and probe rows are written before their step row,
+// store rows in key order, which is also the order of hashing. View rows are written before their step row,
 // because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
 // which the methods were written. The tables of lasting credit are empty in a run without it.
 static const char schema_sql[] =
@@ -29,16 +29,9 @@ static const char schema_sql[] =
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, mse REAL NOT NULL, l1 REAL NOT NULL,"
     " PRIMARY KEY (run_id, step, image_id),"
     " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
-    "CREATE TABLE probe ("
-    " run_id TEXT NOT NULL, step INTEGER NOT NULL, probe INTEGER NOT NULL,"
-    " kind TEXT NOT NULL CHECK (kind IN ('repeated', 'zero_learning_rate', 'resampled', 'same_state')),"
-    " val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL, image_id INTEGER,"
-    " PRIMARY KEY (run_id, step, probe),"
-    " FOREIGN KEY (run_id, step) REFERENCES step (run_id, step) DEFERRABLE INITIALLY DEFERRED) WITHOUT ROWID;"
     "CREATE TABLE score ("
     " run_id TEXT NOT NULL REFERENCES run (run_id), image_id INTEGER NOT NULL, method TEXT NOT NULL,"
-    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, resampling_stderr REAL, ci_low "
-    "REAL, ci_high REAL,"
+    " value REAL NOT NULL, unit TEXT NOT NULL, stderr REAL, visits INTEGER NOT NULL, ci_low REAL, ci_high REAL,"
     " rank_ci_low INTEGER, rank_ci_high INTEGER,"
     " PRIMARY KEY (run_id, image_id, method));"
     "CREATE TABLE retraining ("
@@ -65,13 +58,6 @@ static const char schema_sql[] =
 _Static_assert(VW_SCHEMA_VERSION == 1, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
-
-const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT] = {
-    [VW_PROBE_REPEATED] = "repeated",
-    [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
-    [VW_PROBE_RESAMPLED] = "resampled",
-    [VW_PROBE_SAME_STATE] = "same_state",
-};
 
 // ---- The same tables by their columns, in the order in which ledger.h says that they are hashed ---------------------
 
@@ -141,19 +127,6 @@ static const struct vw_column view_columns[] = {
 const struct vw_table vw_view_table = {TABLE("view", struct vw_view_row, view_columns),
                                        .order = "run_id, step, image_id", .doing = "record a validation view"};
 
-static const struct vw_column probe_columns[] = {
-    RUN_ID,
-    VW_COLUMN(struct vw_probe, COUNT64, step),
-    VW_COLUMN_AS("probe", struct vw_probe, COUNT, index),
-    VW_COLUMN(struct vw_probe_row, TEXT, kind),
-    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_psnr),
-    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_psnr_pooled),
-    VW_COLUMN(struct vw_probe, REAL_OR_NULL, val_l1),
-    VW_COLUMN_AS("image_id", struct vw_probe, IMAGE_OR_NULL, view),
-};
-const struct vw_table vw_probe_table = {TABLE("probe", struct vw_probe_row, probe_columns),
-                                        .order = "run_id, step, probe", .doing = "record a probe"};
-
 static const struct vw_column score_columns[] = {
     RUN_ID,
     VW_COLUMN(struct vw_ledger_score, IMAGE, image_id),
@@ -162,7 +135,6 @@ static const struct vw_column score_columns[] = {
     VW_COLUMN(struct vw_ledger_score, TEXT, unit),
     VW_COLUMN_AS("stderr", struct vw_ledger_score, REAL_OR_NULL, standard_error),
     VW_COLUMN(struct vw_ledger_score, COUNT, visits),
-    VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, resampling_stderr),
     VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, ci_low),
     VW_COLUMN(struct vw_ledger_score, REAL_OR_NULL, ci_high),
     VW_COLUMN(struct vw_ledger_score, RANK, rank_ci_low),

@@ -19,10 +19,6 @@ struct vw_view_row {
     uint32_t image_id;
     double mse, l1;
 };
-struct vw_probe_row {
-    struct vw_probe probe;
-    const char *kind;
-};
 struct vw_retraining_row {
     uint64_t retraining;
     bool whole_providers;
@@ -37,13 +33,10 @@ struct vw_lasting_view_row {
     double psnr;
 };
 
-extern const char *const vw_probe_kind_names[VW_PROBE_KIND_COUNT]; // as table probe spells them
-
 extern const struct vw_table vw_run_table;           // struct vw_run_row
 extern const struct vw_table vw_image_table;         // struct vw_ledger_image
 extern const struct vw_table vw_step_table;          // struct vw_step_record
 extern const struct vw_table vw_view_table;          // struct vw_view_row
-extern const struct vw_table vw_probe_table;         // struct vw_probe_row
 extern const struct vw_table vw_score_table;         // struct vw_ledger_score
 extern const struct vw_table vw_retraining_table;    // struct vw_retraining_row
 extern const struct vw_table vw_lasting_table;       // struct vw_lasting_pass: its settings

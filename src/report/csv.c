@@ -47,7 +47,7 @@ static void print_row(FILE *stream, const struct row *row, uint32_t rank) {
                  score->unit, score->standard_error, score->visits, rank, score->ci_low, score->ci_high);
     print_rank(stream, score->rank_ci_low);
     print_rank(stream, score->rank_ci_high);
-    vw_csv_print(stream, ",r\n", score->resampling_stderr);
+    fputc('\n', stream);
 }
 
 struct table {
@@ -57,7 +57,7 @@ struct table {
 };
 
 const char vw_report_csv_header[] = "name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,"
-                                    "rank_ci_high,resampling_stderr\n";
+                                    "rank_ci_high\n";
 
 static void print_rows(FILE *stream, const struct table *table) {
     for (uint32_t i = 0; i < table->count; i++) {

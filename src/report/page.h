@@ -13,9 +13,9 @@
 #include "viewworth/types.h"
 
 // Writes scores.csv (RFC 4180, but lines end with LF): header
-// name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high,resampling_stderr; one row
-// per train image and method, methods in the given order, best first; rank 1 = most valuable, ties by name. What is
-// unknown is an empty field. Reals are printed so that they read back to the same double.
+// name,provider,method,value,unit,stderr,visits,rank,ci_low,ci_high,rank_ci_low,rank_ci_high; one row per train image
+// and method, methods in the given order, best first; rank 1 = most valuable, ties by name. What is unknown is an empty
+// field. Reals are printed so that they read back to the same double.
 enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count);
 // Makes the same in memory; `path` is for messages.

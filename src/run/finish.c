@@ -157,8 +157,6 @@ static void write_pictures(struct vw_run *run) {
 }
 
 static enum vw_status write_tables(struct vw_run *run) {
-    run->results.probe_costs =
-        vw_probe_costs_count(&run->results.scoring.input, run->trainer, vw_now_s() - run->results.plan.started_s);
     enum vw_status status =
         vw_attribution_make(run->scene, &run->results.scoring, run->out, run->payout_cents, &run->results.attribution);
     if (!status)

@@ -12,9 +12,8 @@
 struct transaction {
     struct vw_step_record *records;
     struct vw_view_error *views;
-    struct vw_probe *probes;
-    size_t count, view_count, probe_count; // count 0: empty
-    size_t record_capacity, view_capacity, probe_capacity;
+    size_t count, view_count; // count 0: empty
+    size_t record_capacity, view_capacity;
     struct vw_step_statistics statistics; // after its last step
 };
 
@@ -37,15 +36,12 @@ struct vw_ledger_writer {
 // ---- Copying -------------------------------------------------------------------------------------------------------
 
 static enum vw_status make_room(struct transaction *to, const struct vw_step_record *records, uint32_t count) {
-    size_t views = to->view_count, probes = to->probe_count;
-    for (uint32_t i = 0; i < count; i++) {
+    size_t views = to->view_count;
+    for (uint32_t i = 0; i < count; i++)
         if (records[i].views) views += records[i].view_count;
-        if (records[i].probes) probes += records[i].probe_count;
-    }
     enum vw_status status =
         vw_grow((void **)&to->records, &to->record_capacity, to->count + count, sizeof *to->records);
-    if (!status) status = vw_grow((void **)&to->views, &to->view_capacity, views, sizeof *to->views);
-    return status ? status : vw_grow((void **)&to->probes, &to->probe_capacity, probes, sizeof *to->probes);
+    return status ? status : vw_grow((void **)&to->views, &to->view_capacity, views, sizeof *to->views);
 }
 
 static enum vw_status copy(struct transaction *to, const struct vw_step_record *records, uint32_t count) {
@@ -56,34 +52,25 @@ static enum vw_status copy(struct transaction *to, const struct vw_step_record *
         to->records[to->count++] = *record;
         if (record->views && record->view_count)
             memcpy(to->views + to->view_count, record->views, record->view_count * sizeof *to->views);
-        if (record->probes && record->probe_count)
-            memcpy(to->probes + to->probe_count, record->probes, record->probe_count * sizeof *to->probes);
         if (record->views) to->view_count += record->view_count;
-        if (record->probes) to->probe_count += record->probe_count;
     }
     return VW_OK;
 }
 
 static void link_records(struct transaction *transaction) {
     const struct vw_view_error *views = transaction->views;
-    const struct vw_probe *probes = transaction->probes;
     for (size_t i = 0; i < transaction->count; i++) {
         struct vw_step_record *record = &transaction->records[i];
         if (record->views) record->views = views;
-        if (record->probes) record->probes = probes;
         if (record->views) views += record->view_count;
-        if (record->probes) probes += record->probe_count;
     }
 }
 
-static void clear(struct transaction *transaction) {
-    transaction->count = transaction->view_count = transaction->probe_count = 0;
-}
+static void clear(struct transaction *transaction) { transaction->count = transaction->view_count = 0; }
 
 static void free_transaction(struct transaction *transaction) {
     free(transaction->records);
     free(transaction->views);
-    free(transaction->probes);
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@
 #include "run/outputs/attribution.h"
 #include "run/outputs/validation_views.h"
 #include "run/plan/plan.h"
-#include "run/probe_costs.h"
 #include "run/profile.h"
 #include "run/scoring.h"
 #include "run/session.h"
@@ -46,7 +45,6 @@ struct vw_run_results {
     struct vw_profile profile;            // without rows: not asked for
     // Only in a validated run:
     struct vw_scoring scoring;
-    struct vw_probe_costs probe_costs;
     struct vw_attribution attribution;
     struct vw_validation_views validation;
     struct vw_lasting_summary lasting; // empty: the run has no lasting credit

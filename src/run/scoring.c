@@ -8,18 +8,14 @@ enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config 
         config->optimizer == VW_OPTIMIZER_SGD ? 0 : config->beta1; // which plain gradient descent does not use
     *input = (struct vw_value_input){.burn_in_epochs = config->burn_in_epochs, .beta1 = beta1};
     struct vw_step_record *records = NULL;
-    struct vw_probe *probes = NULL;
     enum vw_status status = vw_ledger_get_images(ledger, &input->images, &input->image_count);
     if (!status) status = vw_ledger_get_steps(ledger, &records, &input->record_count);
-    if (!status) status = vw_ledger_get_probes(ledger, &probes, &input->probe_count);
     input->records = records;
-    input->probes = probes;
     return status ? status : vw_ledger_get_lasting(ledger, &input->lasting);
 }
 
 void vw_scoring_unload(struct vw_value_input *input) {
     free((void *)input->records);
-    free((void *)input->probes);
     vw_lasting_pass_free(&input->lasting);
 }
 
@@ -74,9 +70,7 @@ enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config 
     *scoring = (struct vw_scoring){0};
     enum vw_status status = vw_scoring_load(ledger, config, &scoring->input);
     if (!status) status = vw_ledger_get_retrainings(ledger, &scoring->retrainings, &scoring->retraining_count);
-    if (!status) status = vw_scoring_repeat(scoring);
-    if (!status) vw_value_noise_floor(&scoring->input, &scoring->noise_floor);
-    return status;
+    return status ? status : vw_scoring_repeat(scoring);
 }
 
 void vw_scoring_free(struct vw_scoring *scoring) {

@@ -8,7 +8,7 @@
 #include "viewworth/train.h"
 #include "viewworth/value.h"
 
-// Reads what scores are computed from: the ledger's steps, probes and lasting credit, owned here, and its images, lent
+// Reads what scores are computed from: the ledger's steps and lasting credit, owned here, and its images, lent
 // by the ledger. `config` is the run's. Unload it also after a failure.
 enum vw_status vw_scoring_load(struct vw_ledger *ledger, const struct vw_config *config, struct vw_value_input *input);
 void vw_scoring_unload(struct vw_value_input *input);
@@ -17,14 +17,13 @@ struct vw_scoring {
     struct vw_value_input input;
     struct vw_ledger_score *scores;
     uint32_t score_count;
-    struct vw_noise_floor noise_floor;
     struct vw_ledger_retraining *retrainings; // the ledger's
     uint32_t retraining_count;
 };
 
 // Returns VW_ERROR_USAGE where burn-in leaves no epoch to score.
 enum vw_status vw_check_scored_epochs(uint32_t epochs, uint32_t burn_in_epochs);
-// Computes all scores from the ledger's steps, probes and retrainings; `config` is the run's. Free it also after a
+// Computes all scores from the ledger's steps and retrainings; `config` is the run's. Free it also after a
 // failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);

@@ -210,11 +210,6 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
         return vw_fail(VW_ERROR_USAGE, "--pilot-steps takes 0 to %d, not %" PRIu32, VW_PILOT_STEPS_MOST,
                        config->pilot_steps);
-    uint32_t counted = config->epochs > config->burn_in_epochs ? config->epochs - config->burn_in_epochs : 0;
-    if (config->same_state > counted)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--same-state %u: at most one state per epoch after --burn-in, which are %u; take more --epochs",
-                       config->same_state, counted);
     return VW_OK;
 }
 
@@ -229,24 +224,17 @@ enum vw_status vw_config_check(const struct vw_config *config) {
     return check_together(config);
 }
 
-struct vw_config vw_config_without_probes(const struct vw_config *config) {
-    struct vw_config bare = *config;
-    bare.noise_floor = false;
-    bare.same_state = 0;
-    return bare;
-}
-
 static json_t *number_to_json(const struct vw_config *config, const struct number *number) {
     if (number->kind == REAL) return json_real(number_get(config, number));
     if (number->kind == SEED) return json_integer((json_int_t)config->seed);
     return json_integer((json_int_t)number_get(config, number));
 }
 
-// Returns whether a number is part of the run's identity. The number of epochs is, where it decides which of them end
-// in a state that is probed, or how the learning rate decays.
+// Returns whether a number is part of the run's identity. The number of epochs is, where it decides how the learning
+// rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
-    bool epochs_decide = config->same_state || config->learning_rate_decay < 1.0;
-    return number->identity || (epochs_decide && number->offset == offsetof(struct vw_config, epochs));
+    return number->identity ||
+           (config->learning_rate_decay < 1.0 && number->offset == offsetof(struct vw_config, epochs));
 }
 
 // Returns whether memory was short.
@@ -266,9 +254,6 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || choices_to_json(config, object);
     failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
-    failed = failed || json_object_set_new(object, "same_state", json_integer(config->same_state));
-    failed = failed ||
-             json_object_set_new(object, "noise_floor", json_boolean(config->noise_floor)); // the ledger's probe rows
     bool automatic = config->pilot_steps == VW_PILOT_STEPS_AUTO;
     failed = failed ||
              (!identity_only &&
@@ -308,19 +293,14 @@ static enum vw_status rest_from_json(const json_t *object, struct vw_config *con
     const json_t *pilots = json_object_get(object, "pilot_steps");
     const char *effects = json_string_value(json_object_get(object, "effects"));
     json_int_t base_seed = json_integer_value(json_object_get(object, "base_seed"));
-    json_int_t same_state = json_integer_value(json_object_get(object, "same_state"));
     json_int_t pilot_steps = json_integer_value(pilots);
     if (!effects || strlen(effects) >= sizeof config->effects)
         return vw_fail(VW_ERROR_INPUT, "config: effects is missing or too long");
-    if (same_state < 0 || same_state > UINT32_MAX)
-        return vw_fail(VW_ERROR_INPUT, "config: same_state is not a number of states");
     if (pilot_steps < 0 || pilot_steps > VW_PILOT_STEPS_MOST)
         return vw_fail(VW_ERROR_INPUT, "config: pilot_steps is not a number of steps");
     strcpy(config->effects, effects);
     config->base_seed = (uint64_t)base_seed;
-    config->same_state = (uint32_t)same_state;
     config->pilot_steps = json_is_integer(pilots) ? (uint32_t)pilot_steps : VW_PILOT_STEPS_AUTO;
-    config->noise_floor = json_is_true(json_object_get(object, "noise_floor"));
     return VW_OK;
 }
 

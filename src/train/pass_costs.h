@@ -1,8 +1,7 @@
 // The work of each pass (loads, stores, products), from the layout alone, to compare with its time (--profile).
 // Everything counts as often as it is asked for, as if nothing stayed in caches (so that gradient_weights, which reads
 // its operands many times, may beat a copy), every grid entry as if it had a gradient, and every sample as if none were
-// skipped. What is small beside a pass's main traffic is left out, and so are the probes of --noise-floor and
-// --same-state, which are steps of their own.
+// skipped. What is small beside a pass's main traffic is left out.
 #ifndef VIEWWORTH_TRAIN_PASS_COSTS_H
 #define VIEWWORTH_TRAIN_PASS_COSTS_H
 

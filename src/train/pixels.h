@@ -22,8 +22,8 @@ struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32
 void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count);
 
 // The `count` pixels of one training step, drawn uniformly with replacement; a function of (seed, step, draw). Draw 0
-// is the step's own; probes take the others. The first picture_side^2 of them make a picture of the photo: one in each
-// of so many equal cells, row by row from the top (0: none do).
+// is the step's own; the others are for whoever tries a step on other pixels. The first picture_side^2 of them make a
+// picture of the photo: one in each of so many equal cells, row by row from the top (0: none do).
 struct vw_pixel_draw {
     uint64_t seed, step;
     uint32_t draw, picture_side;

@@ -12,12 +12,8 @@
 
 // ---- Parts ----------------------------------------------------------------------------------------------------------
 
-static uint32_t pixels_per_step(const struct vw_trainer *trainer) {
-    return trainer->config.rays * vw_probes_draws_per_step(&trainer->config);
-}
-
 static uint32_t rows_per_step(const struct vw_trainer *trainer) {
-    return vw_probes_measurements_per_step(&trainer->config) * vw_validation_rows_per_measurement(&trainer->validation);
+    return vw_validation_rows_per_measurement(&trainer->validation);
 }
 
 // Returns one step more than a batch takes: the first batch also contains step 0.
@@ -31,15 +27,14 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     size_t count = records_per_slot(trainer);
     trainer->records = vw_allocate(count, sizeof *trainer->records);
     trainer->view_errors = vw_allocate(count * trainer->validation.view_count, sizeof *trainer->view_errors);
-    trainer->step_probes = vw_allocate(count * vw_probes_per_step(&trainer->config), sizeof *trainer->step_probes);
-    return trainer->records && trainer->view_errors && trainer->step_probes ? VW_OK : VW_ERROR_MEMORY;
+    return trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
 }
 
 // Returns the room of a batch. On a CPU a step takes milliseconds: room for 64 default steps is enough for a batch.
 static struct vw_batch_room batch_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
-    return (struct vw_batch_room){.pixels_per_step = pixels_per_step(trainer),
-                                  .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)pixels_per_step(trainer) +
+    return (struct vw_batch_room){.pixels_per_step = trainer->config.rays,
+                                  .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)trainer->config.rays +
                                                     sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
                                   .batch_bytes = is_cpu ? 1000000 : 1 << 25};
 }
@@ -47,7 +42,7 @@ static struct vw_batch_room batch_room(const struct vw_trainer *trainer) {
 static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
     const struct vw_batch_room room = batch_room(trainer);
     vw_photo_order_set_batches(&trainer->schedule, &room, steps_per_batch);
-    uint64_t slot_pixels = (uint64_t)pixels_per_step(trainer) * trainer->schedule.batch_steps_max;
+    uint64_t slot_pixels = (uint64_t)trainer->config.rays * trainer->schedule.batch_steps_max;
     const struct vw_buffer_params pixels = {.name = "pixels",
                                             .size_bytes = BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,
                                             .memory = VW_BUFFER_UPLOAD};
@@ -99,41 +94,30 @@ static enum vw_status create_validation(struct vw_trainer *trainer) {
     return trainer->validate ? vw_validation_create(&params, &trainer->validation) : VW_OK;
 }
 
-static enum vw_status create_probes(struct vw_trainer *trainer) {
-    const struct vw_probe_context context = {.scene = trainer->scene,
-                                             .config = &trainer->config,
-                                             .masks = trainer->masks,
-                                             .field = &trainer->field,
-                                             .step = &trainer->step,
-                                             .validation = &trainer->validation,
-                                             .schedule = &trainer->schedule,
-                                             .pixels = trainer->pixels,
-                                             .scalars = trainer->scalars};
-    return vw_probes_create(&context, &trainer->probes);
+static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
+    return (struct vw_trainer_parts){.scene = trainer->scene,
+                                     .config = &trainer->config,
+                                     .masks = trainer->masks,
+                                     .field = &trainer->field,
+                                     .step = &trainer->step,
+                                     .validation = &trainer->validation,
+                                     .schedule = &trainer->schedule,
+                                     .pixels = trainer->pixels,
+                                     .scalars = trainer->scalars};
 }
 
 // ---- Submission -----------------------------------------------------------------------------------------------------
 
 static void record_training(struct vw_trainer *trainer, struct vw_submission *batch, uint64_t step,
                             uint32_t first_pixel, uint32_t scalar_row) {
-    uint32_t rays = trainer->config.rays;
+    uint32_t rays = trainer->config.rays, view = vw_photo_order_view_of_step(&trainer->schedule, step);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
-    struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
-                                  .picture_side = trainer->model.picture_side};
-    uint32_t view = vw_photo_order_view_of_step(&trainer->schedule, step),
-             draws = vw_probes_draws_of_step(&trainer->probes, step);
-    for (; drawn.draw < draws; drawn.draw++)
-        vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels + drawn.draw * rays);
-    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays * draws);
-    vw_probes_record_before(&trainer->probes, batch, step, first_pixel, scalar_row);
+    const struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
+                                        .picture_side = trainer->model.picture_side};
+    vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels);
+    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays);
     vw_step_record_passes(&trainer->step, batch, step, first_pixel, scalar_row);
     vw_validation_record(&trainer->validation, batch, scalar_row);
-}
-
-// Returns whether the state on the device, or what will be there when all is done that is in flight, is still to be
-// probed.
-static bool state_is_due(const struct vw_trainer *trainer) {
-    return trainer->next_step > 0 && vw_probes_state_due(&trainer->probes, trainer->next_step - 1);
 }
 
 static uint64_t last_step(const struct vw_trainer *trainer) {
@@ -142,8 +126,7 @@ static uint64_t last_step(const struct vw_trainer *trainer) {
 }
 
 static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
-    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
-           !state_is_due(trainer);
+    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer);
 }
 
 // Decodes the photos of the next submission and, because that is done in parallel, of some steps after it.
@@ -166,10 +149,10 @@ static void decode_or_fail(struct vw_trainer *trainer) {
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
-// Records the next steps, up to the last one or to one after which the state is probed.
+// Records the next steps, up to the last one.
 static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
-    uint32_t pixel = index * trainer->schedule.batch_steps_max * pixels_per_step(trainer);
+    uint32_t pixel = index * trainer->schedule.batch_steps_max * trainer->config.rays;
     struct vw_batch_slot *slot = &trainer->slots[index];
     if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
     *slot = (struct vw_batch_slot){.first_step = trainer->next_step, .in_flight = true};
@@ -179,10 +162,9 @@ static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_s
         slot->row_count++;
         trainer->next_step++;
     }
-    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last && !state_is_due(trainer);
-         steps--) {
+    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last; steps--) {
         record_training(trainer, batch, trainer->next_step++, pixel, row);
-        pixel += pixels_per_step(trainer);
+        pixel += trainer->config.rays;
         row += rows_per_step(trainer);
         slot->row_count++;
     }
@@ -202,7 +184,6 @@ static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_sub
 
 static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = vw_config_check(&trainer->config);
-    if (!status) status = vw_probes_check(&trainer->config, trainer->validate);
     if (!status) status = take_effects(trainer, params);
     if (!status) status = choose_views(trainer, params);
     if (!status) status = create_field(trainer, params->choices);
@@ -211,7 +192,7 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
         status = vw_step_create(&trainer->field, &trainer->config, &trainer->schedule, trainer->pixels,
                                 trainer->scalars, &trainer->step);
     if (!status) status = create_validation(trainer);
-    if (!status) status = create_probes(trainer);
+    trainer->parts = list_parts(trainer);
     return !status ? join_submissions(trainer, params->submissions) : status;
 }
 
@@ -234,7 +215,6 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     if (!trainer) return;
     if (trainer->submissions) vw_submissions_leave(trainer->submissions, trainer);
     vw_submissions_destroy(&trainer->own_submissions);
-    vw_probes_destroy(&trainer->probes);
     vw_validation_destroy(&trainer->validation);
     vw_step_destroy(&trainer->step);
     vw_field_destroy(&trainer->field);
@@ -243,7 +223,6 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     vw_buffer_destroy(&trainer->scalars);
     free(trainer->records);
     free(trainer->view_errors);
-    free(trainer->step_probes);
     free(trainer);
     *pointer = NULL;
 }
@@ -285,8 +264,6 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
         record->nonfinite = rows->z != 0.0f;
         record->clamped_count = (uint64_t)rows->w;
     }
-    vw_probes_read(&trainer->probes, rows, trainer->step_probes + (size_t)index * vw_probes_per_step(&trainer->config),
-                   record);
     if (trainer->validate)
         read_measurement(trainer, rows, trainer->view_errors + (size_t)index * trainer->validation.view_count, record);
     blank_nonfinite(record);
@@ -312,10 +289,7 @@ static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_
     for (uint32_t i = 0; i < slot->row_count; i++)
         read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
     *count = slot->row_count;
-    bool last_submitted = slot->first_step + slot->row_count == trainer->next_step;
-    if (!last_submitted || !state_is_due(trainer)) return VW_OK;
-    return vw_probes_take_state(&trainer->probes, trainer->submissions->batches[index],
-                                &trainer->records[slot->row_count - 1]);
+    return VW_OK;
 }
 
 // Fills the slots from the oldest on, so that one batch runs while another's records are read.

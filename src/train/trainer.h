@@ -81,9 +81,7 @@ void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]); // hash of all embedded shader
 struct vw_trainer_stats {
     uint64_t param_count, device_bytes;
     uint64_t clamped_count, nonfinite_steps, floored_steps;
-    uint32_t val_rays;         // actually taken and scored
-    uint64_t same_state_steps; // taken as probes by this trainer
-    double same_state_s;       // wall clock that they took
+    uint32_t val_rays; // actually taken and scored
 };
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats);
 

@@ -38,7 +38,7 @@ struct vw_radiance_field *vw_trainer_field(struct vw_trainer *trainer) {
     return &trainer->field;
 }
 
-const struct vw_probe_context *vw_trainer_context(struct vw_trainer *trainer) { return &trainer->probes.context; }
+const struct vw_trainer_parts *vw_trainer_get_parts(struct vw_trainer *trainer) { return &trainer->parts; }
 
 void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_stats *stats) {
     *stats = (struct vw_trainer_stats){.param_count = trainer->model.param_count,
@@ -46,9 +46,7 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
                                        .clamped_count = trainer->clamped_count,
                                        .nonfinite_steps = trainer->nonfinite_steps,
                                        .floored_steps = trainer->floored_steps,
-                                       .val_rays = trainer->validation.ray_count,
-                                       .same_state_steps = trainer->probes.same_state.taken_count,
-                                       .same_state_s = trainer->probes.same_state.taken_s};
+                                       .val_rays = trainer->validation.ray_count};
 }
 
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
@@ -108,10 +106,8 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
     if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, step);
-    if (status) return status;
-    trainer->next_step = *step + 1;
-    vw_probes_resume_after(&trainer->probes, *step);
-    return VW_OK;
+    if (!status) trainer->next_step = *step + 1;
+    return status;
 }
 
 static struct vw_trained_field trained_field_of(struct vw_trainer *trainer) {

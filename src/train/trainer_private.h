@@ -3,11 +3,8 @@
 #define VIEWWORTH_TRAIN_TRAINER_PRIVATE_H
 
 #include "gpu/compute.h"
-#include "train/photo_order.h"
-#include "train/probes/probes.h"
 #include "train/shared_submissions.h"
-#include "train/step.h"
-#include "train/validation/validation.h"
+#include "train/trainer_parts.h"
 
 // A trainer's part of the batch of the same index.
 struct vw_batch_slot {
@@ -30,10 +27,10 @@ struct vw_trainer {
     struct vw_step_passes step;
     struct vw_photo_order schedule;
     struct vw_validation validation;
-    struct vw_probes probes;
+    struct vw_trainer_parts parts; // the above, for code that works between steps
 
-    struct vw_buffer *pixels;  // UPLOAD: per batch slot and step, one or more draws of the step's rays
-    struct vw_buffer *scalars; // READBACK: per batch slot and step (step 0 included), one or more measurements
+    struct vw_buffer *pixels;  // UPLOAD: per batch slot and step, the step's rays
+    struct vw_buffer *scalars; // READBACK: per batch slot and step (step 0 included), a measurement
     struct vw_submissions *submissions, *own_submissions; // own: NULL where they are shared
     struct vw_batch_slot slots[BATCHES_IN_FLIGHT];
     uint32_t next_slot;     // to hand out
@@ -44,7 +41,6 @@ struct vw_trainer {
 
     struct vw_step_record *records; // records of the batch handed out last, with what they lend
     struct vw_view_error *view_errors;
-    struct vw_probe *step_probes;
     uint64_t clamped_count, nonfinite_steps, floored_steps; // counts over the records handed out
 };
 

@@ -126,7 +126,6 @@ enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_i
     }
     struct vw_value_input of_half = *input;
     of_half.records = records;
-    of_half.probe_count = 0;
     if (!status) status = measure_lasting(&reading, view_count, &of_half.lasting);
     else of_half.lasting = (struct vw_lasting_pass){0};
     if (!status) status = vw_value_score(&of_half, scores, score_count);

@@ -19,8 +19,8 @@ enum vw_status vw_halves_split(const struct vw_ledger_image *images, uint32_t im
 
 // Computes the scores that the run would have with only the validation photos of one half, from the table view, as
 // vw_value_score() does. The measures of a step are then means over the half's photos, each with the same weight; so is
-// lasting_psnr, if the backward pass was by validation photo. lasting_loss and scores from probes are left
-// out. A step that lacks a photo's row has no value. `*scores` is owned by the caller (free).
+// lasting_psnr, if the backward pass was by validation photo. lasting_loss is left out. A step that lacks a photo's row
+// has no value. `*scores` is owned by the caller (free).
 enum vw_status vw_halves_score(struct vw_ledger *ledger, const struct vw_value_input *input, const uint8_t *halves,
                                uint8_t half, struct vw_ledger_score **scores, uint32_t *score_count);
 

@@ -24,7 +24,6 @@ static struct vw_ledger_score score_of(const struct vw_ledger_image *image, cons
                                     .unit = vw_value_method_find(method)->unit,
                                     .standard_error = NAN,
                                     .visits = visits,
-                                    .resampling_stderr = NAN,
                                     .ci_low = NAN,
                                     .ci_high = NAN};
 }

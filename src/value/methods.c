@@ -41,9 +41,6 @@ static const struct vw_value_method listed[] = {
     {"lasting_psnr", DB, "sum over all steps on the photo of what the end of the training gains by the step",
      .additive = true},
     {"lasting_loss", L1, "the same for minus the mean absolute error", .additive = true},
-    {"same_state_psnr", DB,
-     "mean over states and draws of (val_psnr after a step on the photo - val_psnr of the state)", .additive = true,
-     .has_zero = true},
     {"worth_psnr", DB, "what a training on all photos loses without the photo, by regression over retrainings",
      .additive = true, .has_zero = true},
 };

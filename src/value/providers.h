@@ -24,9 +24,7 @@ struct vw_provider_score {
 //
 // The standard error assumes that the photos' errors are independent, because that is what score rows allow. Photos of
 // one run are not quite independent: one may gain what another has prepared. In four runs of 22 photos and 29 epochs,
-// for random groups of 6, it was 0.81 to 1.04 times (medians) the error from the group's own sums per epoch. The sum of
-// same_state_* is the effect of one step on each photo, as a mean over states that the photos share. With 20 states and
-// 12 photos, its standard error was 0.6 times the error from the group's own sums per state, so it is too small.
+// for random groups of 6, it was 0.81 to 1.04 times (medians) the error from the group's own sums per epoch.
 enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count,
                                   struct vw_provider_score **groups, uint32_t *group_count);

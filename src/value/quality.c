@@ -158,7 +158,6 @@ static void append(const struct work *work, struct vw_ledger_score *scores, uint
                                           .method = "quality",
                                           .unit = "mean rank",
                                           .standard_error = NAN,
-                                          .resampling_stderr = NAN,
                                           .ci_low = NAN,
                                           .ci_high = NAN};
         if (p == work->photo_count || work->photos[p] != i) continue;

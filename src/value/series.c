@@ -61,11 +61,9 @@ static double take_delta(struct reader *reader, const struct vw_step_record *rec
 }
 
 static enum vw_status take_visits(const struct vw_value_input *input, struct reader *reader, struct vw_series *series) {
-    uint64_t taken = 0;
     uint32_t last_epoch = 0;
     for (uint64_t i = 0; i < input->record_count; i++) {
         const struct vw_step_record *record = &input->records[i];
-        struct vw_step_probes probes = vw_step_probes_take(input, record->step, &taken);
         bool trained = record->view != VW_RECORD_UNTRAINED;
         struct vw_visit visit = {0};
         enum vw_status status = trained ? find_image(input, record, &visit.image) : VW_OK;
@@ -73,7 +71,6 @@ static enum vw_status take_visits(const struct vw_value_input *input, struct rea
         visit.delta = take_delta(reader, record, visit.image);
         if (!trained || record->epoch < input->burn_in_epochs) continue;
         visit.train_loss = record->nonfinite ? NAN : record->train_loss;
-        visit.sampling_variance = vw_step_sampling_variance(reader->measure, record, probes);
         append(series, &visit, record->epoch, &last_epoch);
     }
     return VW_OK;

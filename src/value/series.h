@@ -19,11 +19,10 @@ enum vw_form {
 
 // A step on a photo after burn-in.
 struct vw_visit {
-    uint32_t image;           // index in vw_value_input.images
-    uint32_t epoch;           // counts from 0 at the end of burn-in
-    double delta;             // positive = better; NaN if the step has no value, or no visit before it to start from
-    double sampling_variance; // vw_step_sampling_variance
-    double train_loss;        // loss of the step; NaN if it was flagged
+    uint32_t image;    // index in vw_value_input.images
+    uint32_t epoch;    // counts from 0 at the end of burn-in
+    double delta;      // positive = better; NaN if the step has no value, or no visit before it to start from
+    double train_loss; // loss of the step; NaN if it was flagged
 };
 
 struct vw_series {

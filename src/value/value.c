@@ -9,15 +9,13 @@
 #include "base/memory.h"
 #include "value/lasting_scores.h"
 #include "value/methods.h"
-#include "value/probe_scores.h"
 #include "value/quality.h"
 #include "value/uncertainty.h"
 
 // The sums for one photo.
 struct statistics {
-    double sum, squared_weights;
+    double sum;
     uint32_t visits;
-    struct vw_mean_variance sampling; // over its probed steps
 };
 
 // One method while its scores are computed.
@@ -42,26 +40,17 @@ static struct statistics count_visits(const struct scoring *scoring, uint32_t im
         double weight = scoring->weights[visit->epoch], contribution = weight * visit->delta,
                *of_epoch = &by_epoch[visit->epoch];
         if (weight == 0) continue;
-        vw_mean_variance_add(&statistics.sampling, visit->sampling_variance);
         if (!isfinite(contribution)) continue;
         statistics.sum += contribution;
-        statistics.squared_weights += weight * weight;
         statistics.visits++;
         *of_epoch = isnan(*of_epoch) ? contribution : *of_epoch + contribution;
     }
     return statistics;
 }
 
-// Adds variances: given the states that the steps start from, their deltas are independent draws. The probed steps
-// represent all steps.
-static double resampling_stderr_of_sum(const struct statistics *statistics) {
-    return sqrt(statistics->squared_weights * vw_mean_variance_result(&statistics->sampling));
-}
-
 static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_t image) {
     const struct statistics *statistics = &scoring->statistics[image];
     const struct vw_interval *interval = &scoring->intervals[image];
-    bool sums_steps = scoring->method->form == VW_FORM_STEP;
     return (struct vw_ledger_score){
         .image_id = scoring->input->images[image].image_id,
         .method = scoring->method->name,
@@ -69,7 +58,6 @@ static struct vw_ledger_score score_photo(const struct scoring *scoring, uint32_
         .unit = scoring->method->unit,
         .standard_error = interval->standard_error,
         .visits = statistics->visits,
-        .resampling_stderr = sums_steps ? resampling_stderr_of_sum(statistics) : NAN,
         .ci_low = interval->ci_low,
         .ci_high = interval->ci_high,
     };
@@ -151,7 +139,7 @@ static enum vw_status score_by(const struct vw_method *method, const struct vw_v
     return status;
 }
 
-enum { OTHER_METHODS = 4 }; // quality, lasting_psnr, lasting_loss, same_state_psnr
+enum { OTHER_METHODS = 3 }; // quality, lasting_psnr, lasting_loss
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {
@@ -162,7 +150,6 @@ enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledg
     for (uint32_t i = 0; !status && i < vw_method_count; i++) status = score_by(&vw_methods[i], input, made, &count);
     if (!status) status = vw_quality_append(input, made, &count);
     if (!status) status = vw_lasting_scores_append(input, made, &count);
-    if (!status) status = vw_probe_scores_append(input, made, &count);
     for (uint32_t i = 0; !status && input->paper_methods && i < vw_paper_method_count; i++)
         status = score_by(&vw_paper_methods[i], input, made, &count);
     if (status) {

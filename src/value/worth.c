@@ -241,7 +241,6 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
                                           .unit = "dB",
                                           .standard_error = worths.standard_errors[player],
                                           .visits = count_trainings(&game, player),
-                                          .resampling_stderr = NAN,
                                           .ci_low = worths.ci_low[player],
                                           .ci_high = worths.ci_high[player]};
         rank(&worths, player, score);

@@ -30,7 +30,6 @@ for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
     check "so is --budget '$time'" refuses '--budget takes' --budget "$time"
 done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
-check "states cannot lie by epochs that are not known" eval 'by=$lab refuses --same-state --budget 90s --same-state 3'
 check "nor does the learning rate decay over them" refuses '--learning-rate-decay' --budget 90s --learning-rate-decay 0.1
 check "nor is a run swept that may leave out planned epochs" refuses '--until-stable may leave some out' --until-stable 0.9 \
     --learning-rate-decay 0.1 --lasting

@@ -65,7 +65,7 @@ check "render is refused" refuses 2 'was imported from' render "$folder/imported
 check "value --resume does not go on with it" refuses 2 'another scene' value "$root/scenes/clean.json" --out "$folder/imported" --resume \
     "${tiny[@]}"
 query again "UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 7"
-check "verify finds an edited step" refuses 1 'step 7 or one of its view or probe rows was edited' verify "$folder/again"
+check "verify finds an edited step" refuses 1 'step 7 or one of its view rows was edited' verify "$folder/again"
 query late "UPDATE run SET config_json = '{}'"
 check "verify finds an edited configuration" refuses 1 'run row was edited' verify "$folder/late"
 

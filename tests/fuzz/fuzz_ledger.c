@@ -14,9 +14,6 @@ static const char *const changes[] = {
     "UPDATE step SET val_psnr = ?1, val_l1 = 'x' WHERE step = 4",
     "UPDATE view SET image_id = ?1 WHERE step = 4 AND image_id = 0",
     "UPDATE view SET step = ?1 WHERE step = 4 AND image_id = 0",
-    "UPDATE probe SET step = ?1 WHERE step = 3 AND probe = 1",
-    "UPDATE probe SET image_id = ?1",
-    "UPDATE probe SET kind = ?1",
     "UPDATE image SET image_id = ?1 WHERE image_id = 2",
     "UPDATE image SET name = substr(x'610062', 1, 1 + abs(?1) % 3) WHERE image_id = 2",
     "UPDATE score SET image_id = ?1 WHERE image_id = 2",
@@ -64,13 +61,11 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
 static void read_rows(struct vw_ledger *ledger) {
     const struct vw_ledger_image *images = NULL;
     struct vw_step_record *records = NULL;
-    struct vw_probe *probes = NULL;
     struct vw_ledger_score *scores = NULL;
     uint32_t image_count = 0, score_count = 0;
-    uint64_t record_count = 0, probe_count = 0;
+    uint64_t record_count = 0;
     fuzz_check_message(vw_ledger_get_images(ledger, &images, &image_count));
     fuzz_check_message(vw_ledger_get_steps(ledger, &records, &record_count));
-    fuzz_check_message(vw_ledger_get_probes(ledger, &probes, &probe_count));
     fuzz_check_message(vw_ledger_get_scores(ledger, &scores, &score_count));
     fuzz_check_message(vw_ledger_each_view(ledger, take_view, NULL));
     for (uint64_t i = 0; i < record_count; i++)
@@ -81,7 +76,6 @@ static void read_rows(struct vw_ledger *ledger) {
     for (uint32_t i = 0; i < score_count; i++)
         check(vw_ledger_find_image(images, image_count, scores[i].image_id) != NULL, "scores name images");
     free(records);
-    free(probes);
     free(scores);
 }
 

@@ -162,20 +162,6 @@ TEST(first_epochs_are_scored_as_a_run_of_their_own) {
     vw_score_tables_free(&first);
 }
 
-TEST(probes_of_later_epochs_are_left_out) {
-    AUTO_FREE struct test_recording *training = train(4, 1);
-    const struct vw_probe probes[] = {{.step = 1}, {.step = 10}, {.step = 10}, {.step = 11}, {.step = 20}};
-    struct vw_value_input input = input_of(training, test_images);
-    input.probes = probes;
-    input.probe_count = VW_ARRAY_COUNT(probes);
-    struct vw_value_input first = vw_value_input_truncate(&input, 2);
-    assert_int_equal(first.record_count, 1 + 2 * TEST_TRAIN_COUNT);
-    assert_int_equal(first.probe_count, 3);
-    first = vw_value_input_truncate(&input, 4);
-    assert_int_equal(first.record_count, training->count);
-    assert_int_equal(first.probe_count, 5);
-}
-
 // A run that has no step after burn-in has no score of any method: its places are NaN, and the others' pairs stay.
 TEST(a_run_without_scores_takes_no_part) {
     AUTO_FREE struct test_recording *full = train(4, 1), *other = train(4, 2), *burned = train(1, 3);

@@ -149,7 +149,7 @@ TEST(the_second_order_is_nearer_to_what_long_steps_change) {
 
 // U with the params moved by `factor` times `towards` from the saved state.
 static double psnr_towards(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
-    const struct vw_probe_context *context = sweep->replay.context;
+    const struct vw_trainer_parts *context = sweep->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
     float *moved = vw_allocate(count, sizeof *moved);
     for (uint64_t i = 0; i < count; i++) moved[i] = (float)(from[i] + factor * towards[i]);
@@ -174,7 +174,7 @@ static double derivative_of(struct vw_gradient_replay *sweep, const float *from,
 // Measures what a small part of a photo's step, and of plain descent, really changes.
 static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint64_t number, double rate,
                           struct vw_tracin_score *measured) {
-    const struct vw_probe_context *context = sweep->replay.context;
+    const struct vw_trainer_parts *context = sweep->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
     struct vw_submission *batch = sweep->replay.batch;
     uint32_t pixel =

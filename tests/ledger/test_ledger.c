@@ -65,28 +65,10 @@ FOLDER_TEST(rows_read_back) {
 
 static bool same_real(double a, double b) { return a == b || (isnan(a) && !isfinite(b)); }
 
-FOLDER_TEST(probes_and_scores_read_back) {
+FOLDER_TEST(scores_read_back) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
-    AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);
-    AUTO_FREE struct vw_probe *probes = NULL;
-    uint64_t probe_count = 0;
     ASSERT_OK(vw_ledger_open(path, &ledger));
-    ASSERT_OK(vw_ledger_get_probes(ledger, &probes, &probe_count));
-    assert_int_equal(probe_count, 6 * TEST_PROBES_PER_STEP); // of the steps 3, 6, ... 18
-    for (uint32_t i = 0; i < probe_count; i++) {
-        uint32_t step = 3 + 3 * (i / TEST_PROBES_PER_STEP), index = i % TEST_PROBES_PER_STEP;
-        const struct vw_probe *written = &recording->records[step].probes[index];
-        assert_int_equal(probes[i].step, step);
-        assert_int_equal(probes[i].index, index);
-        assert_int_equal(probes[i].kind, written->kind);
-        assert_int_equal(probes[i].view, written->view);
-        assert_true(same_real(probes[i].val_psnr, written->val_psnr));
-        assert_true(same_real(probes[i].val_psnr_pooled, written->val_psnr_pooled));
-        assert_true(same_real(probes[i].val_l1, written->val_l1));
-        assert_true(!isinf(probes[i].val_l1));
-    }
-
     AUTO_FREE struct vw_ledger_score *read = NULL;
     uint32_t count = 0;
     const struct vw_ledger_score *expected[] = {&test_scores[0], &test_scores[1],
@@ -100,7 +82,6 @@ FOLDER_TEST(probes_and_scores_read_back) {
         assert_int_equal(read[i].visits, expected[i]->visits);
         assert_true(read[i].value == expected[i]->value);
         assert_true(same_real(read[i].standard_error, expected[i]->standard_error));
-        assert_true(same_real(read[i].resampling_stderr, expected[i]->resampling_stderr));
         assert_true(same_real(read[i].ci_low, expected[i]->ci_low) && same_real(read[i].ci_high, expected[i]->ci_high));
         assert_int_equal(read[i].rank_ci_low, expected[i]->rank_ci_low);
         assert_int_equal(read[i].rank_ci_high, expected[i]->rank_ci_high);
@@ -141,9 +122,7 @@ FOLDER_TEST(tables_are_as_contracted) {
         {"step",
          "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
-        {"probe", "run_id,step,probe,kind,val_psnr,val_psnr_pooled,val_l1,image_id"},
-        {"score",
-         "run_id,image_id,method,value,unit,stderr,visits,resampling_stderr,ci_low,ci_high,rank_ci_low,rank_ci_high"},
+        {"score", "run_id,image_id,method,value,unit,stderr,visits,ci_low,ci_high,rank_ci_low,rank_ci_high"},
         {"retraining", "run_id,retraining,whole_providers,seed,epochs,image_ids,val_psnr"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(tables); i++) {
@@ -165,16 +144,10 @@ FOLDER_TEST(tables_are_as_contracted) {
     assert_answer(path, "SELECT status || ' ' || finished_utc FROM run", "finished 2026-11-21T04:00:00Z");
     assert_answer(path, "SELECT seed FROM run", "9223372036854775807");
     assert_answer(path, "SELECT stderr FROM score WHERE image_id = 2", "NULL");
-    assert_answer(path, "SELECT resampling_stderr FROM score WHERE image_id = 2", "NULL");
     assert_answer(
         path, "SELECT rank_ci_low IS NULL AND rank_ci_high IS NULL AND ci_low IS NULL FROM score WHERE image_id = 2",
         "1");
     assert_answer(path, "SELECT count(*) FROM score", "3");
-    assert_answer(path, "SELECT group_concat(kind) FROM probe WHERE step = 9",
-                  "repeated,zero_learning_rate,resampled,resampled,same_state");
-    assert_answer(path, "SELECT count(*) FROM probe WHERE (image_id IS NULL) = (kind = 'same_state')", "0");
-    assert_answer(path, "SELECT count(*) FROM probe WHERE val_psnr_pooled IS NULL AND probe = 2", "6");
-    assert_answer(path, "SELECT count(*) FROM probe WHERE val_l1 IS NULL AND probe = 3", "6");
     assert_answer(path, "PRAGMA user_version", "1");
     assert_answer(path, "PRAGMA journal_mode", "delete");
     assert_answer(path, "PRAGMA integrity_check", "ok");

@@ -51,12 +51,11 @@ FOLDER_TEST(only_recorded_steps_can_be_compared) {
 
 static double next_double(double value) { return nextafter(value, 1e300); }
 
-// Changes one thing about a step that has a value and probes, reals by one unit in the last place; NULL when there are
+// Changes one thing about a step that has a value, reals by one unit in the last place; NULL when there are
 // no more.
 static const char *change_field(struct test_recording *recording, uint32_t step, uint32_t *views, uint32_t which) {
     struct vw_step_record *record = &recording->records[step];
     struct vw_view_error *errors = &recording->errors[2 * step];
-    struct vw_probe *probes = &recording->probes[TEST_PROBES_PER_STEP * step];
     switch (which) {
     case 0: return record->epoch++, "epoch";
     case 1: return record->view ^= 1, "view";
@@ -75,17 +74,6 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     case 14: return errors[1].l1 = next_double(errors[1].l1), "l1 of the last view";
     case 15: return record->view_count--, "view_count";
     case 16: return views[1]++, "image_id of the last view";
-    case 17: return record->probe_count--, "probe_count";
-    case 18: return record->probes = &probes[1], record->probe_count--, "the first probe";
-    case 19: return probes[TEST_PROBES_PER_STEP - 1].index++, "index of a probe";
-    case 20: return probes[0].kind = VW_PROBE_ZERO_LEARNING_RATE, "kind of a probe";
-    case 21: return probes[3].val_psnr = next_double(probes[3].val_psnr), "val_psnr of a probe";
-    case 22: return probes[3].val_psnr_pooled = next_double(probes[3].val_psnr_pooled), "val_psnr_pooled of a probe";
-    case 23: return probes[2].val_l1 = next_double(probes[2].val_l1), "val_l1 of a probe";
-    case 24: return probes[2].val_psnr_pooled = 1, "val_psnr_pooled of a probe that had none";
-    case 25: return probes[1].val_psnr = NAN, "val_psnr of a probe, lost";
-    case 26: return probes[4].view ^= 1, "view of a probe";
-    case 27: return probes[4].view = VW_RECORD_UNTRAINED, "view of a probe, lost";
     default: return NULL;
     }
 }

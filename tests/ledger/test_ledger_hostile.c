@@ -54,7 +54,7 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         "ALTER TABLE run ADD COLUMN more TEXT AS (run_id)",
         "ALTER TABLE run RENAME COLUMN driver TO drivers",
         "ANALYZE",
-        "DROP TABLE probe",
+        "DROP TABLE retraining",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, '''val'', ', '') WHERE "
         "name = 'image'",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'name TEXT', 'name TEXT COLLATE "
@@ -62,9 +62,9 @@ FOLDER_TEST(only_the_schema_of_a_ledger_is_read) {
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'CREATE TABLE', 'create table')",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = sql || char(0) || 'x' WHERE name = 'step'",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM sqlite_schema WHERE "
-        "name = 'view') WHERE name = 'probe'",
-        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = 4000000000 WHERE name = 'probe'",
-        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -7 WHERE name = 'probe'",
+        "name = 'view') WHERE name = 'score'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = 4000000000 WHERE name = 'view'",
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -7 WHERE name = 'view'",
         "PRAGMA writable_schema = ON; WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 5000) "
         "INSERT INTO sqlite_schema SELECT 'table', 't' || i, 't' || i, 3, 'CREATE TABLE t' || i || '(a)' FROM n",
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE score (' || printf('%.100000c', "
@@ -216,15 +216,13 @@ static enum vw_status read_all(const char *path) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     const struct vw_ledger_image *images = NULL;
     AUTO_FREE struct vw_step_record *records = NULL;
-    AUTO_FREE struct vw_probe *probes = NULL;
     AUTO_FREE struct vw_ledger_score *scores = NULL;
     AUTO_FREE struct vw_ledger_retraining *retrainings = NULL;
-    uint64_t record_count = 0, probe_count = 0;
+    uint64_t record_count = 0;
     uint32_t image_count = 0, score_count = 0, retraining_count = 0;
     enum vw_status status = vw_ledger_open(path, &ledger);
     if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
     if (!status) status = vw_ledger_get_steps(ledger, &records, &record_count);
-    if (!status) status = vw_ledger_get_probes(ledger, &probes, &probe_count);
     if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
     if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &retraining_count);
     if (!status) status = vw_ledger_each_view(ledger, take_nothing, NULL);
@@ -264,9 +262,6 @@ FOLDER_TEST(rows_that_no_run_writes_are_refused) {
         "UPDATE view SET image_id = 99 WHERE image_id = 4",
         "UPDATE view SET mse = -9e999",
         "UPDATE view SET l1 = 'x'",
-        "UPDATE probe SET kind = 'other'",
-        "UPDATE probe SET probe = -1 WHERE probe = 0",
-        "UPDATE probe SET image_id = -5",
         "UPDATE score SET image_id = 1000 WHERE image_id = 2",
         "UPDATE score SET visits = -1",
         "UPDATE score SET value = 9e999",

@@ -7,7 +7,7 @@
 
 enum { STEP_COUNT = 1 + 2 * TEST_TRAIN_COUNT };
 
-static const char *const tables[] = {"run", "image", "step", "view", "probe", "score", "retraining"};
+static const char *const tables[] = {"run", "image", "step", "view", "score", "retraining"};
 enum { TABLE_COUNT = VW_ARRAY_COUNT(tables) };
 static const char *const states[] = {"running", "interrupted", "finished"}; // only the last has scores and retrainings
 
@@ -232,11 +232,8 @@ FOLDER_TEST(every_removed_row_is_found) {
 
 #define SHIFT(from, to)                                                                                                \
     "UPDATE step SET step = " to " WHERE step = " from ";"                                                             \
-    "UPDATE view SET step = " to " WHERE step = " from ";"                                                             \
-    "UPDATE probe SET step = " to " WHERE step = " from ";"
-#define REMOVE(which)                                                                                                  \
-    "DELETE FROM step WHERE step " which "; DELETE FROM view WHERE step " which                                        \
-    "; DELETE FROM probe WHERE step " which ";"
+    "UPDATE view SET step = " to " WHERE step = " from ";"
+#define REMOVE(which) "DELETE FROM step WHERE step " which "; DELETE FROM view WHERE step " which ";"
 
 FOLDER_TEST(rows_moved_and_added_are_found) {
     static const struct {
@@ -249,10 +246,9 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
         {"the last three steps removed likewise", REMOVE(">= 8"), "last step", false},
         {"all steps removed likewise", REMOVE(">= 0"), "last step", false},
         {"two steps swapped", SHIFT("3", "-1") SHIFT("6", "3") SHIFT("-1", "6"),
-         "step 3 or one of its view or probe rows was edited or moved", true},
+         "step 3 or one of its view rows was edited or moved", true},
         {"the last step renumbered", SHIFT("10", "11"), "step 10 is missing", true},
-        {"all steps renumbered",
-         "UPDATE step SET step = step + 100; UPDATE view SET step = step + 100; UPDATE probe SET step = step + 100",
+        {"all steps renumbered", "UPDATE step SET step = step + 100; UPDATE view SET step = step + 100",
          "step 0 is missing", true},
         {"two photos swapped", "UPDATE step SET image_id = 3 - image_id WHERE image_id IN (1, 2)", "was edited", true},
         {"two row hashes swapped",
@@ -282,14 +278,6 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
         {"a step of another run",
          "INSERT INTO step SELECT 'other', 0, 0, NULL, NULL, NULL, NULL, NULL, 0, row_hash, 0, 0 FROM run",
          "table step", true},
-        {"a probe added to a step",
-         "INSERT INTO probe SELECT run_id, step, 6, kind, 1, 2, 3, 4 FROM probe WHERE step = 6 AND probe = 3", "step 6",
-         true},
-        {"probes of no step", "INSERT INTO probe SELECT run_id, 99, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6",
-         "table probe", true},
-        {"a probe of another run",
-         "INSERT INTO probe SELECT 'other', step, probe, kind, 1, 2, 3, 4 FROM probe WHERE step = 6", "table probe",
-         true},
         {"an image added",
          "INSERT INTO image SELECT 8, scene_hash, 'images/8.png', split, provider, sha256, ground_truth FROM image"
          " WHERE image_id = 1",
@@ -298,12 +286,10 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
          "INSERT INTO image SELECT 8, 'other', 'images/8.png', split, provider, sha256, ground_truth FROM image"
          " WHERE image_id = 1",
          "table image", true},
-        {"a score added",
-         "INSERT INTO score SELECT run_id, 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, NULL, 1, 1 FROM run",
+        {"a score added", "INSERT INTO score SELECT run_id, 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, 1, 1 FROM run",
          "score row", true},
         {"a score of another run",
-         "INSERT INTO score VALUES ('other', 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, NULL, 1, 1)", "table score",
-         true},
+         "INSERT INTO score VALUES ('other', 3, 'dv_psnr', 9, 'dB', NULL, 1, NULL, NULL, 1, 1)", "table score", true},
         {"a second run",
          "INSERT INTO run SELECT 'other', scene_hash, scene_path, seed, config_json, subset_hash, device, driver,"
          " shader_hash, version, started_utc, finished_utc, status, row_hash, final_hash, scene_options_json, "
@@ -352,15 +338,13 @@ static void use(const char *path) {
     struct vw_ledger_run run;
     const struct vw_ledger_image *images = NULL;
     AUTO_FREE struct vw_step_record *records = NULL;
-    AUTO_FREE struct vw_probe *probes = NULL;
     AUTO_FREE struct vw_ledger_score *scores = NULL;
-    uint64_t record_count = 0, probe_count = 0;
+    uint64_t record_count = 0;
     uint32_t image_count = 0, score_count = 0;
     char head[VW_HASH_HEX_BYTES];
     ASSERT_OK(vw_ledger_get_run(ledger, &run));
     (void)vw_ledger_get_images(ledger, &images, &image_count);
     (void)vw_ledger_get_steps(ledger, &records, &record_count);
-    (void)vw_ledger_get_probes(ledger, &probes, &probe_count);
     (void)vw_ledger_get_scores(ledger, &scores, &score_count);
     vw_ledger_chain_head(ledger, head);
     AUTO_FREE struct test_recording *recording = test_record(&test_four_epochs);

@@ -131,8 +131,8 @@ TEST(bytes_that_are_no_utf8_are_replaced) {
 
 TEST_WITHIN(unknown_numbers_are_null, set_up, tear_down) {
     struct fixture *fixture = *state;
-    const struct vw_ledger_score scores[] = {{1, "dv_psnr", NAN, "dB", NAN, 0, NAN, NAN, INFINITY, 0, 0},
-                                             {6, "dv_psnr", -0.25, "dB", 0.1, 3, NAN, -0.5, 0.125, 1, 2}};
+    const struct vw_ledger_score scores[] = {{1, "dv_psnr", NAN, "dB", NAN, 0, NAN, INFINITY, 0, 0},
+                                             {6, "dv_psnr", -0.25, "dB", 0.1, 3, -0.5, 0.125, 1, 2}};
     fixture->run.scores = scores;
     fixture->run.score_count = VW_ARRAY_COUNT(scores);
     write_page(fixture);
@@ -411,7 +411,7 @@ TEST_WITHIN(short_memory_is_an_error, set_up, tear_down) {
     const struct vw_report_picture picture = {"abc", 3}, thumbnails[2] = {0};
     const struct vw_report_document document = {"compare", "out", "compare.json", "[]",     names,
                                                 &picture,  1,     names,          &picture, 1};
-    const struct vw_ledger_score score = {test_images[0].image_id, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
+    const struct vw_ledger_score score = {test_images[0].image_id, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, 0, 0};
     const struct vw_step_record records[] = {{.step = 0, .val_psnr = 10}, {.step = 1, .val_psnr = 11}};
     uint32_t ids[] = {test_images[0].image_id, test_images[1].image_id};
     double values[4] = {0};
@@ -433,7 +433,7 @@ TEST_WITHIN(short_memory_is_an_error, set_up, tear_down) {
 
 TEST_WITHIN(a_score_of_no_image_is_refused, set_up, tear_down) {
     struct fixture *fixture = *state;
-    const struct vw_ledger_score score = {77, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, NAN, 0, 0};
+    const struct vw_ledger_score score = {77, "dv_psnr", 1, "dB", NAN, 1, NAN, NAN, 0, 0};
     fixture->run.scores = &score;
     fixture->run.score_count = 1;
     AUTO_FREE char *path = vw_path_join(fixture->folder, "report.html");

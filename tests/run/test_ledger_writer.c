@@ -97,7 +97,6 @@ static enum vw_status add(struct writing *writing) {
     for (uint32_t i = 0; i < recording->count; i++) {
         struct vw_step_record *record = &lent->records[i];
         if (record->views) record->views = lent->errors + (record->views - recording->errors);
-        if (record->probes) record->probes = lent->probes + (record->probes - recording->probes);
     }
     for (uint32_t i = 0; i < count; i++)
         vw_step_statistics_add(&writing->statistics, &lent->records[writing->added + i]);

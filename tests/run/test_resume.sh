@@ -72,15 +72,6 @@ query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epoch
 check "a changed burn-in is found" fails 1 'run row' verify burned
 check "a folder without a run has nothing to verify" fails 2 'no ledger here' verify nothing
 
-check "the noise floor is measured" eval 'by=$lab run value noisy 10 --noise-floor --json'
-check "repeated and zero-learning-rate probes move nothing, resampled ones do" test "$(sqlite3 :memory: "
-    WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.noise_floor' AS j)
-    SELECT j ->> 'repeated_db' = 0 AND j ->> 'zero_learning_rate_db' = 0 AND j ->> 'resampled_db' > 0 FROM answer")" = 1
-check "what sampling does stands beside every score" test "$(query noisy 'SELECT min(resampling_stderr > 0) FROM score')" = 1
-check "and changes none" test "$(query noisy 'SELECT value FROM score ORDER BY 1' | sha256sum)" = \
-    "$(run value plain 10; query plain 'SELECT value FROM score ORDER BY 1' | sha256sum)"
-check "train has nothing to probe" fails 2 'unknown option "--noise-floor"' "$program" train "$scene" --out "$folder/none" --noise-floor
-
 # Other numbers into the params of every checkpoint, and its hash made to fit again.
 tamper() { # tamper OUT
     local file start

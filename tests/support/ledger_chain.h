@@ -118,10 +118,6 @@ static inline bool follow_chain(const char *path, bool rewrite) {
                   step);
         feed_rows(&state, raw, "SELECT run_id, step, image_id, mse, l1 FROM view WHERE step = ? ORDER BY image_id",
                   step);
-        feed_rows(&state, raw,
-                  "SELECT run_id, step, probe, kind, val_psnr, val_psnr_pooled, val_l1, image_id FROM probe WHERE step "
-                  "= ? ORDER BY probe",
-                  step);
         holds = hash_is(&state, raw, "row_hash", step, rewrite, head) && holds;
     }
     bool swept = has_sweep(raw);
@@ -134,7 +130,7 @@ static inline bool follow_chain(const char *path, bool rewrite) {
               "status, field_sha256 FROM run",
               0);
     feed_rows(&state, raw,
-              "SELECT run_id, image_id, method, value, unit, stderr, visits, resampling_stderr, ci_low, ci_high, "
+              "SELECT run_id, image_id, method, value, unit, stderr, visits, ci_low, ci_high, "
               "rank_ci_low, rank_ci_high FROM score"
               " ORDER BY rowid",
               0);

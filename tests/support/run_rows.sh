@@ -4,7 +4,7 @@ query() { sqlite3 "$folder/$1/ledger.db" "$2"; }
 
 # All rows that the same command must leave again, with the chain's hashes.
 rows() {
-    query "$1" "SELECT * FROM step ORDER BY step; SELECT * FROM view ORDER BY step, image_id; SELECT * FROM probe ORDER BY step, probe;
+    query "$1" "SELECT * FROM step ORDER BY step; SELECT * FROM view ORDER BY step, image_id;
                 SELECT * FROM score ORDER BY image_id, method"
 }
 

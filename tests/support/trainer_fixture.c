@@ -54,12 +54,7 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
         struct vw_step_record *kept = &run->records[run->count];
         *kept = records[i];
         if (kept->views) memcpy(run->views[run->count], kept->views, sizeof run->views[0]);
-        assert_true(run->probe_count + kept->probe_count <= TEST_STEPS_MAX);
-        if (kept->probe_count)
-            memcpy(run->probes + run->probe_count, kept->probes, kept->probe_count * sizeof *kept->probes);
-        run->probe_count += kept->probe_count;
         kept->views = NULL;
-        kept->probes = NULL;
         run->count++;
     }
 }
@@ -116,18 +111,6 @@ void test_run_free(struct test_run *run) {
 
 bool test_same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
 
-static void assert_same_probes(const struct test_run *a, const struct test_run *b) {
-    assert_int_equal(a->probe_count, b->probe_count);
-    for (uint32_t i = 0; i < a->probe_count; i++) {
-        const struct vw_probe *x = &a->probes[i], *y = &b->probes[i];
-        if (x->step != y->step || x->index != y->index || x->kind != y->kind || x->view != y->view ||
-            !test_same_bits(x->val_psnr, y->val_psnr) || !test_same_bits(x->val_psnr_pooled, y->val_psnr_pooled) ||
-            !test_same_bits(x->val_l1, y->val_l1))
-            fail_msg("probe %u differs: step %llu, val_psnr %.17g and %.17g", i, (unsigned long long)x->step,
-                     x->val_psnr, y->val_psnr);
-    }
-}
-
 void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share) {
     struct test_run *one = test_run(scene, config, true, 1), *many = test_run(scene, config, true, 7);
     test_run_assert_same(one, many);
@@ -149,7 +132,6 @@ void test_run_assert_same(const struct test_run *a, const struct test_run *b) {
             fail_msg("row %u differs: step %llu, val_psnr %.17g and %.17g, train_loss %.17g and %.17g", i,
                      (unsigned long long)x->step, x->val_psnr, y->val_psnr, x->train_loss, y->train_loss);
     }
-    assert_same_probes(a, b);
     assert_int_equal(a->param_words, b->param_words);
     assert_memory_equal(a->params, b->params, 4 * a->param_words);
 }

@@ -22,11 +22,9 @@ struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struc
 void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 
 struct test_run {
-    struct vw_step_record records[TEST_STEPS_MAX]; // without views and probes
+    struct vw_step_record records[TEST_STEPS_MAX]; // without views
     struct vw_view_error views[TEST_STEPS_MAX][TEST_VALS];
     uint32_t count;
-    struct vw_probe probes[TEST_STEPS_MAX];
-    uint32_t probe_count;
     uint32_t param_words;
     uint32_t *params; // as the run left them
     struct vw_trainer_stats stats;
@@ -47,7 +45,7 @@ bool test_same_bits(double a, double b);
 // Asserts that a training has the same bits whatever its submissions, and ends with less than `share` of its first
 // loss.
 void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share);
-// Rows, probes and params, bit for bit.
+// Rows and params, bit for bit.
 void test_run_assert_same(const struct test_run *a, const struct test_run *b);
 
 #endif

@@ -127,7 +127,7 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
 }
 
 // Where in their photo pixels lie, -1 to 1 across it.
-static double (*places_of(const struct vw_probe_context *context, uint32_t first, uint32_t view, uint32_t count))[2] {
+static double (*places_of(const struct vw_trainer_parts *context, uint32_t first, uint32_t view, uint32_t count))[2] {
     double(*places)[2] = vw_allocate(count, sizeof *places);
     const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
     const struct vw_image *image = &context->scene->views[view].image;

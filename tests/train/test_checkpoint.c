@@ -8,28 +8,23 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-static struct vw_config configs[] = {
-    {.beta1 = 0.0},
-    {.beta1 = 0.9},
-    {.noise_floor = true},
-    {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
-    {.beta1 = 0.9, .noise_floor = true, .effects = "sky"},
-    {.noise_floor = true, .effects = "appearance,appearance_code"},
-    {.beta1 = 0.9, .same_state = 2, .effects = "appearance_encoder"},
-    {.noise_floor = true, .same_state = 2, .effects = "appearance_encoder,sky", .consistency_weight = 0.01},
-    {.noise_floor = true, .same_state = 3, .effects = "appearance,sky,visibility"},
-    {.beta1 = 0.9, .noise_floor = true, .same_state = 2, .table_precision = VW_TABLE_FLOAT16}};
+static struct vw_config configs[] = {{.beta1 = 0.0},
+                                     {.beta1 = 0.9},
+                                     {.optimizer = VW_OPTIMIZER_DENSE_ADAM},
+                                     {.beta1 = 0.9, .effects = "sky"},
+                                     {.effects = "appearance,appearance_code"},
+                                     {.beta1 = 0.9, .effects = "appearance_encoder"},
+                                     {.effects = "appearance_encoder,sky", .consistency_weight = 0.01},
+                                     {.effects = "appearance,sky,visibility"},
+                                     {.beta1 = 0.9, .table_precision = VW_TABLE_FLOAT16}};
 
 static struct vw_config config_of(size_t index) {
     struct vw_config config = test_config();
     config.beta1 = configs[index].beta1;
-    config.noise_floor = configs[index].noise_floor;
-    config.same_state = configs[index].same_state;
     if (configs[index].effects[0]) memcpy(config.effects, configs[index].effects, sizeof config.effects);
     config.optimizer = configs[index].optimizer;
     config.consistency_weight = configs[index].consistency_weight;
     config.table_precision = configs[index].table_precision;
-    config.burn_in_epochs = 0; // so that probes come early
     return config;
 }
 

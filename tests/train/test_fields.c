@@ -38,7 +38,6 @@ TEST(a_run_in_parts_is_the_run) {
         struct vw_config config = config_of_form(i / VW_ARRAY_COUNT(effects));
         config.beta1 = 0.9;
         config.burn_in_epochs = 0;
-        config.noise_floor = true; // which saves and restores the state on the device
         strcpy(config.effects, effects[i % VW_ARRAY_COUNT(effects)]);
         struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
         test_run_assert_same(whole, parts);

@@ -174,7 +174,7 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
 
 // U in dB after a training in which the gradient of step `scaled` is longer by `extra`, from the segment's beginning.
 static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float extra) {
-    const struct vw_probe_context *context = lasting->replay.context;
+    const struct vw_trainer_parts *context = lasting->replay.context;
     uint64_t segment = (scaled - 1) / lasting->segment_steps;
     bool momentum = context->config->beta1 > 0;
     double psnr = 0.0;

@@ -114,11 +114,9 @@ TEST(at_the_base_seed_all_forms_agree) {
     struct vw_scene *scene = test_scene();
     struct vw_config plain = test_config();
     plain.seed = BASE_SEED;
-    plain.noise_floor = true;
     struct test_run *run = test_run(scene, &plain, true, 4);
     for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_INIT; vary++) {
         struct vw_config config = varying(vary, BASE_SEED);
-        config.noise_floor = true;
         struct test_run *same = test_run(scene, &config, true, 4);
         test_run_assert_same(run, same);
         test_run_free(same);

@@ -211,8 +211,7 @@ TEST(the_list_is_in_the_order_of_scores) {
     input.lasting = (struct vw_lasting_pass){.steps = pass, .step_count = input.record_count - 1};
     ASSERT_OK(vw_value_score(&input, &scores, &count));
     bool has_default = false;
-    assert_string_equal(methods[--listed].name, "worth_psnr");      // the game has no retrainings
-    assert_string_equal(methods[--listed].name, "same_state_psnr"); // nor probes
+    assert_string_equal(methods[--listed].name, "worth_psnr"); // the game has no retrainings
     for (uint32_t i = 0; i < listed; i++) {
         assert_string_equal(scores[i * TEST_TRAIN_COUNT].method, methods[i].name);
         assert_string_equal(scores[i * TEST_TRAIN_COUNT].unit, methods[i].unit);
@@ -261,36 +260,4 @@ TEST(intervals_contain_their_scores) {
         assert_in_range(sum->rank_ci_low, 1, sum->rank_ci_high);
         assert_in_range(sum->rank_ci_high, 1, TEST_TRAIN_COUNT);
     }
-}
-
-// Step 23 was drawn again, once, with a value 0.2 dB off: a variance of 0.02 for each of its photo's visits, as their
-// weights have it.
-TEST(resampling_stderr_heed_weights) {
-    AUTO_FREE struct test_game *game = test_play(noisy, EPOCHS, seed);
-    struct vw_value_input input = test_input_of(game, BURN_IN, 0.9);
-    const struct vw_probe probe = {
-        .step = 23, .kind = VW_PROBE_RESAMPLED, .val_psnr = game->records[23].val_psnr + 0.2};
-    input.probes = &probe;
-    input.probe_count = 1;
-    input.paper_methods = true;
-    AUTO_FREE struct vw_ledger_score *scores = NULL;
-    uint32_t count = 0;
-    double linear = 0;
-    for (int e = 1; e <= VALUED; e++) linear += pow(2 * e / (VALUED + 1.0), 2);
-    ASSERT_OK(vw_value_score(&input, &scores, &count));
-    const struct {
-        const char *method;
-        double expected; // NaN for what is no weighted sum of step deltas, or not of this one
-    } cases[] = {
-        {"dv_psnr", sqrt(VALUED * 0.02)}, {"linear_psnr", sqrt(linear * 0.02)},
-        {"last_epoch_psnr", NAN},         {"revisit_psnr", NAN},
-        {"momentum_psnr", NAN},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        double error = test_find_score(scores, count, cases[i].method, game->records[23].view)->resampling_stderr;
-        assert_int_equal(isnan(error), isnan(cases[i].expected));
-        if (!isnan(error)) check_near(error, cases[i].expected, cases[i].method);
-    }
-    for (uint32_t i = 0; i < count; i++)
-        if (scores[i].image_id != game->records[23].view) assert_true(isnan(scores[i].resampling_stderr)); // not probed
 }

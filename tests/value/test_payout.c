@@ -24,7 +24,7 @@ static const struct vw_ledger_score scores[] = {
      .visits = 4},
     {.image_id = 1, .method = "other", .value = 0.5, .unit = "rank", .standard_error = 0.1, .visits = 4},
     {.image_id = 6, .method = "other", .value = 0.5, .unit = "rank", .standard_error = 0.1, .visits = 4},
-    {.image_id = 1, .method = "same_state_psnr", .value = 0.25, .unit = "dB", .standard_error = 0.5, .visits = 4},
+    {.image_id = 1, .method = "momentum_psnr", .value = 0.25, .unit = "dB", .standard_error = 0.5, .visits = 4},
 };
 
 static void check_group(const struct vw_provider_score *group, const char *provider, const char *method, double value,
@@ -46,8 +46,8 @@ TEST(sums_are_of_the_photos) {
     check_group(&groups[1], "alice", "dv_psnr", 2, 0.5, 2); // 0.3, 0.4
     check_group(&groups[2], "bob", "dv_psnr", 1, 1.3, 2);   // 0.5, 1.2
     check_group(&groups[3], "bob", "dv_loss", 0.02, 0.01, 1);
-    check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1);        // a photo's error is unknown
-    check_group(&groups[5], "alice", "same_state_psnr", 0.25, 0.5, 1); // what probes say adds up
+    check_group(&groups[4], "alice", "dv_loss", -0.01, NAN, 1); // a photo's error is unknown
+    check_group(&groups[5], "alice", "momentum_psnr", 0.25, 0.5, 1);
     assert_string_equal(groups[3].unit, "mean absolute error");
 
     struct vw_payout *payouts = NULL;

@@ -49,7 +49,6 @@ static void print_row(const struct row *row) {
     vw_print("%s", score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
     if (isfinite(row->quality)) vw_print("  quality %.2f", row->quality);
-    if (isfinite(score->resampling_stderr)) vw_print("  sampling ± %.4f", score->resampling_stderr);
     vw_print("  %s", row->name);
     if (row->ground_truth) vw_print(" (%s)", row->ground_truth);
     vw_print("\n");
@@ -57,13 +56,12 @@ static void print_row(const struct row *row) {
 
 static json_t *row_to_json(const struct row *row) {
     const struct vw_ledger_score *score = row->score;
-    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:o, s:I, s:o}", "name", row->name,
+    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:o}", "name", row->name,
                      "provider", row->provider, "ground_truth", row->ground_truth, "method", score->method, "value",
                      vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
                      "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
-                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high,
-                     "resampling_stderr", vw_json_real(score->resampling_stderr), "visits", (json_int_t)score->visits,
-                     "quality", vw_json_real(row->quality));
+                     (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high, "visits",
+                     (json_int_t)score->visits, "quality", vw_json_real(row->quality));
 }
 
 void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, const char *lowest) {

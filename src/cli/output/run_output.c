@@ -126,36 +126,9 @@ static void add_validation_views(const struct vw_validation_views *validation, j
     if (known) vw_json_set(root, "matrix", vw_json_string(validation->matrix_path));
 }
 
-static void print_probe_costs(const struct vw_probe_costs *costs) {
-    if (costs->same_state_steps > 0)
-        vw_print("same state   %" PRIu64 " probing steps from %" PRIu64 " states", costs->same_state_steps,
-                 costs->states);
-    if (costs->same_state_steps > 0 && isfinite(costs->same_state_s))
-        vw_print(" took %.1f s, %.0f %% of this run's time", costs->same_state_s, 100 * costs->same_state_share);
-    if (costs->same_state_steps > 0) vw_print("\n");
-}
-
-static json_t *same_state_to_json(const struct vw_probe_costs *costs) {
-    if (!costs->same_state_steps) return NULL;
-    return json_pack("{s:I, s:I, s:o, s:o}", "states", (json_int_t)costs->states, "steps",
-                     (json_int_t)costs->same_state_steps, "seconds", vw_json_real(costs->same_state_s), "share",
-                     vw_json_real(costs->same_state_share));
-}
-
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
-static void print_noise_floor(const struct vw_noise_floor *floor) {
-    vw_print(
-        "noise floor  validating once more moves PSNR by %g dB (%" PRIu64
-        " times), a step with learning rate 0 by %g dB (%" PRIu64
-        " times)\n             other pixels of the same photo move a step's delta by %.2g dB, %.2g of mean absolute "
-        "error (%" PRIu64 " resampled steps)\n",
-        floor->repeated_db, floor->repeated_count, floor->zero_learning_rate_db, floor->zero_learning_rate_count,
-        floor->resampled_db, floor->resampled_l1, floor->resampled_count);
-}
-
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
-    const struct vw_noise_floor *floor = &results->scoring.noise_floor;
     vw_ranking_print(ranking,
                      "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
                      "lowest credit");
@@ -163,9 +136,6 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     vw_attribution_print(&results->attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
-    if (results->config->noise_floor && floor->repeated_count > 0) print_noise_floor(floor);
-    else if (results->config->noise_floor) vw_print("noise floor  no step was probed; increase --epochs\n");
-    print_probe_costs(&results->probe_costs);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);
     print_validation_views(&results->validation);
@@ -182,27 +152,14 @@ static void print_trained(const struct vw_run_results *results) {
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
 
-static json_t *noise_floor_to_json(const struct vw_noise_floor *floor) {
-    return json_pack("{s:I, s:o, s:I, s:o, s:I, s:o, s:o}", "repeated_count", (json_int_t)floor->repeated_count,
-                     "repeated_db", vw_json_real(floor->repeated_db), "zero_learning_rate_count",
-                     (json_int_t)floor->zero_learning_rate_count, "zero_learning_rate_db",
-                     vw_json_real(floor->zero_learning_rate_db), "resampled_count", (json_int_t)floor->resampled_count,
-                     "resampled_db", vw_json_real(floor->resampled_db), "resampled_l1",
-                     vw_json_real(floor->resampled_l1));
-}
-
 static void add_values(const struct vw_run_results *results, const struct vw_ranking *ranking, json_t **root) {
     const struct vw_step_statistics *statistics = &results->statistics;
     vw_json_set(root, "scores", vw_json_string(results->scores_path));
     if (results->report_path) vw_json_set(root, "report", vw_json_string(results->report_path));
     vw_json_set(root, "val_psnr_start_db", vw_json_real(statistics->first_val_psnr_db));
     vw_json_set(root, "val_psnr_end_db", vw_json_real(statistics->last_val_psnr_db));
-    if (results->config->noise_floor)
-        vw_json_set(root, "noise_floor", noise_floor_to_json(&results->scoring.noise_floor));
     if (results->until_stable > 0)
         vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
-    if (results->probe_costs.same_state_steps)
-        vw_json_set(root, "same_state", same_state_to_json(&results->probe_costs));
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
     vw_attribution_add_json(&results->attribution, root);

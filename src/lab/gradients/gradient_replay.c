@@ -6,7 +6,7 @@ enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params
     *sweep = (struct vw_gradient_replay){.interrupt = params->interrupt};
     enum vw_status status = vw_step_replay_create(params->training, params->replayed, params->context, &sweep->replay);
     if (status) return status;
-    const struct vw_probe_context *context = sweep->replay.context;
+    const struct vw_trainer_parts *context = sweep->replay.context;
     const struct vw_adjoint_params passes = {.batch_steps = 2 * sweep->replay.batch_steps, .psnr_alone = true};
     const struct vw_buffer_params zeros = {.name = "zeros", .size_bytes = context->field->model->param_bytes};
     status = vw_adjoint_create(context, &passes, &sweep->passes);

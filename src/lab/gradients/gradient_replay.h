@@ -4,6 +4,7 @@
 
 #include "lab/gradients/gradient_methods.h"
 #include "train/adjoint/adjoint_passes.h"
+#include "train/files/snapshot.h"
 
 struct vw_gradient_replay {
     struct vw_step_replay replay;

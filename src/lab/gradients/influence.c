@@ -12,7 +12,7 @@ static double bias_correction(double beta, double visits) { return 1.0 - pow(bet
 
 // Returns Adam's step per gradient for a param with this second moment: the learning rate over Adam's divisor.
 static double rate_of(const struct vw_influence *influence, double moment2, double visits) {
-    const struct vw_probe_context *context = influence->sweep.replay.context;
+    const struct vw_trainer_parts *context = influence->sweep.replay.context;
     const struct vw_specialization *s = &context->field->model->specialization;
     double rate = context->config->learning_rate * vw_model_rate_of_step(context->field->model, influence->sweep.step);
     if (context->config->optimizer == VW_OPTIMIZER_SGD) return rate;
@@ -21,7 +21,7 @@ static double rate_of(const struct vw_influence *influence, double moment2, doub
 }
 
 static enum vw_status read_grid_rates(struct vw_influence *influence) {
-    const struct vw_probe_context *context = influence->sweep.replay.context;
+    const struct vw_trainer_parts *context = influence->sweep.replay.context;
     const struct vw_model *model = context->field->model;
     bool lazy = context->config->optimizer == VW_OPTIMIZER_LAZY_ADAM;
     double *rates = influence->rates + model->grid.offset_bytes / sizeof(float);

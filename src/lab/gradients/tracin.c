@@ -11,7 +11,7 @@ static enum vw_status find_gradient(const struct vw_gradient_replay *sweep) {
 
 static enum vw_status add_checkpoint(struct vw_gradient_replay *sweep, uint64_t step,
                                      struct vw_photo_products *products, struct vw_tracin_score *scores) {
-    const struct vw_probe_context *context = sweep->replay.context;
+    const struct vw_trainer_parts *context = sweep->replay.context;
     double rate = context->config->learning_rate * vw_model_rate_of_step(context->field->model, step + 1);
     enum vw_status status = vw_gradient_replay_go_to(sweep, step);
     if (!status) status = find_gradient(sweep);

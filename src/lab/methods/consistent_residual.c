@@ -178,10 +178,9 @@ static enum vw_status finish_training(struct vw_trainer *trainer) {
 }
 
 static enum vw_status open_field(const struct vw_finished_field *finished, struct vw_trainer **trainer) {
-    const struct vw_config config = vw_config_without_probes(finished->config); // which need validation
     const struct vw_trainer_params params = {.gpu = finished->session->devices[0].gpu,
                                              .scene = finished->session->scene,
-                                             .config = &config,
+                                             .config = finished->config,
                                              .effects = finished->session->effects,
                                              .effect_count = finished->session->effect_count};
     enum vw_status status = vw_trainer_create(&params, trainer);

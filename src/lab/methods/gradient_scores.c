@@ -118,10 +118,9 @@ static enum vw_status open_run(struct work *work) {
 
 static enum vw_status score_run(struct work *work, double *const scores[VW_GRADIENT_METHODS]) {
     const struct vw_gradient_scores_params *params = work->params;
-    const struct vw_config config = vw_config_without_probes(&work->recorded.config);
     const struct vw_trainer_params training = {.gpu = params->gpu,
                                                .scene = params->scene,
-                                               .config = &config,
+                                               .config = &work->recorded.config,
                                                .effects = work->recorded.effects,
                                                .effect_count = work->recorded.effect_count,
                                                .validate = true};

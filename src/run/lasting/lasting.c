@@ -259,13 +259,12 @@ static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct b
                        run->results.ledger_path, pass->steps);
     enum vw_status status =
         vw_lasting_set_epochs(run->results.ledger_path, (uint32_t)(pass->steps / photos), &run->config);
-    const struct vw_config config = vw_config_without_probes(&run->config);
     pass->path = vw_path_join(run->out, VW_LASTING_PASS_FILE);
     if (!status) status = allocate(pass);
     if (status) return status;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,
-                                               .config = &config,
+                                               .config = &run->config,
                                                .effects = run->effects,
                                                .effect_count = run->effect_count,
                                                .validate = true};

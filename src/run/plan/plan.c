@@ -83,12 +83,11 @@ static enum vw_status choose_level(const struct vw_run_params *params, struct vw
     return status;
 }
 
-// Times the first steps of a trainer without burn-in, so that probes are timed as well.
+// Times the first steps of a trainer.
 static enum vw_status measure(const struct vw_config *level, const struct vw_session *session, double *step_s) {
     struct vw_config config = *level;
     struct vw_estimate estimate = {0};
     config.epochs = EPOCHS_MOST;
-    config.burn_in_epochs = 0;
     enum vw_status status = vw_config_check(&config);
     if (!status)
         status = vw_estimate_take_steps(&(struct vw_trainer_params){.gpu = session->devices[0].gpu,
@@ -269,9 +268,6 @@ enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledg
     if (params->budget_s > 0 && config->learning_rate_decay < 1.0)
         return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay, whose rates depend on --epochs: leave "
                                        "out one of them");
-    if (params->budget_s > 0 && config->same_state)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--budget excludes --same-state, whose states depend on --epochs: leave out one of them");
     plan->budget_s = params->budget_s;
     if (vw_file_exists(ledger_path)) return take_recorded(params, ledger_path, config, plan);
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);

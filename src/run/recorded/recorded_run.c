@@ -60,10 +60,9 @@ enum vw_status vw_recorded_check_images(struct vw_recorded_run *run) {
 }
 
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer) {
-    const struct vw_config config = vw_config_without_probes(&run->config); // which need validation
     const struct vw_trainer_params params = {.gpu = run->gpu,
                                              .scene = run->scene,
-                                             .config = &config,
+                                             .config = &run->config,
                                              .effects = run->effects,
                                              .effect_count = run->effect_count};
     char *path = vw_path_join(run->out, "field.vwf");

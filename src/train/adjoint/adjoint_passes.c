@@ -17,7 +17,7 @@ static const struct vw_model *model_of(const struct vw_adjoint_passes *backward)
     return backward->context->field->model;
 }
 
-enum vw_status vw_adjoint_check(const struct vw_probe_context *context) {
+enum vw_status vw_adjoint_check(const struct vw_trainer_parts *context) {
     const struct vw_model *model = context->field->model;
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
@@ -43,7 +43,7 @@ static uint64_t places_bytes(const struct vw_adjoint_passes *backward, uint32_t 
 }
 
 static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_t batch_steps) {
-    const struct vw_probe_context *context = backward->context;
+    const struct vw_trainer_parts *context = backward->context;
     uint64_t block = model_of(backward)->param_bytes,
              momentum = model_of(backward)->specialization.momentum ? block : 0;
     const struct vw_buffer_row buffers[] = {
@@ -271,7 +271,7 @@ static enum vw_status create_view_passes(struct vw_adjoint_passes *backward) {
                    : status;
 }
 
-enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
+enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const struct vw_adjoint_params *params,
                                  struct vw_adjoint_passes *backward) {
     uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
     *backward = (struct vw_adjoint_passes){.context = context,

@@ -10,7 +10,7 @@
 #define VIEWWORTH_TRAIN_ADJOINT_ADJOINT_PASSES_H
 
 #include "train/adjoint/kept_steps.h"
-#include "train/probes/probe_context.h"
+#include "train/trainer_parts.h"
 
 // Measures of U, each with an adjoint of its own: of all validation views, and after these, where asked for, the PSNR
 // of one view after another.
@@ -34,7 +34,7 @@ struct vw_adjoint {
 };
 
 struct vw_adjoint_passes {
-    const struct vw_probe_context *context; // borrowed
+    const struct vw_trainer_parts *context; // borrowed
     uint32_t rays, padded_rays;             // the rays of a step that the product takes
     struct vw_step_blocks blocks;           // owned
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
@@ -63,9 +63,9 @@ struct vw_adjoint_params {
 };
 // Returns VW_ERROR_USAGE and names the reason for a training that the backward pass cannot go back over: with half
 // tables, with an effect that the backward pass does not go back through, or with params beyond one binding.
-enum vw_status vw_adjoint_check(const struct vw_probe_context *context);
+enum vw_status vw_adjoint_check(const struct vw_trainer_parts *context);
 // Checks that first.
-enum vw_status vw_adjoint_create(const struct vw_probe_context *context, const struct vw_adjoint_params *params,
+enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const struct vw_adjoint_params *params,
                                  struct vw_adjoint_passes *backward);
 // Returns the bytes that the adjoints of single views take on the device.
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward);

@@ -129,7 +129,7 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
 }
 
 enum vw_status vw_lasting_check_trainer(struct vw_trainer *trainer) {
-    return vw_adjoint_check(vw_trainer_context(trainer));
+    return vw_adjoint_check(vw_trainer_get_parts(trainer));
 }
 
 enum vw_status vw_lasting_create(const struct vw_lasting_params *params, struct vw_lasting **out) {

@@ -11,7 +11,7 @@ struct outcome {
 // Takes the steps after `from_step` from the state on the device, those on `view` longer by `extra`.
 static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_step, uint32_t view, float extra,
                               struct outcome *outcome) {
-    const struct vw_probe_context *context = lasting->replay.context;
+    const struct vw_trainer_parts *context = lasting->replay.context;
     const vw_float4 *rows = vw_buffer_map(context->scalars);
     uint32_t states = vw_lasting_state_count(lasting), count = 0;
     enum vw_status status = VW_OK;
@@ -50,7 +50,7 @@ static enum vw_status restore(const struct vw_lasting *lasting, const struct vw_
 
 // Brings the device into the state after `from_step`, and keeps it.
 static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_step, struct vw_snapshot *state) {
-    const struct vw_probe_context *context = lasting->replay.context;
+    const struct vw_trainer_parts *context = lasting->replay.context;
     uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;
     enum vw_status status = restore(lasting, &lasting->starts[step / lasting->segment_steps]);
     while (step < from_step && !status) {

@@ -4,6 +4,7 @@
 
 #include "train/adjoint/adjoint_passes.h"
 #include "train/adjoint/step_replay.h"
+#include "train/files/snapshot.h"
 
 struct vw_lasting_credit;
 

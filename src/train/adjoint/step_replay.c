@@ -11,7 +11,7 @@ enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, v
     *replay = (struct vw_step_replay){.replayed = replayed, .replayed_context = context};
     enum vw_status status = vw_trainer_create(training, &replay->trainer);
     if (status) return status;
-    replay->context = vw_trainer_context(replay->trainer);
+    replay->context = vw_trainer_get_parts(replay->trainer);
     replay->total_steps = vw_trainer_total_steps(replay->trainer);
     uint32_t room = replay->context->schedule->batch_steps_max;
     replay->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
@@ -27,7 +27,7 @@ void vw_step_replay_destroy(struct vw_step_replay *replay) {
 
 uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
                                    uint32_t index) {
-    const struct vw_probe_context *context = replay->context;
+    const struct vw_trainer_parts *context = replay->context;
     uint32_t rays = context->config->rays;
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
     const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0};
@@ -51,7 +51,7 @@ enum vw_status vw_step_replay_run(const struct vw_step_replay *replay) {
 }
 
 enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t first_step, uint32_t count) {
-    const struct vw_probe_context *context = replay->context;
+    const struct vw_trainer_parts *context = replay->context;
     const vw_float4 *rows = vw_buffer_map(context->scalars);
     for (uint32_t i = 0; i < count && replay->replayed; i++) {
         const vw_float4 *row = rows + vw_step_replay_row(replay, i);

@@ -4,8 +4,8 @@
 #ifndef VIEWWORTH_TRAIN_ADJOINT_STEP_REPLAY_H
 #define VIEWWORTH_TRAIN_ADJOINT_STEP_REPLAY_H
 
-#include "train/probes/probe_context.h"
 #include "train/trainer.h"
+#include "train/trainer_parts.h"
 
 // Called with every step's record as it is replayed (train_loss, nonfinite; not validated), first to last: the caller
 // compares it with what is recorded. What it returns, unless VW_OK, ends the replay.
@@ -13,7 +13,7 @@ typedef enum vw_status vw_step_replayed(void *context, const struct vw_step_reco
 
 struct vw_step_replay {
     struct vw_trainer *trainer;             // owned
-    const struct vw_probe_context *context; // borrowed from the trainer
+    const struct vw_trainer_parts *context; // borrowed from the trainer
     vw_step_replayed *replayed;             // NULL: not called
     void *replayed_context;
     uint64_t total_steps;

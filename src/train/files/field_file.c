@@ -13,8 +13,7 @@ static const char magic[] = "viewworth field 1\n", remedy[] = "train again with 
 static char *describe(const struct vw_trained_field *trained) {
     const struct vw_model *model = trained->field->model;
     const struct vw_box *box = &model->box;
-    const struct vw_config config = vw_config_without_probes(trained->config);
-    char *identity = vw_config_to_json(&config, true);
+    char *identity = vw_config_to_json(trained->config, true);
     json_t *effects = json_array();
     for (uint32_t i = 0; i < trained->effect_count; i++)
         if (trained->effects[i].on) vw_json_append(&effects, json_string(trained->effects[i].name));

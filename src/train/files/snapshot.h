@@ -1,5 +1,5 @@
-// A copy of a training's state on the device. A probe changes the state and restores it from the copy, so that later
-// steps have the same bits as without the probe.
+// A copy of a training's state on the device. Whoever tries a step restores the state from the copy, so that later
+// steps keep their bits.
 #ifndef VIEWWORTH_TRAIN_FILES_SNAPSHOT_H
 #define VIEWWORTH_TRAIN_FILES_SNAPSHOT_H
 

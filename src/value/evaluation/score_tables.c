@@ -12,10 +12,6 @@ struct vw_value_input vw_value_input_truncate(const struct vw_value_input *run, 
     first.record_count = 0;
     while (first.record_count < run->record_count && run->records[first.record_count].epoch < epochs)
         first.record_count++;
-    if (first.record_count == run->record_count) return first;
-    uint64_t next_step = run->records[first.record_count].step;
-    first.probe_count = 0;
-    while (first.probe_count < run->probe_count && run->probes[first.probe_count].step < next_step) first.probe_count++;
     return first;
 }
 

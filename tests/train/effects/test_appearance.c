@@ -65,34 +65,6 @@ TEST(halves_share_no_column) {
     vw_scene_close(&scene);
 }
 
-// A repeated measurement and one after a step of learning rate 0 have the same bits; batches change none.
-TEST(validation_is_a_function_of_the_params) {
-    struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        struct vw_config config = config_with(forms[i]);
-        config.epochs = 9; // so that every photo is probed
-        config.burn_in_epochs = 0;
-        struct test_run *bare = test_run(scene, &config, true, 1);
-        config.noise_floor = true;
-        struct test_run *run = test_run(scene, &config, true, 4);
-        uint32_t exact = 0;
-        for (uint32_t k = 0; k < run->probe_count; k++) {
-            const struct vw_probe *probe = &run->probes[k];
-            if (probe->kind == VW_PROBE_RESAMPLED) continue;
-            assert_true(test_same_bits(probe->val_psnr, run->records[probe->step - 1].val_psnr));
-            assert_true(test_same_bits(probe->val_l1, run->records[probe->step - 1].val_l1));
-            exact++;
-        }
-        assert_true(exact > 0);
-        for (uint32_t k = 0; k < bare->count; k++)
-            assert_true(test_same_bits(bare->records[k].val_psnr, run->records[k].val_psnr));
-        assert_memory_equal(bare->params, run->params, 4 * bare->param_words);
-        test_run_free(bare);
-        test_run_free(run);
-    }
-    vw_scene_close(&scene);
-}
-
 static void darken(struct vw_view *view, double gain) {
     uint8_t *pixels = view->image.pixels;
     for (uint32_t i = 0; i < 4 * view->image.width_px * view->image.height_px; i++)

@@ -81,23 +81,6 @@ TEST(a_run_has_the_same_bits_however_it_is_cut) {
     vw_scene_close(&scene);
 }
 
-TEST(probes_leave_the_run_alone) {
-    struct vw_scene *scene = dark_scene();
-    struct vw_config plain = skipping_config(), pilot = plain;
-    pilot.noise_floor = true;
-    struct test_run *bare = test_run(scene, &plain, true, 0), *probed = test_run(scene, &pilot, true, 0);
-    for (uint32_t i = 0; i < probed->probe_count; i++) // a step of no length moves nothing, whatever it skips
-        if (probed->probes[i].kind != VW_PROBE_RESAMPLED)
-            assert_true(
-                test_same_bits(probed->probes[i].val_psnr, probed->records[probed->probes[i].step - 1].val_psnr));
-    assert_true(probed->probe_count > 0);
-    probed->probe_count = 0;
-    test_run_assert_same(bare, probed);
-    test_run_free(bare);
-    test_run_free(probed);
-    vw_scene_close(&scene);
-}
-
 // The same params validate to the same bits with the effect, whatever is believed empty, and without it (decision 1).
 TEST(validation_skips_nothing) {
     struct vw_scene *scene = dark_scene();

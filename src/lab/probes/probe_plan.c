@@ -1,0 +1,50 @@
+#include "lab/probes/probe_plan.h"
+
+enum { NOISE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: probing takes nearly as long as the run
+
+bool vw_probe_noise_due(const struct vw_probe_plan *plan, uint64_t step) {
+    uint32_t epoch = vw_photo_order_epoch_of_step(plan->order, step);
+    return step > 0 && epoch >= plan->burn_in_epochs && epoch < plan->epochs &&
+           (epoch + vw_photo_order_photo_of_step(plan->order, step)) % NOISE_EPOCHS == 0;
+}
+
+// Returns how many of the middles (2 i + 1) counted / (2 states), i = 0, 1, ..., are before the beginning of epoch
+// `place` of those that are counted.
+static uint64_t middles_before(uint64_t states, uint64_t counted, uint64_t place) {
+    return (2 * states * place + counted - 1) / (2 * counted);
+}
+
+bool vw_probe_state_due(const struct vw_probe_plan *plan, uint64_t step) {
+    uint32_t epoch = vw_photo_order_epoch_of_step(plan->order, step);
+    if (!plan->states || step == 0 || step % plan->order->train_count != 0 || epoch < plan->burn_in_epochs)
+        return false;
+    uint64_t counted = plan->epochs - plan->burn_in_epochs, place = epoch - plan->burn_in_epochs;
+    return middles_before(plan->states, counted, place + 1) > middles_before(plan->states, counted, place);
+}
+
+uint32_t vw_probes_of_state_most(const struct vw_probe_plan *plan) {
+    return plan->order->train_count * VW_SAME_STATE_DRAWS + VW_PROBES_OF_NOISE;
+}
+
+static enum vw_probe_kind kind_of_noise(uint32_t index) {
+    if (index == 0) return VW_PROBE_REPEATED;
+    return index == 1 ? VW_PROBE_ZERO_LEARNING_RATE : VW_PROBE_RESAMPLED;
+}
+
+uint32_t vw_probes_list(const struct vw_probe_plan *plan, uint64_t step, struct vw_probe *probes) {
+    uint32_t count = 0, first = vw_probe_noise_due(plan, step) ? VW_PROBES_OF_NOISE : 0;
+    if (vw_probe_state_due(plan, step))
+        for (; count < plan->order->train_count * VW_SAME_STATE_DRAWS; count++)
+            probes[count] =
+                (struct vw_probe){.step = step,
+                                  .index = first + count,
+                                  .kind = VW_PROBE_SAME_STATE,
+                                  .view = plan->order->train_views[count / VW_SAME_STATE_DRAWS],
+                                  .draw = 1 + VW_PROBE_RESAMPLES + count}; // draws that no probe of noise takes
+    if (!vw_probe_noise_due(plan, step + 1)) return count;
+    uint32_t view = vw_photo_order_view_of_step(plan->order, step + 1);
+    for (uint32_t i = 0; i < VW_PROBES_OF_NOISE; i++)
+        probes[count++] = (struct vw_probe){
+            .step = step + 1, .index = i, .kind = kind_of_noise(i), .view = view, .draw = i > 1 ? i - 1 : 0};
+    return count;
+}

@@ -1,0 +1,89 @@
+#include "lab/probes/prober.h"
+
+#include <math.h>
+
+#include "train/pixels.h"
+
+const char *const vw_probe_kind_names[VW_PROBE_KINDS] = {
+    [VW_PROBE_REPEATED] = "repeated",
+    [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
+    [VW_PROBE_RESAMPLED] = "resampled",
+    [VW_PROBE_SAME_STATE] = "same_state",
+};
+
+enum vw_status vw_prober_create(struct vw_trainer *trainer, struct vw_prober *prober) {
+    const struct vw_trainer_parts *parts = vw_trainer_get_parts(trainer);
+    const struct vw_photo_order *order = parts->schedule;
+    *prober =
+        (struct vw_prober){.parts = parts, .zero_rate_model = *parts->field->model, .zero_rate_field = *parts->field};
+    prober->zero_rate_model.specialization.learning_rate = 0.0f;
+    prober->zero_rate_field.model = &prober->zero_rate_model;
+    enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->config, parts->schedule, parts->pixels,
+                                           parts->scalars, &prober->zero_rate_step);
+    if (!status) status = vw_snapshot_create(parts->step, &prober->snapshot);
+    if (!status) status = vw_submission_create(parts->field->gpu, &prober->submission);
+    return status ? status : vw_scene_decode(parts->scene, order->train_views, order->train_count);
+}
+
+void vw_prober_destroy(struct vw_prober *prober) {
+    vw_submission_destroy(&prober->submission);
+    vw_snapshot_destroy(&prober->snapshot);
+    vw_step_destroy(&prober->zero_rate_step);
+}
+
+// Draws the pixels of a probe as those of the step would be.
+static void draw_pixels(const struct vw_trainer_parts *parts, uint64_t step, const struct vw_probe *probe,
+                        struct vw_pixel *pixels) {
+    uint32_t rays = parts->config->rays;
+    const struct vw_pixel_draw drawn = {vw_config_seed_of(parts->config, VW_VARY_PIXELS), step, probe->draw,
+                                        parts->field->model->picture_side};
+    vw_pixels_draw(parts->scene, probe->view, &drawn, rays, pixels);
+    if (!parts->masks) vw_pixels_unmask(parts->scene, pixels, rays);
+}
+
+static void record(const struct vw_prober *prober, uint64_t step, const struct vw_probe *probe, uint32_t place) {
+    const struct vw_trainer_parts *parts = prober->parts;
+    uint32_t first_pixel = place * parts->config->rays,
+             row = place * vw_validation_rows_per_measurement(parts->validation);
+    if (probe->kind != VW_PROBE_REPEATED) {
+        draw_pixels(parts, step, probe, (struct vw_pixel *)vw_buffer_map(parts->pixels) + first_pixel);
+        vw_step_record_passes(probe->kind == VW_PROBE_ZERO_LEARNING_RATE ? &prober->zero_rate_step : parts->step,
+                              prober->submission, step, first_pixel, row);
+    }
+    vw_validation_record(parts->validation, prober->submission, row);
+    vw_snapshot_record_restore(&prober->snapshot, prober->submission);
+}
+
+// Reads a result. The first row of a probe that takes a step says whether the step was finite.
+static void read(const struct vw_trainer_parts *parts, const vw_float4 *rows, struct vw_probe *probe) {
+    const struct vw_field_measurement measured = vw_validation_read(parts->validation, rows, NULL);
+    bool valid = measured.finite && (probe->kind == VW_PROBE_REPEATED || rows->z == 0.0f);
+    probe->val_psnr = valid ? measured.val_psnr : NAN;
+    probe->val_psnr_pooled = valid ? measured.val_psnr_pooled : NAN;
+    probe->val_l1 = valid ? measured.val_l1 : NAN;
+}
+
+static enum vw_status take_some(const struct vw_prober *prober, uint64_t step, struct vw_probe *probes,
+                                uint32_t count) {
+    const struct vw_trainer_parts *parts = prober->parts;
+    vw_submission_begin(prober->submission);
+    vw_snapshot_record_save(&prober->snapshot, prober->submission);
+    for (uint32_t i = 0; i < count; i++) record(prober, step, &probes[i], i);
+    enum vw_status status = vw_submission_submit(prober->submission);
+    if (!status) status = vw_submission_wait(prober->submission);
+    const vw_float4 *rows = vw_buffer_map(parts->scalars);
+    for (uint32_t i = 0; i < count && !status; i++)
+        read(parts, rows + i * vw_validation_rows_per_measurement(parts->validation), &probes[i]);
+    return status;
+}
+
+enum vw_status vw_prober_take(const struct vw_prober *prober, uint64_t next_step, struct vw_probe *probes,
+                              uint32_t count) {
+    uint32_t room = prober->parts->schedule->batch_steps, some = 0;
+    enum vw_status status = VW_OK;
+    for (uint32_t first = 0; first < count && !status; first += some) {
+        some = count - first < room ? count - first : room;
+        status = take_some(prober, next_step, probes + first, some);
+    }
+    return status;
+}
