@@ -3,6 +3,7 @@
 #define VIEWWORTH_BASE_TEXT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 // Returns whether a text is UTF-8 that changes only its own place on a terminal: no control characters (C0, DEL, C1),
 // no line or paragraph separators, no marks, embeddings, overrides or isolates of the writing direction, no invisible
@@ -11,5 +12,20 @@
 bool vw_text_is_clean(const char *text);
 // Replaces the same characters as vw_text_make_line(), but keeps line ends (LF).
 void vw_text_make_lines(char *text);
+
+// ---- Lists that options take: words with commas between, "rays,samples"; an empty list is one empty word ----
+
+// A word within a list; not terminated. For printf: "%.*s", (int)word.length, word.text.
+struct vw_word {
+    const char *text; // borrowed
+    size_t length;    // bytes
+};
+
+// Reads the next word and moves `*rest` after it. `*rest` is the list at first and NULL after the last word; false if
+// it is NULL.
+bool vw_word_list_next(const char **rest, struct vw_word *word);
+bool vw_word_is(struct vw_word word, const char *name);
+// Returns whether a list has a word; false if the list is NULL.
+bool vw_word_list_has(const char *list, const char *name);
 
 #endif

@@ -14,7 +14,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "batch/child.h"
-#include "batch/job_record.h"
+#include "batch/jobs.h"
 #include "run/out_lock.h"
 
 enum { LOOK_NS = 50000000, LOG_END_BYTES = 2048, SIGNAL_CODE = 128 };

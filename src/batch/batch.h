@@ -9,7 +9,6 @@
 #include "base/interrupt.h"
 #include "batch/jobs.h"
 #include "batch/merge.h"
-#include "batch/summary.h"
 #include "viewworth/status.h"
 
 enum vw_job_state {
@@ -55,10 +54,10 @@ struct vw_batch_params {
 
 // Runs the jobs that are not done. If a process runs several and one of them fails, each is run once more
 // alone, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
-// (job_record.h). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with null
-// for missing values, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`, writes
-// none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others have
-// ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
+// (struct vw_job_record). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with
+// null for missing values, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`,
+// writes none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others
+// have ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch);
 // Finds which jobs are done in OUT, which failed at last (with `message`), and which wait. Free it also after a
 // failure.

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/parse_options.h"
 #include "run/plan/budget.h"

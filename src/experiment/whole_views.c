@@ -7,7 +7,6 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "image/image.h"
-#include "image/ssim.h"
 #include "train/trainer.h"
 
 enum { ID_DIGITS = 16 }; // digits of a retraining id in names: enough to tell them apart

@@ -12,10 +12,9 @@
 #include "base/memory.h"
 #include "image/decoder.h"
 #include "image/decoder_protocol.h"
-#include "image/downscale.h"
 #include "image/image.h"
 #include "image/photo_formats.h"
-#include "image/transfer.h"
+#include "image/pixel.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28, FILE_LIMIT_BYTES = UINT64_C(1) << 32;
 static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30;     // in all channels: four of the largest image

@@ -36,4 +36,20 @@ static inline void vw_pixel_set(enum vw_pixel_format format, void *values, size_
     }
 }
 
+// Encodes linear light by the sRGB curve. Float files (EXR, HDR, float TIFF) have linear light; everything inside works
+// on encoded values.
+static inline float vw_srgb_encode(float linear) {
+    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * powf(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+static inline float vw_srgb_decode(float encoded) {
+    return encoded <= 0.04045f ? encoded / 12.92f : powf((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+// Returns the length of a photo's side after --downscale: floor(side / factor), at least 1.
+static inline uint32_t vw_downscaled_px(uint32_t side_px, uint32_t factor) {
+    if (factor <= 1) return side_px;
+    return side_px > factor ? side_px / factor : 1;
+}
+
 #endif

@@ -1,10 +1,9 @@
-#include "image/ssim.h"
-
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "image/image.h"
 
 enum { WINDOW = VW_SSIM_WINDOW_PX };
 static const double SIGMA_PX = 1.5;

@@ -8,7 +8,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/retrain.h"
 #include "experiment/worth_plan.h"

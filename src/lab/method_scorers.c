@@ -10,7 +10,7 @@
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "experiment/experiment.h"
 #include "lab/methods/gradient_scores.h"
 #include "viewworth/log.h"

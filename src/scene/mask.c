@@ -6,8 +6,8 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "image/downscale.h"
 #include "image/image.h"
+#include "image/pixel.h"
 #include "scene/builder.h"
 #include "viewworth/scene.h"
 

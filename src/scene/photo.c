@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "image/downscale.h"
 #include "image/image.h"
+#include "image/pixel.h"
 #include "scene/builder.h"
 #include "scene/mask.h"
 #include "scene/photo_source.h"

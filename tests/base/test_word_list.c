@@ -1,7 +1,6 @@
 // Lists of words with commas between.
+#include "base/text.h"
 #include "support/cmocka_test.h"
-
-#include "base/word_list.h"
 
 TEST(words_come_in_order) {
     const char *rest = "rays,val-rays,,+sky";

@@ -1,8 +1,6 @@
 // JOBS.json: the words that it gives each job, and what is refused.
-#include "support/cmocka_test.h"
-
-#include "batch/job_record.h"
 #include "batch/jobs.h"
+#include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
 static char *folder;

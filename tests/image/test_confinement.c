@@ -1,6 +1,4 @@
 // The rights that a confined process still has, tried from inside.
-#include "support/cmocka_test.h"
-
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -11,7 +9,8 @@
 #include <unistd.h>
 
 #include "base/memory.h"
-#include "image/decode/confine.h"
+#include "image/decode/tasks.h"
+#include "support/cmocka_test.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 static const bool sanitized = true; // the address sanitizer lifts the limit on memory

@@ -1,8 +1,7 @@
 // Structural similarity: known values, another program's, and an independent implementation that filters nothing
 // separably.
+#include "image/image.h"
 #include "support/cmocka_test.h"
-
-#include "image/ssim.h"
 
 enum { WIDTH = 24, HEIGHT = 17, VALUES = 3 * WIDTH * HEIGHT };
 

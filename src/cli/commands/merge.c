@@ -1,8 +1,6 @@
-#include "batch/merge.h"
-
 #include <stdlib.h>
 
-#include "batch/summary.h"
+#include "batch/merge.h"
 #include "cli/commands/commands.h"
 #include "cli/output/results.h"
 #include "run/out_lock.h"

@@ -1,5 +1,3 @@
-#include "cli/commands/commands.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
@@ -10,8 +8,9 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "batch/child.h"
+#include "cli/commands/commands.h"
 #include "cli/interrupt.h"
 #include "cli/output/progress.h"
 #include "cli/output/results.h"

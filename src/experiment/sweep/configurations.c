@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "run/plan/accuracy_levels.h"
 
 enum how { TIMES, PLUS, SET };

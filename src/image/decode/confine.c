@@ -1,5 +1,3 @@
-#include "image/decode/confine.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <seccomp.h>
@@ -10,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "image/decode/tasks.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 #define SANITIZED 1

@@ -1,10 +1,8 @@
-#include "image/decode/tasks.h"
-
 #include <stdlib.h>
 
 #include "base/memory.h"
 #include "image/decode/oiio_shim.h"
-#include "image/downscale.h"
+#include "image/decode/tasks.h"
 #include "image/pixel.h"
 
 static float clamp_unit(float value) { return value > 0 ? (value < 1 ? value : 1) : 0; }

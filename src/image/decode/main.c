@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "image/decode/oiio_shim.h"
-#include "image/decode/worker.h"
+#include "image/decode/tasks.h"
 #include "image/decoder_protocol.h"
 
 struct worker {

@@ -9,7 +9,6 @@
 #include "image/decode/oiio_shim.h"
 #include "image/photo_formats.h"
 #include "image/pixel.h"
-#include "image/transfer.h"
 
 static const double MASKED_SHARE_LIMIT = 0.05;
 
@@ -83,7 +82,7 @@ static enum vw_status convert(const struct vw_oiio_result *file, struct vw_image
 
 // ---- Tasks ----
 
-static void fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer) {
+void vw_task_fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer) {
     *answer = (struct vw_decoder_answer){.status = (uint32_t)status};
     snprintf(answer->message, sizeof answer->message, "%s", message);
 }
@@ -91,7 +90,7 @@ static void fail(enum vw_status status, const char *message, struct vw_decoder_a
 void vw_task_read_header(const struct vw_decoder_request *request, const void *file, size_t file_bytes,
                          struct vw_decoder_answer *answer) {
     struct vw_oiio_result found = vw_oiio_probe(vw_photo_formats[request->photo_format].plugin, file, file_bytes);
-    if (found.status) fail(found.status, found.message, answer);
+    if (found.status) vw_task_fail(found.status, found.message, answer);
     else *answer = (struct vw_decoder_answer){.header = found.header};
 }
 
@@ -106,14 +105,14 @@ void vw_task_read_photo(const struct vw_decoder_request *request, const void *fi
     struct vw_oiio_result read =
         vw_oiio_read(vw_photo_formats[request->photo_format].plugin, file, file_bytes, &request->header);
     if (read.status) {
-        fail(read.status, read.message, answer);
+        vw_task_fail(read.status, read.message, answer);
         return;
     }
     enum vw_status status = read_photo(&read, request->downscale, &made);
     free(read.data);
     if (status) {
         vw_image_clear(&made);
-        fail(status, vw_error_message(), answer);
+        vw_task_fail(status, vw_error_message(), answer);
         return;
     }
     *answer = (struct vw_decoder_answer){.header = {made.width_px, made.height_px, 4, made.format},
@@ -130,7 +129,7 @@ void vw_task_write_photo(const struct vw_decoder_request *request, const float *
     struct vw_oiio_result made = vw_oiio_encode(vw_photo_formats[request->photo_format].plugin, &request->header,
                                                 request->eight_bit, request->compression, pixels);
     if (made.status) {
-        fail(made.status, made.message, answer);
+        vw_task_fail(made.status, made.message, answer);
         return;
     }
     *answer = (struct vw_decoder_answer){.payload_bytes = made.size_bytes};

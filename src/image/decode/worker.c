@@ -1,4 +1,3 @@
-#include "image/decode/worker.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -9,7 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "image/decode/confine.h"
 #include "image/decode/oiio_shim.h"
 #include "image/decode/tasks.h"
 #include "image/photo_formats.h"
@@ -54,11 +52,6 @@ static bool write_all(const void *data, size_t size_bytes) {
 
 // ---- Tasks ----
 
-static void fail(enum vw_status status, const char *message, struct vw_decoder_answer *answer) {
-    *answer = (struct vw_decoder_answer){.status = (uint32_t)status};
-    snprintf(answer->message, sizeof answer->message, "%s", message);
-}
-
 // Maps the file instead of reading it: only the parts that a decoder uses take memory. If the file is shortened
 // meanwhile, the kernel ends this process.
 static bool read_file(const struct vw_decoder_request *request, int descriptor) {
@@ -68,7 +61,7 @@ static bool read_file(const struct vw_decoder_request *request, int descriptor) 
     void *file = MAP_FAILED;
     if (!fstat(descriptor, &info) && info.st_size > 0)
         file = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    if (file == MAP_FAILED) fail(VW_ERROR_IO, "the file cannot be mapped into memory", &answer);
+    if (file == MAP_FAILED) vw_task_fail(VW_ERROR_IO, "the file cannot be mapped into memory", &answer);
     else if (request->task == VW_DECODER_READ_HEADER) vw_task_read_header(request, file, (size_t)info.st_size, &answer);
     else vw_task_read_photo(request, file, (size_t)info.st_size, &answer, &image);
     bool written = write_all(&answer, sizeof answer);

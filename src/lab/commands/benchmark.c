@@ -1,12 +1,11 @@
-#include "lab/benchmark.h"
-
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/word_list.h"
+#include "base/text.h"
 #include "cli/params.h"
 #include "cli/parse_options.h"
+#include "lab/benchmark.h"
 #include "lab/commands/commands.h"
 #include "lab/output/results.h"
 

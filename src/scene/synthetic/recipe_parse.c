@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "image/downscale.h"
+#include "image/pixel.h"
 #include "scene/synthetic/recipe_private.h"
 
 static const double COORDINATE_MAX = 1e9; // world units: double keeps a tenth of a micrometre there

@@ -89,7 +89,7 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer);
 enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, struct vw_recipe_photo *photo);
 
-// Adds a transient disc to a photo, and its mask to the view (recipe_capture.c).
+// Adds a transient disc to a photo, and its mask to the view (corruption.c).
 enum vw_status vw_recipe_capture(const struct vw_recipe *recipe, uint32_t index, struct vw_recipe_photo *photo,
                                  struct vw_view *view);
 

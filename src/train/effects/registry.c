@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
 #include "train/effects/kind.h"
 
 #define CONSTANT VW_EFFECT_CONSTANT

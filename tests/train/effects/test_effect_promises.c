@@ -1,9 +1,8 @@
 // The promises of every effect, as tables: off it takes no room and no effect changes where the field begins; bits do
 // not depend on batches or parts; validation sees the field alone; it is refused by name where it cannot be.
-#include "support/cmocka_test.h"
-
 #include "base/memory.h"
-#include "base/word_list.h"
+#include "base/text.h"
+#include "support/cmocka_test.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/lasting.h"
 #include "train/effects/registry.h"
