@@ -36,7 +36,9 @@ static const struct vw_command commands[] = {
      "Writes what viewworth value writes. --corrupt spoils some train photos, so that it is known which ones scores "
      "should find.",
      VW_OPTIONS_OF_VALUE, vw_command_value},
-    {CORRUPT, "compare", "SCENE", "Compare sets of photos as viewworth does, with corrupted photos", NULL,
+    {CORRUPT, "compare", "SCENE", "Compare sets of photos as viewworth does, with corrupted photos",
+     "--corrupt spoils some train photos. --valuation-seeds values the scene several times, and selects lists by each "
+     "valuation in turn.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_OPTIONS_COMPARE |
          VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON,
      vw_command_compare},

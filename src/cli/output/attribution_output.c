@@ -36,8 +36,8 @@ static void print_providers(const struct vw_attribution *attribution) {
         const struct vw_provider_score *group = &attribution->groups[i];
         if (!is_shown(attribution, group) || ++count > SHOWN_ROWS) continue;
         print_value(group->value, group->standard_error, group->unit);
-        vw_print("%s", provider_of(group->provider));
-        vw_print(" (%u photo%s)\n", group->photo_count, group->photo_count == 1 ? "" : "s");
+        vw_print("%s (%u photo%s)\n", provider_of(group->provider), group->photo_count,
+                 group->photo_count == 1 ? "" : "s");
     }
     print_more(count, SHOWN_ROWS, attribution->providers_path);
 }
@@ -50,9 +50,7 @@ static void print_payout(const struct vw_attribution *attribution) {
                  attribution->method);
     for (uint32_t i = 0; i < attribution->payout_count && i < SHOWN_ROWS; i++) {
         vw_amount_to_text(attribution->payouts[i].cents, amount);
-        vw_print("  %14s  ", amount);
-        vw_print("%s", attribution->payouts[i].group->provider);
-        vw_print("\n");
+        vw_print("  %14s  %s\n", amount, attribution->payouts[i].group->provider);
     }
     print_more(attribution->payout_count, SHOWN_ROWS, attribution->payout_path);
     if (attribution->photo_count)
@@ -65,10 +63,7 @@ static void print_payout(const struct vw_attribution *attribution) {
 static void print_duplicate(const struct vw_duplicate_score *row) {
     if (row->score) print_value(row->score->value, row->score->standard_error, row->score->unit);
     else vw_print("  validates  ");
-    vw_print("%s", row->image->name);
-    vw_print(", ");
-    vw_print("%s", provider_of(row->image->provider));
-    vw_print(", similarity %.4f\n", row->similarity);
+    vw_print("%s, %s, similarity %.4f\n", row->image->name, provider_of(row->image->provider), row->similarity);
 }
 
 static void print_duplicates(const struct vw_attribution *attribution) {
