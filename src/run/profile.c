@@ -19,18 +19,19 @@ static double mean_ms(const struct vw_gpu *gpu, const struct vw_pass_cost *cost)
 // step.
 enum vw_status vw_profile_make(const struct vw_trainer *trainer, struct vw_gpu *gpu, struct vw_profile *profile) {
     *profile = (struct vw_profile){0};
-    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
-    vw_trainer_pass_costs(trainer, costs, &profile->row_count);
+    struct vw_pass_costs costs;
+    vw_trainer_pass_costs(trainer, &costs);
+    profile->row_count = costs.count;
     for (uint32_t i = 0; i < profile->row_count; i++) {
-        double ms = mean_ms(gpu, &costs[i]) * costs[i].dispatches;
-        profile->rows[i] =
-            (struct vw_profile_row){.name = costs[i].name,
-                                    .role = costs[i].role,
-                                    .ms = ms,
-                                    .bytes = costs[i].bytes,
-                                    .multiply_adds = costs[i].multiply_adds,
-                                    .bytes_per_s = ms > 0 ? 1e3 * costs[i].bytes / ms : 0,
-                                    .multiply_adds_per_s = ms > 0 ? 1e3 * costs[i].multiply_adds / ms : 0};
+        const struct vw_pass_cost *cost = &costs.list[i];
+        double ms = mean_ms(gpu, cost) * cost->dispatches;
+        profile->rows[i] = (struct vw_profile_row){.name = cost->name,
+                                                   .role = cost->role,
+                                                   .ms = ms,
+                                                   .bytes = cost->bytes,
+                                                   .multiply_adds = cost->multiply_adds,
+                                                   .bytes_per_s = ms > 0 ? 1e3 * cost->bytes / ms : 0,
+                                                   .multiply_adds_per_s = ms > 0 ? 1e3 * cost->multiply_adds / ms : 0};
         profile->ms += ms;
     }
     for (uint32_t i = 0; i < profile->row_count; i++)

@@ -5,7 +5,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/parts.h"
+#include "train/effects/effects.h"
 #include "train/passes.h"
 
 enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
@@ -13,23 +13,24 @@ enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
 const char evaluator_role[] = "validation";
 
 static enum vw_status create_buffers(uint32_t rays, struct vw_evaluator *evaluator) {
-    struct vw_gpu *gpu = evaluator->field->gpu;
     uint64_t samples = (uint64_t)evaluator->chunk_rays * evaluator->field->model->ray_samples;
+    const struct vw_buffer_row pixels = {&evaluator->pixels, "evaluated_pixels", sizeof(struct vw_pixel) * rays};
     const struct vw_buffer_row buffers[] = {
-        {&evaluator->pixels,
-         {.name = "evaluated_pixels", .size_bytes = sizeof(struct vw_pixel) * rays, .memory = VW_BUFFER_UPLOAD}},
-        {&evaluator->rays, {.name = "evaluated_rays", .size_bytes = sizeof(struct vw_ray) * evaluator->ray_count}},
-        {&evaluator->samples, {.name = "evaluated_samples", .size_bytes = 16 * samples}},
-        {&evaluator->colours, {.name = "colours", .size_bytes = 16 * (uint64_t)evaluator->ray_count}},
+        {&evaluator->rays, "evaluated_rays", sizeof(struct vw_ray) * evaluator->ray_count},
+        {&evaluator->samples, "evaluated_samples", 16 * samples},
+        {&evaluator->colours, "colours", 16 * (uint64_t)evaluator->ray_count},
+        {&evaluator->places, "sample_places",
+         vw_importance_places_bytes(evaluator->field->model, evaluator->chunk_rays)},
     };
-    enum vw_status status = vw_buffers_create(gpu, buffers, VW_ARRAY_COUNT(buffers));
-    return !status ? vw_importance_create_places(evaluator->field, evaluator->chunk_rays, &evaluator->places) : status;
+    enum vw_status status = vw_buffers_create(&evaluator->objects, VW_BUFFER_UPLOAD, &pixels, 1);
+    return !status ? vw_buffers_create(&evaluator->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers))
+                   : status;
 }
 
 static enum vw_status create_passes(struct vw_evaluator *evaluator) {
-    struct vw_specialization specialization = evaluator->field->model->specialization;
-    specialization.training = specialization.stores_rows = 0;
-    vw_effects_leave_training(&specialization);
+    const struct vw_model *model = evaluator->field->model;
+    struct vw_specialization specialization = vw_effects_specialise_validation(model);
+    specialization.stores_rows = 0;
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
@@ -41,27 +42,22 @@ static enum vw_status create_passes(struct vw_evaluator *evaluator) {
     uint32_t count = 6;
     vw_field_bind(evaluator->field, false, bindings, &count);
     const struct vw_effect_buffers of_effects = {evaluator->field->params, evaluator->field->effect_buffers, NULL};
-    vw_effects_bind(evaluator->field->model, &of_effects, bindings, &count);
-    const struct vw_pass_params common = vw_pass_params_of(&specialization, bindings, count, evaluator_role);
+    vw_effects_bind(model, &of_effects, bindings, &count);
+    const struct vw_field_pass_params field = {
+        .objects = &evaluator->objects, .common = vw_pass_params_of(&specialization, bindings, count, evaluator_role)};
     const struct vw_pass_row passes[] = {
         {&vw_shader_generate_rays, &evaluator->generate},
         {&vw_shader_composite_rays, &evaluator->composite},
     };
-    enum vw_status status = vw_passes_create(evaluator->field->gpu, &common, passes, VW_ARRAY_COUNT(passes));
-    const struct vw_field_pass_params field = {
-        .specialization = &specialization, .bindings = bindings, .binding_count = count, .role = evaluator_role};
+    enum vw_status status = vw_passes_create(&evaluator->objects, &field.common, passes, VW_ARRAY_COUNT(passes));
     evaluator->passes.specialization = specialization;
-    if (!status) status = vw_importance_create(evaluator->field, &field, NULL, &evaluator->importance);
+    if (!status) status = vw_importance_create(evaluator->field, &field, &specialization, NULL, &evaluator->importance);
     if (!status)
-        status = vw_effects_create_photo_passes(evaluator->field->model, evaluator->field->gpu, &common,
-                                                &evaluator->effects);
-    return !status ? evaluator->field->model->kind->create_passes(evaluator->field, &field, &evaluator->passes)
-                   : status;
+        status = vw_effects_create_passes(model, &evaluator->objects, &field.common, false, &evaluator->effects);
+    return !status ? model->kind->create_passes(evaluator->field, &field, &evaluator->passes) : status;
 }
 
-static bool sees_photos(const struct vw_evaluator *evaluator) {
-    return vw_effects_see_photos(&evaluator->field->model->specialization);
-}
+static bool sees_photos(const struct vw_evaluator *evaluator) { return vw_effects_see_photos(evaluator->field->model); }
 
 // Makes room for one more group: the last view's rays may begin within a group.
 static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *evaluator) {
@@ -76,7 +72,8 @@ static enum vw_status make_room_for_views(uint32_t rays, struct vw_evaluator *ev
 
 enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t rays, struct vw_evaluator *evaluator) {
     const struct vw_model *model = field->model;
-    *evaluator = (struct vw_evaluator){.field = field, .ray_count = vw_model_pad_rays(model, rays)};
+    *evaluator = (struct vw_evaluator){
+        .field = field, .objects = {.gpu = field->gpu}, .ray_count = vw_model_pad_rays(model, rays)};
     uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
              chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
     if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
@@ -90,15 +87,8 @@ enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t ray
 }
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
-    struct vw_buffer **buffers[] = {&evaluator->pixels, &evaluator->rays, &evaluator->samples, &evaluator->colours,
-                                    &evaluator->places};
     vw_submission_destroy(&evaluator->batch);
-    vw_pass_destroy(&evaluator->generate);
-    vw_field_passes_destroy(&evaluator->passes);
-    vw_importance_destroy(&evaluator->importance);
-    vw_effects_destroy_passes(&evaluator->effects);
-    vw_pass_destroy(&evaluator->composite);
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
+    vw_gpu_objects_destroy(&evaluator->objects);
     free(evaluator->views);
     evaluator->views = NULL;
 }

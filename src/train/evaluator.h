@@ -17,6 +17,7 @@ struct vw_view_rays {
 
 struct vw_evaluator {
     struct vw_radiance_field *field; // borrowed
+    struct vw_gpu_objects objects;   // owned: all buffers and passes
     uint32_t ray_count;              // with padding
     uint32_t chunk_rays;             // rays whose samples are held at a time
     struct vw_buffer *pixels, *rays, *samples, *colours;

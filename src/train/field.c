@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "train/effects/contraction.h"
-#include "train/effects/parts.h"
+#include "train/effects/effects.h"
 #include "train/passes.h"
 #include "train/pixels.h"
 
@@ -17,61 +17,49 @@ struct vw_gpu_camera vw_field_camera(const struct vw_model *model, const struct 
     return camera;
 }
 
-static enum vw_status create_cameras(struct vw_radiance_field *field, const struct vw_scene *scene) {
-    uint64_t size_bytes = sizeof(struct vw_gpu_camera) * scene->view_count;
+static enum vw_status fill_cameras(const struct vw_radiance_field *field, const struct vw_scene *scene) {
     struct vw_gpu_camera *cameras = vw_allocate(scene->view_count, sizeof *cameras);
     if (!cameras) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < scene->view_count; i++)
         cameras[i] = vw_field_camera(field->model, &scene->views[i], &field->model->box);
-    enum vw_status status = vw_buffer_create(
-        field->gpu, &(struct vw_buffer_params){.name = "cameras", .size_bytes = size_bytes}, &field->cameras);
-    if (!status) status = vw_buffer_write(field->cameras, 0, cameras, size_bytes);
+    enum vw_status status = vw_buffer_write(field->cameras, 0, cameras, sizeof *cameras * scene->view_count);
     free(cameras);
     return status;
 }
 
-static enum vw_status create_params(struct vw_radiance_field *field, uint64_t seed) {
-    const struct vw_model *model = field->model;
-    void *initial = vw_allocate(model->param_bytes, 1);
+static enum vw_status fill_params(const struct vw_radiance_field *field, uint64_t seed) {
+    void *initial = vw_allocate(field->model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
-    vw_model_initialise(model, seed, initial);
-    enum vw_status status = vw_buffer_create(
-        field->gpu, &(struct vw_buffer_params){.name = "params", .size_bytes = model->param_bytes}, &field->params);
-    if (!status) status = vw_buffer_write(field->params, 0, initial, model->param_bytes);
+    vw_model_initialise(field->model, seed, initial);
+    enum vw_status status = vw_buffer_write(field->params, 0, initial, field->model->param_bytes);
     free(initial);
     return status;
 }
 
 enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
                                uint64_t seed, struct vw_radiance_field *field) {
-    *field = (struct vw_radiance_field){.gpu = gpu, .model = model};
+    *field = (struct vw_radiance_field){.gpu = gpu, .objects = {.gpu = gpu}, .model = model};
     uint64_t chunk = model->specialization.chunk_samples;
-    const struct vw_buffer_row scratch[] = {
+    const struct vw_buffer_row buffers[] = {
+        {&field->cameras, "cameras", sizeof(struct vw_gpu_camera) * scene->view_count},
+        {&field->params, "params", model->param_bytes},
         // buffers of another kind of field are not created
-        {&field->rows,
-         {.name = "rows", .size_bytes = model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)}},
-        {&field->grid_rows,
-         {.name = "grid_rows", .size_bytes = VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)}},
-        {&field->head_rows,
-         {.name = "head_rows", .size_bytes = VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->head_row_count, chunk)}},
-        {&field->d_rows,
-         {.name = "d_rows", .size_bytes = VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->d_row_count, chunk)}},
-        {&field->step_state, {.name = "step_state", .size_bytes = sizeof(struct vw_step_state)}},
+        {&field->rows, "rows", model->row_bytes * VW_ROWS_SIZE((uint64_t)model->row_count, chunk)},
+        {&field->grid_rows, "grid_rows", VW_GRID_ROW_BYTES * VW_ROWS_SIZE(model->grid_row_count, chunk)},
+        {&field->head_rows, "head_rows", VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->head_row_count, chunk)},
+        {&field->d_rows, "d_rows", VW_LAYER_ROW_BYTES * VW_ROWS_SIZE(model->d_row_count, chunk)},
+        {&field->step_state, "step_state", sizeof(struct vw_step_state)},
     };
-    enum vw_status status = create_cameras(field, scene);
-    if (!status) status = create_params(field, seed);
-    if (!status) status = vw_buffers_create(gpu, scratch, VW_ARRAY_COUNT(scratch));
-    if (!status) status = vw_effects_create_of_field(model, gpu, scene, field->effect_buffers);
+    enum vw_status status = vw_buffers_create(&field->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (!status) status = fill_cameras(field, scene);
+    if (!status) status = fill_params(field, seed);
+    if (!status) status = vw_effects_create_buffers(model, &field->objects, true, 0, field->effect_buffers);
+    if (!status) status = vw_effects_fill(model, gpu, scene, field->effect_buffers);
     if (status) vw_field_destroy(field);
     return status;
 }
 
-void vw_field_destroy(struct vw_radiance_field *field) {
-    struct vw_buffer **buffers[] = {&field->params,    &field->cameras, &field->rows,      &field->grid_rows,
-                                    &field->head_rows, &field->d_rows,  &field->step_state};
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
-    vw_effects_destroy_buffers(field->effect_buffers);
-}
+void vw_field_destroy(struct vw_radiance_field *field) { vw_gpu_objects_destroy(&field->objects); }
 
 void vw_field_bind(const struct vw_radiance_field *field, bool training, struct vw_binding *bindings, uint32_t *count) {
     const struct vw_model *model = field->model;

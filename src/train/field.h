@@ -4,9 +4,11 @@
 
 #include "gpu/compute.h"
 #include "train/model.h"
+#include "train/passes.h"
 
 struct vw_radiance_field {
     struct vw_gpu *gpu;                              // borrowed
+    struct vw_gpu_objects objects;                   // owned: all that follow
     const struct vw_model *model;                    // borrowed
     struct vw_buffer *params;                        // model->param_bytes
     struct vw_buffer *cameras;                       // vw_gpu_camera per view

@@ -1,15 +1,13 @@
 #include "train/importance.h"
 
 #include "gpu/shaders.h"
+#include "train/pass_costs.h"
+#include "train/passes.h"
 
 const char even_role[] = "even samples", even_validation_role[] = "even samples, validation";
 
-enum vw_status vw_importance_create_places(const struct vw_radiance_field *field, uint32_t rays,
-                                           struct vw_buffer **places) {
-    const struct vw_specialization *s = &field->model->specialization;
-    if (!s->importance) return VW_OK;
-    const struct vw_buffer_params params = {.name = "sample_places", .size_bytes = 4 * (uint64_t)rays * s->samples};
-    return vw_buffer_create(field->gpu, &params, places);
+uint64_t vw_importance_places_bytes(const struct vw_model *model, uint32_t rays) {
+    return model->specialization.importance ? 4 * (uint64_t)rays * model->specialization.samples : 0;
 }
 
 static struct vw_specialization specialise(const struct vw_model *model, const struct vw_specialization *of_step) {
@@ -22,28 +20,21 @@ static struct vw_specialization specialise(const struct vw_model *model, const s
 }
 
 enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_specialization *specialization,
                                     const struct vw_shader *backward_rays, struct vw_importance *importance) {
     const struct vw_model *model = field->model;
-    if (!params->specialization->importance) return VW_OK;
-    const struct vw_specialization even = specialise(model, params->specialization);
+    if (!specialization->importance) return VW_OK;
     struct vw_field_pass_params of_even = *params;
-    of_even.specialization = &even;
-    of_even.backward = backward_rays && model->coarse_columns;
-    of_even.role = params->role ? even_validation_role : even_role;
-    importance->even.specialization = even;
+    importance->even.specialization = specialise(model, specialization);
     importance->even.first_column = model->coarse_column;
+    of_even.common.specialization = (const uint32_t *)&importance->even.specialization;
+    of_even.common.role = params->common.role ? even_validation_role : even_role;
+    of_even.backward = backward_rays && model->coarse_columns;
     enum vw_status status = model->kind->create_passes(field, &of_even, &importance->even);
     if (!status && of_even.backward)
-        status = vw_field_pass_create(field->gpu, &of_even, backward_rays, &even, &importance->backward_rays);
-    return !status ? vw_field_pass_create(field->gpu, params, &vw_shader_place_samples, params->specialization,
-                                          &importance->place)
+        status = vw_pass_create_of(params->objects, &of_even.common, backward_rays, &importance->backward_rays);
+    return !status ? vw_pass_create_of(params->objects, &params->common, &vw_shader_place_samples, &importance->place)
                    : status;
-}
-
-void vw_importance_destroy(struct vw_importance *importance) {
-    vw_field_passes_destroy(&importance->even);
-    vw_pass_destroy(&importance->place);
-    vw_pass_destroy(&importance->backward_rays);
 }
 
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
@@ -57,4 +48,25 @@ void vw_importance_record(const struct vw_model *model, const struct vw_importan
     // the sky and of what belongs to photos, are those of the placed samples.
     vw_submission_dispatch(batch, importance->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
     model->kind->record_backward(model, &importance->even, batch, &samples);
+}
+
+// Lists them without transients, which the even samples do not have.
+void vw_importance_list_costs(const struct vw_model *model, double rays, uint32_t chunks, const char *role, bool trains,
+                              struct vw_pass_costs *costs) {
+    const struct vw_specialization *s = &model->specialization;
+    if (!s->importance) return;
+    struct vw_model even = *model;
+    even.specialization.effect_transient = 0;
+    const struct vw_field_work work = {.samples = rays * s->strata,
+                                       .chunks = chunks,
+                                       .role = role ? even_validation_role : even_role,
+                                       .stores_rows = trains && model->coarse_columns};
+    model->kind->list_forward_costs(&even, &work, costs);
+    if (work.stores_rows) {
+        vw_pass_cost_add(costs, (struct vw_pass_cost){"backward_rays", work.role, chunks, 0, work.samples * 56});
+        model->kind->list_backward_costs(&even, &work, costs);
+    }
+    vw_pass_cost_add(costs,
+                     (struct vw_pass_cost){"place_samples", role, chunks, 0,
+                                           rays * (sizeof(struct vw_ray) + 2 * 16 * s->strata + 4 * s->samples)});
 }

@@ -18,17 +18,22 @@ struct vw_importance {
     struct vw_pass *backward_rays; // over the even samples; NULL where no coarse network is trained
 };
 
-// Creates the listed places of a chunk; NULL without importance samples. To be bound at VW_SLOT_KEPT_SAMPLES.
-enum vw_status vw_importance_create_places(const struct vw_radiance_field *field, uint32_t rays,
-                                           struct vw_buffer **places);
-// Creates the placing for passes of this specialization over these bindings, with `role` as theirs. `backward_rays`:
-// the shader that trains a coarse network, if there is one; NULL where nothing is trained.
+// Returns the bytes of the listed places of a chunk of rays, 0 without importance samples; bound at
+// VW_SLOT_KEPT_SAMPLES.
+uint64_t vw_importance_places_bytes(const struct vw_model *model, uint32_t rays);
+// Creates the placing for passes of this specialization. `backward_rays`: the shader that trains a coarse network, if
+// there is one; NULL where nothing is trained.
 enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
+                                    const struct vw_specialization *specialization,
                                     const struct vw_shader *backward_rays, struct vw_importance *importance);
-void vw_importance_destroy(struct vw_importance *importance);
 // Records the placing of a chunk's samples, and the way back of a coarse network. Does nothing without importance
 // samples.
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
                           struct vw_submission *batch, const struct vw_push_samples *chunk);
+
+// Adds what it takes to place importance samples by the even samples of `rays`. `trains`: where there is a coarse
+// network, it learns by them.
+void vw_importance_list_costs(const struct vw_model *model, double rays, uint32_t chunks, const char *role, bool trains,
+                              struct vw_pass_costs *costs);
 
 #endif

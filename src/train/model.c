@@ -1,7 +1,6 @@
 #include "train/model.h"
 
 #include <assert.h>
-#include <math.h>
 #include <string.h>
 
 #include "base/memory.h"
@@ -22,28 +21,9 @@ _Static_assert((int)RANDOM_JITTER == VW_RANDOM_JITTER && (int)RANDOM_BACKGROUND 
                    (int)RANDOM_OCCUPANCY == VW_RANDOM_OCCUPANCY && (int)RANDOM_IMPORTANCE == VW_RANDOM_IMPORTANCE,
                "random purposes differ");
 
-enum {
-    ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
-};
 static const uint64_t ROWS_BYTES_MAX = 1 << 28; // the rows of a chunk: enough samples to fill a large device
 
-static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
-
 static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
-
-vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
-    return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
-}
-
-double vw_model_rate_of_step(const struct vw_model *model, uint64_t step) {
-    uint64_t last = model->planned_steps;
-    if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
-    return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
-}
-
-uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays) {
-    return (uint32_t)round_up(rays, model->ray_group);
-}
 
 static void specialise(const struct vw_config *config, struct vw_model *model) {
     struct vw_specialization *s = &model->specialization;
@@ -69,40 +49,35 @@ static void choose_background(const struct vw_config *config, struct vw_speciali
     if (s->effect_background) s->effect_background = random ? BACKGROUND_RANDOM : BACKGROUND_FIXED;
 }
 
-uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count) {
-    uint32_t first = model->moved_columns;
-    assert(model->param_bytes == vw_model_columns(model, first, 0).offset_bytes); // update_weights moves all as one
-    model->moved_columns += columns;
-    model->param_bytes += sizeof(vw_float4) * (uint64_t)columns;
-    model->param_count += param_count;
-    return first;
+static void list_effects(struct vw_model *model) {
+    model->effect_table = vw_effect_kinds;
+    for (uint32_t i = 0; vw_effect_kinds[i]; i++)
+        if (vw_effect_is_on(vw_effect_kinds[i], &model->specialization))
+            model->effects[model->effect_count++] = vw_effect_kinds[i];
 }
 
-struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count) {
-    return (struct vw_param_range){model->weights.offset_bytes + sizeof(vw_float4) * (uint64_t)first,
-                                   sizeof(vw_float4) * (uint64_t)count};
+static void lay_out_effect_columns(const struct vw_config *config, bool followed, struct vw_model *model) {
+    for (uint32_t i = 0; i < model->effect_count; i++) {
+        const struct vw_effect_kind *kind = model->effects[i];
+        if (kind->lay_out_columns && (kind->adjoint == VW_ADJOINT_FOLLOWS) == followed)
+            kind->lay_out_columns(config, model);
+    }
 }
 
-void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count) {
-    struct vw_param_range range = {round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
-    model->ranges[slot] = range;
-    model->param_bytes = range.offset_bytes + size_bytes;
-    model->param_count += param_count;
-}
-
-// Columns that lasting credit goes back to come first.
+// Lays out all params. Columns that lasting credit goes back to come first.
 static void lay_out(const struct vw_config *config, uint64_t trained_views, struct vw_model *model) {
     model->kind->lay_out(config, model);
     model->specialization.field_columns = model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
-    vw_effects_lay_out_columns(config, true, &model->specialization, model);
+    lay_out_effect_columns(config, true, model);
     model->followed_columns = model->moved_columns;
     if (model->coarse_columns) {
         model->coarse_column = vw_model_append_columns(model, model->coarse_columns, 0); // the field counts its params
         model->coarse = vw_model_columns(model, model->coarse_column, model->coarse_columns);
     }
-    vw_effects_lay_out_columns(config, false, &model->specialization, model);
-    vw_effects_lay_out_ranges(trained_views, &model->specialization, model);
+    lay_out_effect_columns(config, false, model);
+    for (uint32_t i = 0; i < model->effect_count; i++)
+        if (model->effects[i]->lay_out_ranges) model->effects[i]->lay_out_ranges(model, trained_views);
 }
 
 // Chooses whole groups of rays whose rows fit into one binding, and no more than a step has.
@@ -160,6 +135,7 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     vw_effects_specialize(verdicts, scene, s);
+    list_effects(model);
     uint32_t effect_count;
     vw_effects_get(&effect_count);
     model->obeys_masks = vw_effects_obey_masks(scene, verdicts, effect_count);
@@ -174,13 +150,4 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     if (status) return status;
     specialise_for_device(choices, limits, model);
     return model->kind->fit(config, choices, limits, model);
-}
-
-void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params) {
-    uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
-    const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
-                                   seed};
-    memset((char *)params + end, 0, model->param_bytes - end);
-    model->kind->initialise(model, &drawn, params);
-    vw_effects_initialise(model, &model->specialization, &drawn, params);
 }

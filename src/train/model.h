@@ -20,10 +20,11 @@ struct vw_grid_window {
     uint32_t first_pair, pair_count;
 };
 
-struct vw_field_kind;
+struct vw_effect_kind; // effects/kind.h
+struct vw_field_kind;  // fields/registry.h
 
 struct vw_model {
-    const struct vw_field_kind *kind;        // fields/registry.h
+    const struct vw_field_kind *kind;
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
@@ -34,7 +35,10 @@ struct vw_model {
     // The network for the even samples alone (--coarse-network own), empty without it: vec4 columns as the
     // field lays them out, moved as weights are.
     struct vw_param_range coarse;
-    uint32_t coarse_columns, coarse_column;      // how many, which the field says; which is its first
+    uint32_t coarse_columns, coarse_column;                    // how many, which the field says; which is its first
+    const struct vw_effect_kind *effects[VW_EFFECT_COUNT_MAX]; // the ones that are on, in the order of the table
+    uint32_t effect_count;
+    const struct vw_effect_kind *const *effect_table; // all, up to a NULL
     struct vw_param_range ranges[VW_SLOT_COUNT]; // the effects', by the slot that they are bound at; empty without it
     // With the consistency loss (effects/consistency.h), else 0: its weight, and the side of the picture that the first
     // rays of a step make.

@@ -5,14 +5,21 @@
 #ifndef VIEWWORTH_TRAIN_PASS_COSTS_H
 #define VIEWWORTH_TRAIN_PASS_COSTS_H
 
-#include "train/step.h"
-#include "train/trainer.h"
-#include "train/validation/validation.h"
+#include <stdint.h>
 
-struct vw_costed_passes { // all borrowed
-    const struct vw_config *config;
-    const struct vw_step_passes *step;
-    const struct vw_validation *validation;
+struct vw_model; // train/model.h
+
+// The work of a pass in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
+// the device's peak throughput.
+struct vw_pass_cost {
+    const char *name, *role;     // as the timer's
+    double dispatches;           // per step, on average
+    double multiply_adds, bytes; // float operations; bytes loaded plus stored, gathers counted every time
+};
+enum { VW_PASS_COSTS_MAX = 48 };
+struct vw_pass_costs {
+    struct vw_pass_cost list[VW_PASS_COSTS_MAX];
+    uint32_t count;
 };
 
 // Per sample, and sizes of the model; those of the grid are of the field hash.
@@ -21,13 +28,7 @@ struct vw_cost_sizes {
 };
 struct vw_cost_sizes vw_cost_sizes_of(const struct vw_model *model, uint32_t rays);
 
-// Appends one, or adds it to that of the same pass; for the lists of fields and effects.
-void vw_pass_cost_add(struct vw_pass_cost *costs, uint32_t *count, struct vw_pass_cost cost);
-// Adds what it takes to place importance samples by the even samples of `rays`. `trains`: where there is a coarse
-// network, it learns by them.
-void vw_pass_costs_add_placing(const struct vw_model *model, double rays, uint32_t chunks, const char *role,
-                               bool trains, struct vw_pass_cost *costs, uint32_t *count);
-void vw_pass_costs_list(const struct vw_costed_passes *passes, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
-                        uint32_t *count);
+// Appends one, or adds it to that of the same pass.
+void vw_pass_cost_add(struct vw_pass_costs *costs, struct vw_pass_cost cost);
 
 #endif

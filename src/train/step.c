@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
-#include "train/effects/step_effects.h"
+#include "train/effects/effects.h"
 #include "train/passes.h"
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
@@ -26,40 +26,37 @@ static enum vw_status create_buffers(struct vw_step_passes *step) {
     uint64_t chunk = model->specialization.chunk_samples, pairs = model->pair_count, columns = model->partial_columns,
              moved = model->moved_columns;
     const struct vw_buffer_row buffers[] = {
-        {&step->ray_buffer, {.name = "rays", .size_bytes = sizeof(struct vw_ray) * step->padded_rays}},
-        {&step->samples, {.name = "samples", .size_bytes = 16 * chunk}},
-        {&step->d_samples, {.name = "d_samples", .size_bytes = 16 * chunk}},
-        {&step->overflow, {.name = "overflow", .size_bytes = OVERFLOW_BYTES * (OVERFLOW_GRID + model->window_count)}},
-        {&step->ray_loss, {.name = "ray_loss", .size_bytes = 4 * (uint64_t)step->padded_rays}},
-        {&step->weight_partials,
-         {.name = "weight_partials", .size_bytes = 16 * columns * (chunk / model->specialization.slice_samples)}},
-        {&step->d_weights, {.name = "d_weights", .size_bytes = 16 * moved}},
-        {&step->weight_moments, {.name = "weight_moments", .size_bytes = 2 * 16 * moved}},
-        {&step->d_grid, {.name = "d_grid", .size_bytes = word_bytes(model) * pairs}},
+        {&step->ray_buffer, "rays", sizeof(struct vw_ray) * step->padded_rays},
+        {&step->samples, "samples", 16 * chunk},
+        {&step->d_samples, "d_samples", 16 * chunk},
+        {&step->overflow, "overflow", OVERFLOW_BYTES * (OVERFLOW_GRID + model->window_count)},
+        {&step->ray_loss, "ray_loss", 4 * (uint64_t)step->padded_rays},
+        {&step->weight_partials, "weight_partials", 16 * columns * (chunk / model->specialization.slice_samples)},
+        {&step->d_weights, "d_weights", 16 * moved},
+        {&step->weight_moments, "weight_moments", 2 * 16 * moved},
+        {&step->d_grid, "d_grid", word_bytes(model) * pairs},
         // Without momentum there is no first moment; the slot is declared by the shader, so a stub is bound.
-        {&step->grid_moment1,
-         {.name = "grid_moment1", .size_bytes = pairs && !model->specialization.momentum ? 8 : 8 * pairs}},
-        {&step->grid_moment2, {.name = "grid_moment2", .size_bytes = 8 * pairs}},
-        {&step->grid_visits, {.name = "grid_visits", .size_bytes = 4 * pairs}},
+        {&step->grid_moment1, "grid_moment1", pairs && !model->specialization.momentum ? 8 : 8 * pairs},
+        {&step->grid_moment2, "grid_moment2", 8 * pairs},
+        {&step->grid_visits, "grid_visits", 4 * pairs},
+        {&step->places, "sample_places", vw_importance_places_bytes(model, step->chunk_rays)},
     };
-    enum vw_status status = vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
-    if (!status) status = vw_importance_create_places(step->field, step->chunk_rays, &step->places);
-    return !status ? vw_effects_create_of_step(model, step->field->gpu, step->padded_rays, step->effect_buffers)
+    enum vw_status status = vw_buffers_create(&step->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    return !status ? vw_effects_create_buffers(model, &step->objects, false, step->padded_rays, step->effect_buffers)
                    : status;
 }
 
 static enum vw_status create_update_passes(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;
-    struct vw_gpu *gpu = step->field->gpu;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = 0;
     vw_step_bind(step, bindings, &count); // its first binding is the one of flags
     const struct vw_pass_params common = vw_pass_params_of(&model->specialization, bindings, count, NULL);
-    enum vw_status status = vw_pass_create_of(gpu, &common, &vw_shader_reduce_loss, &step->reduce_loss);
+    enum vw_status status = vw_pass_create_of(&step->objects, &common, &vw_shader_reduce_loss, &step->reduce_loss);
     bindings[0] = overflow_binding(step, OVERFLOW_WEIGHTS);
-    if (!status) status = vw_pass_create_of(gpu, &common, &vw_shader_update_weights, &step->update_weights);
+    if (!status) status = vw_pass_create_of(&step->objects, &common, &vw_shader_update_weights, &step->update_weights);
     bindings[0] = overflow_binding(step, OVERFLOW_PHOTOS);
-    return !status ? vw_effects_create_passes(model, gpu, &common, &step->effects) : status;
+    return !status ? vw_effects_create_passes(model, &step->objects, &common, true, &step->effects) : status;
 }
 
 // Creates the pass that updates one window of the grid. Passes that write the grid see one window of it, so that each
@@ -90,7 +87,7 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
     };
     const struct vw_pass_params common =
         vw_pass_params_of(&field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
-    return vw_pass_create_of(field->gpu, &common,
+    return vw_pass_create_of(&step->objects, &common,
                              field->model->half_grid ? &vw_shader_update_grid_half : &vw_shader_update_grid,
                              &step->update_grid[index]);
 }
@@ -100,6 +97,7 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                               struct vw_step_passes *step) {
     *step =
         (struct vw_step_passes){.field = field,
+                                .objects = {.gpu = field->gpu},
                                 .schedule = schedule,
                                 .pixels = pixels,
                                 .scalars = scalars,
@@ -107,27 +105,17 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
                                 .padded_rays = vw_model_pad_rays(field->model, config->rays),
                                 .chunk_rays = field->model->specialization.chunk_samples / field->model->ray_samples};
     enum vw_status status = create_buffers(step);
-    if (!status) status = vw_gradient_create(step, &field->model->specialization, &step->gradient);
+    if (!status) status = vw_gradient_create(step, &step->objects, &field->model->specialization, &step->gradient);
     if (!status) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && !status; i++) status = create_update_grid(step, i);
-    if (!status) status = vw_effects_create_rest(step);
+    if (!status) status = vw_effects_create_rest(field->model, step);
     if (status) vw_step_destroy(step);
     return status;
 }
 
 void vw_step_destroy(struct vw_step_passes *step) {
-    struct vw_buffer **buffers[] = {
-        &step->ray_buffer,      &step->samples,   &step->d_samples,      &step->ray_loss, &step->overflow,
-        &step->weight_partials, &step->d_weights, &step->weight_moments, &step->d_grid,   &step->grid_moment1,
-        &step->grid_moment2,    &step->places,    &step->grid_visits};
-    vw_effects_destroy_rest(step);
-    vw_gradient_destroy(&step->gradient);
-    vw_pass_destroy(&step->reduce_loss);
-    vw_pass_destroy(&step->update_weights);
-    for (size_t i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&step->update_grid[i]);
-    vw_effects_destroy_passes(&step->effects);
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
-    vw_effects_destroy_buffers(step->effect_buffers);
+    if (step->field) vw_effects_destroy_rest(step->field->model, step);
+    vw_gpu_objects_destroy(&step->objects);
 }
 
 // Lists the buffers of the training's state. The gradients do not belong to it: they are 0 between steps (the grid's)
@@ -146,29 +134,32 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
                               uint32_t first_pixel) {
+    const struct vw_model *model = step->field->model;
     struct vw_push_rays rays = {
-        .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(step->field->model, number)};
-    vw_effects_record_begin(step, batch, number, rays.key);
+        .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(model, number)};
+    vw_effects_record_begin(model, &step->effects, batch, number, rays.key);
     vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    vw_effects_record_rays(step, batch, &rays);
-    vw_effects_record_photo(step->field->model, &step->effects, batch, 0);
+    vw_effects_record_rays(model, &step->effects, step, batch, &rays);
+    vw_effects_record_photo(model, &step->effects, batch, 0);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
         vw_gradient_record_chunk(step, &step->gradient, batch, &chunk);
-        vw_effects_record_chunk_gradient(step, batch, &chunk);
+        const struct vw_field_chunk samples = {&chunk, step->effect_buffers[VW_SLOT_KEPT]};
+        vw_effects_record_chunk_gradient(model, &step->effects, batch, &samples);
     }
-    vw_gradient_record_end(&step->gradient, batch, step->padded_rays);
-    vw_effects_record_gradient(step, batch, &rays, number);
+    vw_gradient_record_end(step, &step->gradient, batch, step->padded_rays);
+    vw_effects_record_gradient(model, &step->effects, step, batch, &rays, number);
 }
 
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
                            float extra) {
     const struct vw_model *model = step->field->model;
     double rate = (1.0 + extra) * vw_model_rate_of_step(model, number);
-    struct vw_push_update update = {.count = model->moved_columns,
+    struct vw_push_update update = {.count = step->padded_rays,
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};
-    vw_effects_record_update(step, batch, update);
+    vw_effects_record_update(model, &step->effects, batch, &update);
+    update.count = model->moved_columns;
     vw_submission_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;

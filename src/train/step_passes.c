@@ -32,52 +32,45 @@ void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings
     vw_effects_bind(step->field->model, &of_effects, bindings, count);
 }
 
-static const struct vw_shader *backward_shader(const struct vw_specialization *s, bool transient) {
-    if (transient)
-        return vw_effects_are_of_rays(s) ? &vw_shader_backward_transient_effects : &vw_shader_backward_transient;
-    return vw_effects_are_of_rays(s) ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
+static const struct vw_shader *backward_shader(const struct vw_model *model, const struct vw_specialization *s,
+                                               bool transient) {
+    bool effects = vw_effects_are_of_rays(model, s);
+    if (transient) return effects ? &vw_shader_backward_transient_effects : &vw_shader_backward_transient;
+    return effects ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
 }
 
-enum vw_status vw_gradient_create(const struct vw_step_passes *step, const struct vw_specialization *specialization,
-                                  struct vw_gradient_passes *gradient) {
+enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_gpu_objects *objects,
+                                  const struct vw_specialization *specialization, struct vw_gradient_passes *gradient) {
     *gradient =
         (struct vw_gradient_passes){.specialization = *specialization, .field = {.specialization = *specialization}};
+    const struct vw_model *model = step->field->model;
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = 0;
     vw_step_bind(step, bindings, &count);
-    const struct vw_pass_params common = vw_pass_params_of(specialization, bindings, count, NULL);
-    const struct vw_pass_row passes[] = {
-        {&vw_shader_generate_rays, &gradient->generate},
-        {backward_shader(specialization, specialization->effect_transient), &gradient->backward_rays},
-    };
-    enum vw_status status = vw_passes_create(step->field->gpu, &common, passes, VW_ARRAY_COUNT(passes));
-    for (uint32_t i = 0; i < vw_effect_kind_count && !status; i++)
-        if (vw_effect_kinds[i]->ray_gradient && vw_effect_kind_is_on(vw_effect_kinds[i], specialization))
-            status = vw_pass_create_of(step->field->gpu, &common, vw_effect_kinds[i]->ray_gradient, &gradient->ends[i]);
-    const struct vw_field_pass_params field = {.specialization = specialization,
-                                               .bindings = bindings,
-                                               .binding_count = count,
+    const struct vw_field_pass_params field = {.objects = objects,
+                                               .common = vw_pass_params_of(specialization, bindings, count, NULL),
                                                .d_grid = step->d_grid,
                                                .backward = true};
+    const struct vw_pass_row passes[] = {
+        {&vw_shader_generate_rays, &gradient->generate},
+        {backward_shader(model, specialization, specialization->effect_transient), &gradient->backward_rays},
+    };
+    enum vw_status status = vw_passes_create(objects, &field.common, passes, VW_ARRAY_COUNT(passes));
+    for (uint32_t i = 0; i < model->effect_count && !status; i++)
+        if (model->effects[i]->ray_gradient && vw_effect_is_on(model->effects[i], specialization))
+            status = vw_pass_create_of(objects, &field.common, model->effects[i]->ray_gradient, &gradient->ends[i]);
     // Slopes that are given are of the field's colours.
-    const struct vw_shader *coarse = specialization->loss == LOSS_GIVEN ? NULL : backward_shader(specialization, false);
-    if (!status) status = vw_importance_create(step->field, &field, coarse, &gradient->importance);
-    return !status ? step->field->model->kind->create_passes(step->field, &field, &gradient->field) : status;
-}
-
-void vw_gradient_destroy(struct vw_gradient_passes *gradient) {
-    vw_pass_destroy(&gradient->generate);
-    vw_pass_destroy(&gradient->backward_rays);
-    for (uint32_t i = 0; i < VW_EFFECT_COUNT_MAX; i++) vw_pass_destroy(&gradient->ends[i]);
-    vw_field_passes_destroy(&gradient->field);
-    vw_importance_destroy(&gradient->importance);
+    const struct vw_shader *coarse =
+        specialization->loss == LOSS_GIVEN ? NULL : backward_shader(model, specialization, false);
+    if (!status) status = vw_importance_create(step->field, &field, specialization, coarse, &gradient->importance);
+    return !status ? model->kind->create_passes(step->field, &field, &gradient->field) : status;
 }
 
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
                                 struct vw_submission *batch, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_effects_record_chunk(&passes->specialization, &step->effects, batch, chunk);
+    vw_effects_record_chunk(model, &step->effects, &passes->specialization, batch, chunk);
     model->kind->record_forward(model, passes, batch, &samples);
 }
 
@@ -103,10 +96,12 @@ struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint
         .first_ray = first, .ray_count = left < step->chunk_rays ? left : step->chunk_rays, .key = key};
 }
 
-void vw_gradient_record_end(const struct vw_gradient_passes *gradient, struct vw_submission *batch, uint32_t rays) {
+void vw_gradient_record_end(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
+                            struct vw_submission *batch, uint32_t rays) {
+    const struct vw_model *model = step->field->model;
     struct vw_push_reduce push = {.count = rays};
-    for (uint32_t i = 0; i < vw_effect_kind_count; i++)
+    for (uint32_t i = 0; i < model->effect_count; i++)
         if (gradient->ends[i])
             vw_submission_dispatch(batch, gradient->ends[i], &push, sizeof push,
-                                   vw_effect_kinds[i]->ray_gradient_invocations);
+                                   model->effects[i]->ray_gradient_invocations);
 }

@@ -4,7 +4,7 @@
 #define VIEWWORTH_TRAIN_STEP_PASSES_H
 
 #include "gpu/compute.h"
-#include "train/effects/parts.h"
+#include "train/effects/effects.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/importance.h"
@@ -24,6 +24,7 @@ struct vw_gradient_passes {
 
 struct vw_step_passes {
     struct vw_radiance_field *field;    // borrowed
+    struct vw_gpu_objects objects;      // owned: all buffers and passes that are not borrowed
     struct vw_photo_order *schedule;    // borrowed; of the consistency loss
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
@@ -43,10 +44,9 @@ struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *ste
 // Binds a step's buffers and its field's. Writes the bindings after the first `*count` and advances it.
 void vw_step_bind(const struct vw_step_passes *step, struct vw_binding *bindings, uint32_t *count);
 
-// Creates another set of passes over the step's buffers.
-enum vw_status vw_gradient_create(const struct vw_step_passes *step, const struct vw_specialization *specialization,
-                                  struct vw_gradient_passes *gradient);
-void vw_gradient_destroy(struct vw_gradient_passes *gradient);
+// Creates another set of passes over the step's buffers. `objects` own them.
+enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_gpu_objects *objects,
+                                  const struct vw_specialization *specialization, struct vw_gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                               struct vw_submission *batch, const struct vw_push_samples *chunk);
@@ -61,5 +61,7 @@ void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_
 struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
                                          vw_uint4 key);
 // Records what follows the last chunk of `rays`.
-void vw_gradient_record_end(const struct vw_gradient_passes *gradient, struct vw_submission *batch, uint32_t rays);
+void vw_gradient_record_end(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
+                            struct vw_submission *batch, uint32_t rays);
+
 #endif

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "train/device_choices.h"
+#include "train/pass_costs.h"
 #include "train/shared_submissions.h"
 #include "viewworth/gpu.h"
 #include "viewworth/scene.h"
@@ -92,16 +93,8 @@ struct vw_camera_corrections {
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections);
 
-// The work of a pass in one step with its validation, from the sizes alone, to compare its time (vw_gpu_timers) with
-// the device's peak throughput.
-struct vw_pass_cost {
-    const char *name, *role;     // as the timer's
-    double dispatches;           // per step, on average
-    double multiply_adds, bytes; // float operations; bytes loaded plus stored, gathers counted every time
-};
-enum { VW_PASS_COSTS_MAX = 48 };
-void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
-                           uint32_t *count);
+// Lists what the passes of a step with its validation cost.
+void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_costs *costs);
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 

@@ -1,13 +1,12 @@
 // The outputs of a trainer beside step records: what it trains, its identity, its state and its field as files,
-// renders, measurements, and costs. Each function hands the parts of the trainer to the file that does the work.
+// renders and measurements. Each function hands the parts of the trainer to the file that does the work.
 #include <string.h>
 
-#include "train/effects/kind.h"
+#include "train/effects/effects.h"
 #include "train/effects/pose.h"
 #include "train/files/checkpoint.h"
 #include "train/files/field_file.h"
 #include "train/identity.h"
-#include "train/pass_costs.h"
 #include "train/render.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
@@ -53,13 +52,6 @@ enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections) {
     const struct vw_photo_order *schedule = &trainer->schedule;
     return vw_pose_measure(&trainer->field, schedule->train_views, schedule->train_count, corrections);
-}
-
-void vw_trainer_pass_costs(const struct vw_trainer *trainer, struct vw_pass_cost costs[VW_PASS_COSTS_MAX],
-                           uint32_t *count) {
-    const struct vw_costed_passes passes = {
-        .config = &trainer->config, .step = &trainer->step, .validation = &trainer->validation};
-    vw_pass_costs_list(&passes, costs, count);
 }
 
 // ---- Identity -------------------------------------------------------------------------------------------------------
@@ -144,7 +136,7 @@ static struct vw_measured_field measured_field_of(struct vw_trainer *trainer) {
     return (struct vw_measured_field){.field = &trainer->field,
                                       .scene = trainer->scene,
                                       .masks = trainer->masks,
-                                      .fits = vw_effects_fit(&trainer->model.specialization)};
+                                      .fits = vw_effects_fit(&trainer->model)};
 }
 
 enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32_t *views, uint32_t view_count,

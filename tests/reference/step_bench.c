@@ -306,7 +306,7 @@ static bool is_named(const struct vw_pass *pass, const char *name) {
 }
 
 const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, const char *name) {
-    for (uint32_t i = 0; i < vw_effect_kind_count; i++) {
+    for (uint32_t i = 0; i < bench->model.effect_count; i++) {
         if (is_named(bench->step.gradient.ends[i], name)) return bench->step.gradient.ends[i];
         for (uint32_t k = 0; k < VW_EFFECT_PASSES_MAX; k++)
             if (is_named(bench->step.effects.sets[i].passes[k], name)) return bench->step.effects.sets[i].passes[k];
@@ -318,7 +318,7 @@ void step_bench_keep_all(struct step_bench *bench) {
     if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
     struct vw_push_samples push = step_bench_push(bench, 1); // warming up
     vw_submission_begin(bench->batch);
-    vw_effects_record_chunk(&bench->model.specialization, &bench->step.effects, bench->batch, &push);
+    vw_effects_record_chunk(&bench->model, &bench->step.effects, &bench->model.specialization, bench->batch, &push);
     step_bench_submit(bench);
 }
 

@@ -10,24 +10,17 @@ cd "$(dirname "$0")/../.."
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 
-# Folders whose own files still call each other in a circle.
-not_yet='train'
-
 # circles FOLDER: prints every circle of the sources whose objects are in FOLDER.
 circles() {
     local found
     found=$(find "$1" -path '*.dir/src/*' -name '*.c.o' -exec nm -PA {} + | sed 's/^.*\.dir\/src\///; s/\.c\.o://' |
-        awk -v not_yet="$not_yet" '
-            function folder(file) { sub(/\/.*/, "", file); return file }
-            BEGIN { count = split(not_yet, names); for (i = 1; i <= count; i++) skipped[names[i]] = 1 }
+        awk '
             $3 ~ /^[TDBR]$/ { definer[$2] = $1 }
             $3 == "U" { used[++uses] = $2; user[uses] = $1 }
             END {
                 for (i = 1; i <= uses; i++) {
                     file = definer[used[i]]
-                    if (file == "" || file == user[i]) continue
-                    if (folder(file) == folder(user[i]) && folder(file) in skipped) continue
-                    print user[i], file
+                    if (file != "" && file != user[i]) print user[i], file
                 }
             }' | tsort 2>&1 >/dev/null)
     [[ -z $found ]] || { echo "$found"; return 1; }

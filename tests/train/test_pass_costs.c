@@ -7,12 +7,12 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-static const struct vw_pass_cost *find_cost(const struct vw_pass_cost *costs, uint32_t count, const char *name,
-                                            const char *role) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!strcmp(costs[i].name, name) &&
-            (costs[i].role && role ? !strcmp(costs[i].role, role) : costs[i].role == role))
-            return &costs[i];
+static const struct vw_pass_cost *find_cost(const struct vw_pass_costs *costs, const char *name, const char *role) {
+    for (uint32_t i = 0; i < costs->count; i++) {
+        const struct vw_pass_cost *cost = &costs->list[i];
+        bool same_role = cost->role && role ? !strcmp(cost->role, role) : cost->role == role;
+        if (same_role && !strcmp(cost->name, name)) return cost;
+    }
     return NULL;
 }
 
@@ -22,9 +22,9 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     struct vw_config config = test_config_of(field);
     struct vw_gpu *gpu = NULL;
     struct vw_trainer *trainer = NULL;
-    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
+    struct vw_pass_costs costs;
     struct test_run *run = calloc(1, sizeof *run);
-    uint32_t cost_count = 0, timer_count = 0, matched = 0;
+    uint32_t timer_count = 0, matched = 0;
     config.rays = 1200; // several chunks
     config.importance_samples = importance_samples;
     config.coarse_network = coarse_network;
@@ -40,12 +40,12 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
                                              .steps_per_batch = 2};
     ASSERT_OK(test_trainer_open(params, &trainer));
     test_run_finish(trainer, run);
-    vw_trainer_pass_costs(trainer, costs, &cost_count);
+    vw_trainer_pass_costs(trainer, &costs);
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &timer_count);
     for (uint32_t i = 0; i < timer_count; i++) {
         if (!strcmp(timers[i].name, "generate_rays") && timers[i].role) continue; // once, before the first step
-        const struct vw_pass_cost *cost = find_cost(costs, cost_count, timers[i].name, timers[i].role);
-        if (!cost) fail_msg("%s has no cost; add it to src/train/pass_costs.c", timers[i].name);
+        const struct vw_pass_cost *cost = find_cost(&costs, timers[i].name, timers[i].role);
+        if (!cost) fail_msg("%s has no cost; add it to src/train/step_costs.c", timers[i].name);
         bool validates = (timers[i].role && strstr(timers[i].role, "validation")) ||
                          !strcmp(timers[i].name, "reduce_views") || !strcmp(timers[i].name, "fit_views"); // also before
         double before = validates ? cost->dispatches : 0.0;
@@ -53,7 +53,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
         assert_true(cost->bytes > 0 && isfinite(cost->multiply_adds));
         matched++;
     }
-    assert_int_equal(matched, cost_count);
+    assert_int_equal(matched, costs.count);
     vw_trainer_destroy(&trainer);
     ASSERT_OK(vw_gpu_close(&gpu));
     test_run_free(run);
@@ -80,10 +80,9 @@ static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
     struct vw_config config = test_config();
     config.rays = rays;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
-    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
-    uint32_t count = 0;
-    vw_trainer_pass_costs(trainer, costs, &count);
-    struct vw_pass_cost cost = *find_cost(costs, count, name, NULL);
+    struct vw_pass_costs costs;
+    vw_trainer_pass_costs(trainer, &costs);
+    struct vw_pass_cost cost = *find_cost(&costs, name, NULL);
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);
     return cost;

@@ -88,19 +88,18 @@ static struct taken take(enum vw_table_precision precision) {
     config.base_resolution = 16; // all levels hashed: dense ones are padded
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     struct vw_trainer_stats stats;
-    struct vw_pass_cost costs[VW_PASS_COSTS_MAX];
-    uint32_t count = 0;
+    struct vw_pass_costs costs;
     vw_trainer_get_stats(trainer, &stats);
-    vw_trainer_pass_costs(trainer, costs, &count);
+    vw_trainer_pass_costs(trainer, &costs);
     double samples = (double)(trainer->step.padded_rays + trainer->validation.evaluator.ray_count) * config.samples;
     struct taken taken = {.param_bytes = trainer->model.param_bytes,
                           .param_count = stats.param_count,
                           .device_bytes = stats.device_bytes,
                           .gathered_pairs = samples * 8.0 * config.levels * config.features / 2};
     assert_int_equal(vw_buffer_size_bytes(trainer->field.params), taken.param_bytes);
-    for (uint32_t i = 0; i < count; i++) {
-        if (!strcmp(costs[i].name, "update_grid")) taken.update_bytes += costs[i].bytes;
-        if (!strcmp(costs[i].name, "forward_field")) taken.field_bytes += costs[i].bytes;
+    for (uint32_t i = 0; i < costs.count; i++) {
+        if (!strcmp(costs.list[i].name, "update_grid")) taken.update_bytes += costs.list[i].bytes;
+        if (!strcmp(costs.list[i].name, "forward_field")) taken.field_bytes += costs.list[i].bytes;
     }
     vw_trainer_destroy(&trainer);
     vw_scene_close(&scene);

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
-#include "train/effects/step_effects.h"
+#include "train/effects/effects.h"
 #include "train/passes.h"
 
 // ---- Creation -------------------------------------------------------------------------------------------------------
@@ -22,7 +22,7 @@ enum vw_status vw_adjoint_check(const struct vw_trainer_parts *context) {
     if (model->half_grid)
         return vw_fail(VW_ERROR_USAGE,
                        "the backward pass needs params in 32 bits; value the scene with --table-precision float32");
-    enum vw_status status = vw_effects_check_adjoint(&model->specialization);
+    enum vw_status status = vw_effects_check_adjoint(model);
     if (status) return status;
     if (model->param_bytes > vw_gpu_get_limits(context->field->gpu)->storage_binding_bytes)
         return vw_fail(
@@ -37,49 +37,34 @@ static uint64_t adjoint_bytes(const struct vw_model *model) {
     return model->param_bytes * (model->specialization.momentum ? 2 : 1);
 }
 
-static uint64_t places_bytes(const struct vw_adjoint_passes *backward, uint32_t rays) {
-    const struct vw_specialization *s = &model_of(backward)->specialization;
-    return s->importance ? 4 * (uint64_t)rays * s->samples : 0;
-}
-
 static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_t batch_steps) {
     const struct vw_trainer_parts *context = backward->context;
-    uint64_t block = model_of(backward)->param_bytes,
-             momentum = model_of(backward)->specialization.momentum ? block : 0;
-    const struct vw_buffer_row buffers[] = {
-        {&backward->blocks.before, {.name = "params_before", .size_bytes = block}},
-        {&backward->blocks.after, {.name = "params_after", .size_bytes = block}},
-        {&backward->blocks.gradient, {.name = "step_gradient", .size_bytes = block}},
-        {&backward->blocks.moment, {.name = "step_moment", .size_bytes = momentum}},
-        {&backward->direction, {.name = "direction", .size_bytes = block}},
-        {&backward->sums, {.name = "adjoint_sums", .size_bytes = 2 * 16 * VW_ADJOINT_GROUPS}},
-        {&backward->state, {.name = "adjoint_state", .size_bytes = sizeof(struct vw_adjoint_state)}},
-        {&backward->seen_ahead, {.name = "seen_ahead", .size_bytes = 16 * (uint64_t)context->step->padded_rays}},
-        {&backward->places, {.name = "step_places", .size_bytes = places_bytes(backward, backward->padded_rays)}},
-        {&backward->val_rays,
-         {.name = "slopes_of_views", .size_bytes = vw_buffer_size_bytes(context->validation->evaluator.rays)}},
-        {&backward->rows,
-         {.name = "adjoint_rows",
-          .size_bytes = 16ull * backward->measure_count * batch_steps,
-          .memory = VW_BUFFER_READBACK}},
-        {&backward->adjoint.blocks.lambda, {.name = "adjoint", .size_bytes = block}},
-        {&backward->adjoint.blocks.moment, {.name = "adjoint_moment", .size_bytes = momentum}},
-    };
-    return vw_buffers_create(context->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
-}
-
-static enum vw_status create_kept(struct vw_adjoint_passes *backward) {
-    struct vw_gpu *gpu = backward->context->field->gpu;
     const struct vw_model *model = model_of(backward);
-    enum vw_status status = VW_OK;
+    uint64_t block = model->param_bytes, momentum = model->specialization.momentum ? block : 0;
+    const struct vw_buffer_row rows = {&backward->rows, "adjoint_rows", 16ull * backward->measure_count * batch_steps};
+    const struct vw_buffer_row buffers[] = {
+        {&backward->blocks.before, "params_before", block},
+        {&backward->blocks.after, "params_after", block},
+        {&backward->blocks.gradient, "step_gradient", block},
+        {&backward->blocks.moment, "step_moment", momentum},
+        {&backward->direction, "direction", block},
+        {&backward->sums, "adjoint_sums", 2 * 16 * VW_ADJOINT_GROUPS},
+        {&backward->state, "adjoint_state", sizeof(struct vw_adjoint_state)},
+        {&backward->seen_ahead, "seen_ahead", 16 * (uint64_t)context->step->padded_rays},
+        {&backward->places, "step_places", vw_importance_places_bytes(model, backward->padded_rays)},
+        {&backward->val_rays, "slopes_of_views", vw_buffer_size_bytes(context->validation->evaluator.rays)},
+        {&backward->adjoint.blocks.lambda, "adjoint", block},
+        {&backward->adjoint.blocks.moment, "adjoint_moment", momentum},
+    };
+    enum vw_status status = vw_buffers_create(&backward->objects, VW_BUFFER_READBACK, &rows, 1);
+    if (!status) status = vw_buffers_create(&backward->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     backward->kept = vw_allocate(backward->measure_count, sizeof *backward->kept);
-    if (!backward->kept) return VW_ERROR_MEMORY;
+    if (!status && !backward->kept) status = VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < backward->measure_count && !status; i++) {
-        struct vw_buffer_params params = {.name = "kept_adjoint", .size_bytes = model->param_bytes};
-        if (i >= ADJOINT_OF_VIEWS && backward->kept_by_host) params.memory = VW_BUFFER_READBACK;
-        status = vw_buffer_create(gpu, &params, &backward->kept[i].lambda);
-        if (!status && backward->adjoint.blocks.moment)
-            status = vw_buffer_create(gpu, &params, &backward->kept[i].moment);
+        bool by_host = i >= ADJOINT_OF_VIEWS && backward->kept_by_host;
+        const struct vw_buffer_row kept[] = {{&backward->kept[i].lambda, "kept_adjoint", block},
+                                             {&backward->kept[i].moment, "kept_adjoint", momentum}};
+        status = vw_buffers_create(&backward->objects, by_host ? VW_BUFFER_READBACK : VW_BUFFER_DEVICE, kept, 2);
     }
     return status;
 }
@@ -97,11 +82,11 @@ static enum vw_status create_val_rays(struct vw_adjoint_passes *backward) {
     return status;
 }
 
-static enum vw_status create_pass(const struct vw_adjoint_passes *backward, const struct vw_shader *shader,
-                                  const struct vw_specialization *specialization, const struct vw_binding *bindings,
-                                  uint32_t count, struct vw_pass **pass) {
-    const struct vw_pass_params common = vw_pass_params_of(specialization, bindings, count, adjoint_role);
-    return vw_pass_create_of(backward->context->field->gpu, &common, shader, pass);
+static enum vw_status create_pass(struct vw_adjoint_passes *backward, const struct vw_shader *shader,
+                                  const struct vw_binding *bindings, uint32_t count, struct vw_pass **pass) {
+    const struct vw_pass_params common =
+        vw_pass_params_of(&model_of(backward)->specialization, bindings, count, adjoint_role);
+    return vw_pass_create_of(&backward->objects, &common, shader, pass);
 }
 
 static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, const struct vw_param_range *range) {
@@ -110,10 +95,9 @@ static struct vw_binding range_binding(uint32_t slot, struct vw_buffer *block, c
 }
 
 // Creates a gather. `second`: another range that the shader gathers; NULL: none.
-static enum vw_status create_gather(const struct vw_adjoint_passes *backward, const struct vw_shader *shader,
+static enum vw_status create_gather(struct vw_adjoint_passes *backward, const struct vw_shader *shader,
                                     const struct vw_param_range *range, const struct vw_param_range *second,
                                     struct vw_buffer *block, struct vw_pass **pass) {
-    const struct vw_model *model = model_of(backward);
     struct vw_binding bindings[VW_SLOT_COUNT] = {
         range_binding(VW_SLOT_GATHERED, block, range),
         {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
@@ -121,10 +105,10 @@ static enum vw_status create_gather(const struct vw_adjoint_passes *backward, co
     uint32_t count = 2;
     if (second) bindings[count++] = range_binding(VW_SLOT_GATHERED_CODES, block, second);
     vw_step_bind(backward->context->step, bindings, &count);
-    return create_pass(backward, shader, &model->specialization, bindings, count, pass);
+    return create_pass(backward, shader, bindings, count, pass);
 }
 
-static enum vw_status create_gather_grid(const struct vw_adjoint_passes *backward, uint32_t index,
+static enum vw_status create_gather_grid(struct vw_adjoint_passes *backward, uint32_t index,
                                          struct vw_gathered *gathered) {
     const struct vw_grid_window *window = &model_of(backward)->windows[index];
     uint64_t word = model_of(backward)->specialization.wide_gradient ? 16 : 8, first = window->first_pair,
@@ -140,11 +124,10 @@ static enum vw_status create_gather_grid(const struct vw_adjoint_passes *backwar
          .offset_bytes = word * first,
          .size_bytes = word * pairs},
     };
-    return create_pass(backward, &vw_shader_gather_grid, &model_of(backward)->specialization, bindings,
-                       VW_ARRAY_COUNT(bindings), &gathered->grid[index]);
+    return create_pass(backward, &vw_shader_gather_grid, bindings, VW_ARRAY_COUNT(bindings), &gathered->grid[index]);
 }
 
-static enum vw_status create_gathered(const struct vw_adjoint_passes *backward, struct vw_buffer *block,
+static enum vw_status create_gathered(struct vw_adjoint_passes *backward, struct vw_buffer *block,
                                       struct vw_gathered *gathered) {
     const struct vw_model *model = model_of(backward);
     const struct vw_param_range moved = {.offset_bytes = model->weights.offset_bytes,
@@ -153,17 +136,17 @@ static enum vw_status create_gathered(const struct vw_adjoint_passes *backward, 
     gathered->block = block;
     for (uint32_t i = 0; i < model->window_count && !status; i++) status = create_gather_grid(backward, i, gathered);
     if (!status) status = create_gather(backward, &vw_shader_gather_weights, &moved, NULL, block, &gathered->weights);
-    for (uint32_t i = 0; i < vw_effect_kind_count && !status; i++) {
-        const struct vw_effect_kind *kind = vw_effect_kinds[i];
+    for (uint32_t i = 0; i < model->effect_count && !status; i++) {
+        const struct vw_effect_kind *kind = model->effects[i];
         const struct vw_param_range *second = kind->gathered_second ? &model->ranges[kind->gathered_second] : NULL;
-        if (kind->gather && vw_effect_kind_is_on(kind, &model->specialization))
+        if (kind->gather)
             status = create_gather(backward, kind->gather, &model->ranges[kind->gathered], second, block,
                                    &gathered->photos[i]);
     }
     return status;
 }
 
-static enum vw_status create_adjoint(const struct vw_adjoint_passes *backward, struct vw_adjoint *adjoint) {
+static enum vw_status create_adjoint(struct vw_adjoint_passes *backward, struct vw_adjoint *adjoint) {
     bool momentum = adjoint->blocks.moment != NULL;
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_PARAMS_BEFORE, .buffer = backward->blocks.before},
@@ -176,9 +159,9 @@ static enum vw_status create_adjoint(const struct vw_adjoint_passes *backward, s
         {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
     };
     enum vw_status status = create_gathered(backward, adjoint->blocks.lambda, &adjoint->sum);
-    return !status ? create_pass(backward, &vw_shader_direct_adjoint, &model_of(backward)->specialization, bindings,
-                                 VW_ARRAY_COUNT(bindings), &adjoint->direct)
-                   : status;
+    return !status
+               ? create_pass(backward, &vw_shader_direct_adjoint, bindings, VW_ARRAY_COUNT(bindings), &adjoint->direct)
+               : status;
 }
 
 static enum vw_status create_multiply(struct vw_adjoint_passes *backward) {
@@ -189,8 +172,7 @@ static enum vw_status create_multiply(struct vw_adjoint_passes *backward) {
         {.slot = VW_SLOT_ADJOINT, .buffer = backward->adjoint.blocks.lambda},
         {.slot = VW_SLOT_ADJOINT_SUMS, .buffer = backward->sums},
     };
-    return create_pass(backward, &vw_shader_multiply_blocks, &model_of(backward)->specialization, bindings,
-                       VW_ARRAY_COUNT(bindings), &backward->multiply);
+    return create_pass(backward, &vw_shader_multiply_blocks, bindings, VW_ARRAY_COUNT(bindings), &backward->multiply);
 }
 
 // Passes over a step's rays and the block of all params.
@@ -213,41 +195,28 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
     vw_step_bind(backward->context->step, bindings, &count);
     for (uint32_t i = own; i < count; i++) // each slot once
         if (bindings[i].slot == VW_SLOT_SCALARS) bindings[i] = bindings[--count];
-    const struct {
-        const struct vw_shader *shader;
-        const struct vw_specialization *specialization;
-        struct vw_pass **pass;
-    } passes[] = {
-        {&vw_shader_perturb_params, s, &backward->perturb},
-        {vw_effects_are_of_rays(s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays, s,
+    const struct vw_pass_params common = vw_pass_params_of(s, bindings, count, adjoint_role);
+    const struct vw_pass_row passes[] = {
+        {&vw_shader_perturb_params, &backward->perturb},
+        {vw_effects_are_of_rays(model, s) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays,
          &backward->difference},
-        {&vw_shader_reduce_adjoint, s, &backward->reduce},
-        {&vw_shader_normalise_slopes, s, &backward->normalise_step},
+        {&vw_shader_reduce_adjoint, &backward->reduce},
+        {&vw_shader_normalise_slopes, &backward->normalise_step},
     };
-    const struct vw_field_pass_params ahead = {
-        .specialization = &plain, .bindings = bindings, .binding_count = count, .role = adjoint_role};
-    enum vw_status status = vw_gradient_create(backward->context->step, &given, &backward->product);
+    const struct vw_field_pass_params ahead = {.objects = &backward->objects,
+                                               .common = vw_pass_params_of(&plain, bindings, count, adjoint_role)};
+    enum vw_status status = vw_gradient_create(backward->context->step, &backward->objects, &given, &backward->product);
     backward->forward.specialization = plain;
     if (!status) status = model->kind->create_passes(backward->context->field, &ahead, &backward->forward);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) && !status; i++)
-        status = create_pass(backward, passes[i].shader, passes[i].specialization, bindings, count, passes[i].pass);
-    return status;
-}
-
-// Returns the specialization for validation as it is measured (decision 1: no jitter, no skipping, no photo's code,
-// everything visible), with activations stored.
-static struct vw_specialization validation_specialization(const struct vw_model *model) {
-    struct vw_specialization s = model->specialization;
-    s.training = 0;
-    s.loss = LOSS_GIVEN;
-    vw_effects_leave_training(&s);
-    return s;
+    return !status ? vw_passes_create(&backward->objects, &common, passes, VW_ARRAY_COUNT(passes)) : status;
 }
 
 static enum vw_status create_view_passes(struct vw_adjoint_passes *backward) {
     const struct vw_validation *validation = backward->context->validation;
-    const struct vw_specialization *s = &model_of(backward)->specialization,
-                                   of_views = validation_specialization(model_of(backward));
+    // As validation is measured (decision 1: no jitter, no skipping, no photo's code, everything visible), with
+    // activations stored.
+    struct vw_specialization of_views = vw_effects_specialise_validation(model_of(backward));
+    of_views.loss = LOSS_GIVEN;
     const struct vw_binding slopes[] = {
         {.slot = VW_SLOT_RAYS, .buffer = validation->evaluator.rays},
         {.slot = VW_SLOT_COLOURS, .buffer = validation->evaluator.colours},
@@ -262,11 +231,11 @@ static enum vw_status create_view_passes(struct vw_adjoint_passes *backward) {
         {.slot = VW_SLOT_STEP_STATE, .buffer = backward->context->field->step_state},
         {.slot = VW_SLOT_ADJOINT_STATE, .buffer = backward->state},
     };
-    enum vw_status status = vw_gradient_create(backward->context->step, &of_views, &backward->validation);
+    enum vw_status status =
+        vw_gradient_create(backward->context->step, &backward->objects, &of_views, &backward->validation);
     if (!status)
-        status =
-            create_pass(backward, &vw_shader_slope_views, s, slopes, VW_ARRAY_COUNT(slopes), &backward->slope_views);
-    return !status ? create_pass(backward, &vw_shader_normalise_slopes, s, normal, VW_ARRAY_COUNT(normal),
+        status = create_pass(backward, &vw_shader_slope_views, slopes, VW_ARRAY_COUNT(slopes), &backward->slope_views);
+    return !status ? create_pass(backward, &vw_shader_normalise_slopes, normal, VW_ARRAY_COUNT(normal),
                                  &backward->normalise_views)
                    : status;
 }
@@ -275,13 +244,13 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
                                  struct vw_adjoint_passes *backward) {
     uint32_t of_step = context->step->rays, views = params->by_view ? context->validation->view_count : 0;
     *backward = (struct vw_adjoint_passes){.context = context,
+                                           .objects = {.gpu = context->field->gpu},
                                            .rays = params->rays && params->rays < of_step ? params->rays : of_step,
                                            .measure_count = params->psnr_alone ? 1 : ADJOINT_OF_VIEWS + views};
     backward->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     backward->padded_rays = vw_model_pad_rays(context->field->model, backward->rays);
     enum vw_status status = vw_adjoint_check(context);
     if (!status) status = create_buffers(backward, params->batch_steps);
-    if (!status) status = create_kept(backward);
     if (!status) status = create_val_rays(backward);
     if (!status) status = create_step_passes(backward);
     if (!status) status = create_view_passes(backward);
@@ -292,37 +261,10 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
     return status;
 }
 
-static void destroy_gathered(struct vw_gathered *gathered) {
-    for (int i = 0; i < VW_LEVELS_MAX; i++) vw_pass_destroy(&gathered->grid[i]);
-    vw_pass_destroy(&gathered->weights);
-    for (uint32_t i = 0; i < VW_EFFECT_COUNT_MAX; i++) vw_pass_destroy(&gathered->photos[i]);
-}
-
-static void destroy_blocks(struct vw_adjoint_blocks *blocks) {
-    vw_buffer_destroy(&blocks->lambda);
-    vw_buffer_destroy(&blocks->moment);
-}
-
 void vw_adjoint_destroy(struct vw_adjoint_passes *backward) {
-    destroy_gathered(&backward->adjoint.sum);
-    vw_pass_destroy(&backward->adjoint.direct);
-    destroy_blocks(&backward->adjoint.blocks);
-    for (uint32_t i = 0; backward->kept && i < backward->measure_count; i++) destroy_blocks(&backward->kept[i]);
+    vw_gpu_objects_destroy(&backward->objects);
     free(backward->kept);
     backward->kept = NULL;
-    destroy_gathered(&backward->step_gradient);
-    vw_gradient_destroy(&backward->product);
-    vw_gradient_destroy(&backward->validation);
-    vw_field_passes_destroy(&backward->forward);
-    struct vw_pass **passes[] = {&backward->perturb,        &backward->difference,  &backward->reduce,
-                                 &backward->normalise_step, &backward->slope_views, &backward->normalise_views,
-                                 &backward->multiply};
-    vw_passes_destroy(passes, VW_ARRAY_COUNT(passes));
-    struct vw_buffer **buffers[] = {&backward->blocks.before, &backward->blocks.after, &backward->blocks.gradient,
-                                    &backward->blocks.moment, &backward->direction,    &backward->sums,
-                                    &backward->state,         &backward->seen_ahead,   &backward->val_rays,
-                                    &backward->rows,          &backward->places};
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
 }
 
 uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward) {
@@ -344,7 +286,7 @@ static void record_gather(const struct vw_adjoint_passes *backward, const struct
     push.count = model->followed_columns;
     vw_submission_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
-    for (uint32_t i = 0; i < vw_effect_kind_count && photos; i++)
+    for (uint32_t i = 0; i < model->effect_count && photos; i++)
         if (gathered->photos[i]) vw_submission_dispatch(batch, gathered->photos[i], &push, sizeof push, 1);
 }
 
@@ -399,7 +341,7 @@ static void record_views_back(const struct vw_adjoint_passes *backward, struct v
             const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
             vw_gradient_record_chunk(step, &backward->validation, batch, &chunk);
         }
-        vw_gradient_record_end(&backward->validation, batch, count);
+        vw_gradient_record_end(step, &backward->validation, batch, count);
         record_gather(backward, &backward->adjoint.sum, batch, true, false, 0);
     }
 }
@@ -443,8 +385,9 @@ static void record_places(const struct vw_adjoint_passes *backward, struct vw_su
     for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, key);
         vw_importance_record(model_of(backward), &backward->product.importance, batch, &chunk);
-        vw_submission_copy(batch, step->places, 0, backward->places, places_bytes(backward, first),
-                           places_bytes(backward, chunk.ray_count));
+        vw_submission_copy(batch, step->places, 0, backward->places,
+                           vw_importance_places_bytes(model_of(backward), first),
+                           vw_importance_places_bytes(model_of(backward), chunk.ray_count));
     }
 }
 
@@ -457,14 +400,14 @@ static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_su
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
         vw_submission_dispatch(batch, backward->perturb, &push, sizeof push, block4);
         vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
-        vw_effects_record_rays(step, batch, rays);
+        vw_effects_record_rays(model_of(backward), &step->effects, step, batch, rays);
         for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             if (backward->places)
-                vw_submission_copy(batch, backward->places, places_bytes(backward, first), step->places, 0,
-                                   places_bytes(backward, chunk.ray_count));
+                vw_submission_copy(batch, backward->places, vw_importance_places_bytes(model_of(backward), first),
+                                   step->places, 0, vw_importance_places_bytes(model_of(backward), chunk.ray_count));
             vw_gradient_record_forward(step, &backward->forward, batch, &chunk);
             vw_submission_dispatch(batch, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
@@ -485,7 +428,7 @@ static void record_product(const struct vw_adjoint_passes *backward, struct vw_s
         const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
         vw_gradient_record_chunk(step, &backward->product, batch, &chunk);
     }
-    vw_gradient_record_end(&backward->product, batch, backward->padded_rays);
+    vw_gradient_record_end(step, &backward->product, batch, backward->padded_rays);
     record_gather(backward, &backward->adjoint.sum, batch, true, true, backward->padded_rays);
 }
 

@@ -36,7 +36,8 @@ struct vw_adjoint {
 struct vw_adjoint_passes {
     const struct vw_trainer_parts *context; // borrowed
     uint32_t rays, padded_rays;             // the rays of a step that the product takes
-    struct vw_step_blocks blocks;           // owned
+    struct vw_gpu_objects objects;          // owned: all buffers and passes
+    struct vw_step_blocks blocks;
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
     struct vw_buffer *places;   // the places of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets

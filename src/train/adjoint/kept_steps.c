@@ -17,23 +17,20 @@ uint64_t vw_kept_step_bytes(const struct vw_step_passes *step) {
 }
 
 enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t capacity, struct vw_kept_steps *kept) {
-    *kept = (struct vw_kept_steps){.step = step, .capacity = capacity};
+    *kept = (struct vw_kept_steps){.step = step, .objects = {.gpu = step->field->gpu}};
     uint64_t blocks = block_bytes(step) * capacity;
     const struct vw_buffer_row buffers[] = {
-        {&kept->params, {.name = "kept_params", .size_bytes = blocks + block_bytes(step)}},
-        {&kept->gradients, {.name = "kept_gradients", .size_bytes = blocks}},
-        {&kept->moments, {.name = "kept_moments", .size_bytes = has_momentum(step) ? blocks : 0}},
-        {&kept->occupancy, {.name = "kept_occupancy", .size_bytes = occupancy_bytes(step) * capacity}},
+        {&kept->params, "kept_params", blocks + block_bytes(step)},
+        {&kept->gradients, "kept_gradients", blocks},
+        {&kept->moments, "kept_moments", has_momentum(step) ? blocks : 0},
+        {&kept->occupancy, "kept_occupancy", occupancy_bytes(step) * capacity},
     };
-    enum vw_status status = vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
+    enum vw_status status = vw_buffers_create(&kept->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
     if (status) vw_kept_steps_destroy(kept);
     return status;
 }
 
-void vw_kept_steps_destroy(struct vw_kept_steps *kept) {
-    struct vw_buffer **buffers[] = {&kept->params, &kept->gradients, &kept->moments, &kept->occupancy};
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
-}
+void vw_kept_steps_destroy(struct vw_kept_steps *kept) { vw_gpu_objects_destroy(&kept->objects); }
 
 void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
     uint64_t block = block_bytes(kept->step);

@@ -7,7 +7,7 @@
 
 struct vw_kept_steps {
     const struct vw_step_passes *step; // borrowed
-    uint32_t capacity;                 // steps
+    struct vw_gpu_objects objects;     // owned: all that follow
     struct vw_buffer *params;          // capacity + 1 blocks, see adjoint_passes.h
     struct vw_buffer *gradients;       // capacity blocks
     struct vw_buffer *moments;         // likewise; NULL without momentum

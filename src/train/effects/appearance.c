@@ -29,9 +29,9 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
     vw_submission_dispatch(batch, passes[0], push, sizeof *push, 1);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const double bytes = work->rays * sizeof(struct vw_appearance); // per ray the gradient by gain and bias
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"update_appearance", NULL, 1, 0, bytes});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_appearance", NULL, 1, 0, bytes});
 }
 
 const struct vw_effect_kind vw_effect_appearance = {

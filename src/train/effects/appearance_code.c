@@ -49,10 +49,10 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
 }
 
 // Lists a code times its weights, and the way back.
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const double weights = (double)work->model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4;
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"update_code", NULL, 1, 2 * weights, 4 * weights * 7});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_code", NULL, 1, 2 * weights, 4 * weights * 7});
 }
 
 const struct vw_effect_kind vw_effect_appearance_code = {

@@ -135,15 +135,15 @@ static double matrices_of(const struct vw_model *model) {
 }
 
 // Counts for a convolution a block of four columns and an input per product of 16.
-static void list_photo_costs(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
-                             uint32_t *count) {
+static void list_photo_costs(const struct vw_model *model, double photos, const char *role,
+                             struct vw_pass_costs *costs) {
     const double products = PRODUCTS * photos, matrices = matrices_of(model) * photos;
-    vw_pass_cost_add(costs, count,
+    vw_pass_cost_add(costs,
                      (struct vw_pass_cost){"convolve_photo", role, ENCODER_LAYERS * photos, products, 5 * products});
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"pool_photo", role, photos, matrices, 4 * matrices});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"pool_photo", role, photos, matrices, 4 * matrices});
 }
 
-static void list_back_costs(const struct vw_model *model, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_back_costs(const struct vw_model *model, struct vw_pass_costs *costs) {
     const double all = PRODUCTS, behind_first = all - 16.0 * ENCODER_TAPS * ENCODER4 * (THUMBNAIL_PIXELS / 4),
                  matrices = matrices_of(model);
     const struct vw_pass_cost passes[] = {
@@ -151,16 +151,16 @@ static void list_back_costs(const struct vw_model *model, struct vw_pass_cost *c
         {"convolve_photo", NULL, ENCODER_LAYERS - 1, behind_first, 5 * behind_first},
         {"gradient_photo", NULL, 1, all, 8 * all},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const struct vw_model *model = work->model;
-    list_back_costs(model, costs, count);
+    list_back_costs(model, costs);
     if (!work->step->consistency) return;
-    vw_consistency_list_costs(work->step, costs, count);
-    list_photo_costs(model, 2, NULL, costs, count);
-    list_back_costs(model, costs, count);
+    vw_consistency_list_costs(work->step, costs);
+    list_photo_costs(model, 2, NULL, costs);
+    list_back_costs(model, costs);
 }
 
 const struct vw_effect_kind vw_effect_appearance_encoder = {

@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "gpu/shaders.h"
+#include "train/effects/effects.h"
 #include "train/effects/encoder.h"
-#include "train/effects/parts.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/photo_order.h"
@@ -16,21 +16,19 @@
 static enum vw_status create_buffers(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
     uint64_t rays = it->padded_rays, columns = step->field->model->moved_columns;
     const struct vw_buffer_row buffers[] = {
-        {&it->rays, {.name = "picture_rays", .size_bytes = sizeof(struct vw_ray) * rays}},
-        {&it->ray_loss, {.name = "picture_ray_loss", .size_bytes = sizeof(float) * rays}}, // nobody reads it
-        {&it->colours, {.name = "picture_colours", .size_bytes = sizeof(vw_float4) * rays}},
-        {&it->d_sky,
-         {.name = "picture_d_sky", .size_bytes = step->effect_buffers[VW_SLOT_D_SKY] ? sizeof(vw_float4) * rays : 0}},
+        {&it->rays, "picture_rays", sizeof(struct vw_ray) * rays},
+        {&it->ray_loss, "picture_ray_loss", sizeof(float) * rays}, // nobody reads it
+        {&it->colours, "picture_colours", sizeof(vw_float4) * rays},
+        {&it->d_sky, "picture_d_sky", step->effect_buffers[VW_SLOT_D_SKY] ? sizeof(vw_float4) * rays : 0},
         // 0 where this loss has no gradient
-        {&it->d_weights, {.name = "picture_d_weights", .size_bytes = sizeof(vw_float4) * columns}},
-        {&it->thumbnail, {.name = "picture_thumbnail", .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS}},
-        {&it->encoder_rows, {.name = "picture_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROWS}},
-        {&it->d_encoder_rows, {.name = "picture_d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN}},
+        {&it->d_weights, "picture_d_weights", sizeof(vw_float4) * columns},
+        {&it->thumbnail, "picture_thumbnail", sizeof(vw_float4) * THUMBNAIL_PIXELS},
+        {&it->encoder_rows, "picture_encoder_rows", sizeof(vw_float4) * ENCODER_ROWS},
+        {&it->d_encoder_rows, "picture_d_encoder_rows", sizeof(vw_float4) * ENCODER_ROW_MEAN},
         {&it->code_shift, // nobody reads it
-         {.name = "picture_code_shift",
-          .size_bytes = vw_buffer_size_bytes(step->field->effect_buffers[VW_SLOT_CODE_SHIFT])}},
+         "picture_code_shift", vw_buffer_size_bytes(step->field->effect_buffers[VW_SLOT_CODE_SHIFT])},
     };
-    return vw_buffers_create(step->field->gpu, buffers, VW_ARRAY_COUNT(buffers));
+    return vw_buffers_create(&it->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
 }
 
 // Returns the step's passes with the picture's buffers in place of its own.
@@ -62,15 +60,16 @@ static enum vw_status create_on_step(const struct vw_step_passes *step, const st
     uint32_t count = bind_own(step, it, bindings);
     vw_step_bind(step, bindings, &count);
     const struct vw_pass_params params = vw_pass_params_of(rendering, bindings, count, NULL);
-    enum vw_status status = vw_encoder_create_passes(step->field->gpu, &params, false, &it->give);
-    return !status ? vw_pass_create_of(step->field->gpu, &params, &vw_shader_add_gradients, &it->add) : status;
+    enum vw_status status = vw_encoder_create_passes(&it->objects, &params, false, &it->give);
+    return !status ? vw_pass_create_of(&it->objects, &params, &vw_shader_add_gradients, &it->add) : status;
 }
 
 static enum vw_status create_on_picture(const struct vw_step_passes *step, const struct vw_specialization *rendering,
                                         struct vw_consistency_effect *it) {
     const struct vw_specialization *given = &it->gradient.specialization;
-    const struct vw_shader *composite =
-        vw_effects_are_of_rays(given) ? &vw_shader_difference_rays_effects : &vw_shader_difference_rays;
+    const struct vw_shader *composite = vw_effects_are_of_rays(step->field->model, given)
+                                            ? &vw_shader_difference_rays_effects
+                                            : &vw_shader_difference_rays;
     struct vw_step_passes own = step_of_picture(step, it);
     struct vw_radiance_field field = *step->field;
     field.effect_buffers[VW_SLOT_THUMBNAILS] = it->thumbnail;
@@ -85,9 +84,9 @@ static enum vw_status create_on_picture(const struct vw_step_passes *step, const
                                 composites = vw_pass_params_of(given, bindings, count, NULL);
     const struct vw_pass_row rows[] = {{&vw_shader_shrink_colours, &it->shrink},
                                        {&vw_shader_spread_colours, &it->spread_colours}};
-    enum vw_status status = vw_encoder_create_passes(field.gpu, &renders, true, &it->see);
-    if (!status) status = vw_passes_create(field.gpu, &renders, rows, VW_ARRAY_COUNT(rows));
-    return !status ? vw_pass_create_of(field.gpu, &composites, composite, &it->composite) : status;
+    enum vw_status status = vw_encoder_create_passes(&it->objects, &renders, true, &it->see);
+    if (!status) status = vw_passes_create(&it->objects, &renders, rows, VW_ARRAY_COUNT(rows));
+    return !status ? vw_pass_create_of(&it->objects, &composites, composite, &it->composite) : status;
 }
 
 static enum vw_status create_passes(const struct vw_step_passes *step, struct vw_consistency_effect *it) {
@@ -95,7 +94,7 @@ static enum vw_status create_passes(const struct vw_step_passes *step, struct vw
     const struct vw_step_passes own = step_of_picture(step, it);
     given.loss = LOSS_GIVEN;
     rendering.training = 0;
-    enum vw_status status = vw_gradient_create(&own, &given, &it->gradient);
+    enum vw_status status = vw_gradient_create(&own, &it->objects, &given, &it->gradient);
     if (!status) status = create_on_step(step, &rendering, it);
     return !status ? create_on_picture(step, &rendering, it) : status;
 }
@@ -105,6 +104,7 @@ enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct v
     if (model->consistency_weight == 0.0) return VW_OK;
     struct vw_consistency_effect *it = *consistency = vw_allocate(1, sizeof *it);
     if (!it) return VW_ERROR_MEMORY;
+    it->objects.gpu = step->field->gpu;
     it->side = model->picture_side;
     it->ray_count = it->side * it->side;
     it->padded_rays = vw_model_pad_rays(model, it->ray_count);
@@ -118,17 +118,7 @@ enum vw_status vw_consistency_create(const struct vw_step_passes *step, struct v
 void vw_consistency_destroy(struct vw_consistency_effect **consistency) {
     struct vw_consistency_effect *it = *consistency;
     if (!it) return;
-    struct vw_pass **passes[] = {&it->composite, &it->shrink, &it->spread_colours, &it->add};
-    struct vw_buffer **buffers[] = {&it->rays,         &it->ray_loss,       &it->colours,
-                                    &it->d_sky,        &it->d_weights,      &it->thumbnail,
-                                    &it->encoder_rows, &it->d_encoder_rows, &it->code_shift};
-    vw_passes_destroy(passes, VW_ARRAY_COUNT(passes));
-    for (uint32_t i = 0; i < ENCODER_PASSES; i++) {
-        vw_pass_destroy(&it->give.passes[i]);
-        vw_pass_destroy(&it->see.passes[i]);
-    }
-    vw_gradient_destroy(&it->gradient);
-    vw_buffers_destroy(buffers, VW_ARRAY_COUNT(buffers));
+    vw_gpu_objects_destroy(&it->objects);
     free(it);
     *consistency = NULL;
 }
@@ -182,7 +172,7 @@ static void record_back(const struct vw_step_passes *step, struct vw_submission 
         if (it->padded_rays > step->chunk_rays) record_forward(step, batch, &chunk);
         vw_gradient_record_back(step, &it->gradient, batch, &chunk);
     }
-    vw_gradient_record_end(&it->gradient, batch, it->padded_rays);
+    vw_gradient_record_end(step, &it->gradient, batch, it->padded_rays);
     vw_submission_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
 }
 
@@ -197,7 +187,7 @@ void vw_consistency_record_gradients(const struct vw_step_passes *step, struct v
 // ---- Costs ----------------------------------------------------------------------------------------------------------
 
 // Lists a picture of more than one chunk as rendered twice.
-void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_cost *costs, uint32_t *count) {
+void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs) {
     const struct vw_model *model = step->field->model;
     uint32_t rays = step->consistency->padded_rays, chunks = (rays + step->chunk_rays - 1) / step->chunk_rays;
     const struct vw_cost_sizes n = vw_cost_sizes_of(model, rays);
@@ -215,10 +205,10 @@ void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass
     for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
         const struct vw_effect_work skipping = {
             .step = step, .model = model, .rays = rays, .chunks = chunks, .picture = true, .again = time > 0};
-        vw_effects_list_costs(&skipping, costs, count);
-        vw_pass_costs_add_placing(model, n.rays, chunks, NULL, false, costs, count);
-        model->kind->list_forward_costs(model, time ? &again : &once, costs, count);
+        vw_effects_list_costs(&skipping, costs);
+        vw_importance_list_costs(model, n.rays, chunks, NULL, false, costs);
+        model->kind->list_forward_costs(model, time ? &again : &once, costs);
     }
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
-    model->kind->list_backward_costs(model, &once, costs, count);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
+    model->kind->list_backward_costs(model, &once, costs);
 }

@@ -15,6 +15,7 @@
 #include "train/step_passes.h"
 
 struct vw_consistency_effect {
+    struct vw_gpu_objects objects;         // owned: all buffers and passes
     uint32_t side, ray_count, padded_rays; // the picture's, and its rays
     struct vw_push_codes codes;
     struct vw_buffer *rays, *ray_loss, *colours, *d_sky, *d_weights;
@@ -40,6 +41,6 @@ void vw_consistency_record_gradients(const struct vw_step_passes *step, struct v
 uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number);
 
 // Lists what its passes cost, but for the encoder's.
-void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_cost *costs, uint32_t *count);
+void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs);
 
 #endif

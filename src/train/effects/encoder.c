@@ -19,7 +19,7 @@ enum vw_status vw_encoder_set_thumbnail(const struct vw_radiance_field *field, c
                            sizeof thumbnail);
 }
 
-enum vw_status vw_encoder_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *common, bool back,
+enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const struct vw_pass_params *common, bool back,
                                         struct vw_effect_passes *set) {
     const struct vw_pass_row rows[ENCODER_PASSES] = {
         {&vw_shader_convolve_photo, &set->passes[ENCODER_CONVOLVE]},
@@ -28,7 +28,7 @@ enum vw_status vw_encoder_create_passes(struct vw_gpu *gpu, const struct vw_pass
         {&vw_shader_convolve_photo_back, &set->passes[ENCODER_CONVOLVE_BACK]},
         {&vw_shader_gradient_photo, &set->passes[ENCODER_GRADIENT]},
     };
-    return vw_passes_create(gpu, common, rows, back ? ENCODER_PASSES : ENCODER_SPREAD);
+    return vw_passes_create(objects, common, rows, back ? ENCODER_PASSES : ENCODER_SPREAD);
 }
 
 void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *batch, uint32_t view) {

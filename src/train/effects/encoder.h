@@ -7,6 +7,7 @@
 #include "train/effects/kind.h"
 #include "train/effects/thumbnails.h"
 #include "train/model.h"
+#include "train/passes.h"
 
 struct vw_radiance_field;
 
@@ -22,7 +23,7 @@ enum vw_status vw_encoder_set_thumbnail(const struct vw_radiance_field *field, c
 
 // Creates a set of passes of its own, with vw_shader_spread_photo_codes in place of vw_shader_spread_photo; without
 // `back` only the first two.
-enum vw_status vw_encoder_create_passes(struct vw_gpu *gpu, const struct vw_pass_params *common, bool back,
+enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const struct vw_pass_params *common, bool back,
                                         struct vw_effect_passes *set);
 // Records the code of a photo. In a step the photo is the step's; record it after generate_rays.
 void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *batch, uint32_t view);

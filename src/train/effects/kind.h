@@ -1,6 +1,6 @@
 // The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
 // kind is a row of the table in registry.c. The step, the field, the evaluator, the adjoint and the costs loop over
-// that table (parts.h, step_effects.h) and name an effect only where it changes their own passes. A function left NULL
+// that table (effects.h) and name an effect only where it changes their own passes. A function left NULL
 // does nothing; what an effect has is created, and its functions are called, only where its specialization constant is
 // not 0 (decision 7).
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
@@ -13,7 +13,7 @@
 
 struct vw_field_chunk; // fields/registry.h, and so on
 struct vw_model;
-struct vw_pass_cost;
+struct vw_pass_costs;
 struct vw_scene;
 struct vw_step_passes;
 
@@ -113,36 +113,13 @@ struct vw_effect_kind {
                           const struct vw_push_update *push); // before update_weights; push->count: padded rays
 
     // Lists what its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
-    void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role, struct vw_pass_cost *costs,
-                             uint32_t *count);
-    void (*list_costs)(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count);
+    void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role,
+                             struct vw_pass_costs *costs);
+    void (*list_costs)(const struct vw_effect_work *work, struct vw_pass_costs *costs);
 };
 
-// All kinds, in the order in which their params are laid out and their passes recorded; in registry.c.
-extern const struct vw_effect_kind *const vw_effect_kinds[];
-extern const uint32_t vw_effect_kind_count;
-
-bool vw_effect_kind_is_on(const struct vw_effect_kind *kind, const struct vw_specialization *specialization);
-// Returns the kind at a place of the table; NULL where it is off.
-const struct vw_effect_kind *vw_effect_kind_on(uint32_t index, const struct vw_specialization *specialization);
-
-// Lays out the columns of those effects that lasting credit goes back to, or of the others.
-void vw_effects_lay_out_columns(const struct vw_config *config, bool followed,
-                                const struct vw_specialization *specialization, struct vw_model *model);
-void vw_effects_lay_out_ranges(uint64_t trained_views, const struct vw_specialization *specialization,
-                               struct vw_model *model);
-void vw_effects_initialise(const struct vw_model *model, const struct vw_specialization *specialization,
-                           const struct vw_drawn *drawn, void *params);
-
-// Returns whether an effect is on whose buffers are in variants of the passes over rays.
-bool vw_effects_are_of_rays(const struct vw_specialization *specialization);
-// Returns whether validation fits a gain and a bias to each view.
-bool vw_effects_fit(const struct vw_specialization *specialization);
-// Returns whether validation sees a view by the view's photo.
-bool vw_effects_see_photos(const struct vw_specialization *specialization);
-// Switches off the effects that validation and rendering do without.
-void vw_effects_leave_training(struct vw_specialization *specialization);
-// Returns VW_ERROR_USAGE and names the effect when one is on that lasting credit cannot be computed with.
-enum vw_status vw_effects_check_adjoint(const struct vw_specialization *specialization);
+static inline bool vw_effect_is_on(const struct vw_effect_kind *kind, const struct vw_specialization *specialization) {
+    return *(const uint32_t *)((const char *)specialization + kind->constant) != 0;
+}
 
 #endif

@@ -55,7 +55,7 @@ static void record_chunk(struct vw_pass *const *passes, struct vw_submission *ba
     vw_submission_dispatch(batch, passes[LIST], chunk, sizeof *chunk, chunk->ray_count);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const struct vw_cost_sizes n = vw_cost_sizes_of(work->model, work->rays);
     const double refreshes = 1.0 / OCCUPANCY_STEPS, cells = refreshes * VW_OCCUPANCY_CELLS;
     const struct vw_pass_cost passes[] = {
@@ -65,8 +65,7 @@ static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *c
         {"refresh_occupancy", NULL, refreshes, cells * (16 * n.width4 * (n.encoding4 + 1) + 2 * n.gathers),
          cells * (n.pair_bytes * n.gathers + 8)},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) - (work->picture ? 1 : 0); i++)
-        vw_pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) - (work->picture ? 1 : 0); i++) vw_pass_cost_add(costs, passes[i]);
 }
 
 const struct vw_effect_kind vw_effect_occupancy = {

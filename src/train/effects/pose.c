@@ -53,7 +53,7 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
     vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const struct vw_cost_sizes n = vw_cost_sizes_of(work->model, work->rays);
     double position = sizeof(vw_float4), d_position = sizeof(vw_float4), d_encoding = 16 * n.encoding4;
     const struct vw_pass_cost passes[] = {
@@ -63,7 +63,7 @@ static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *c
          n.samples * (position + d_position) + n.rays * sizeof(struct vw_pose)},
         {"update_pose", NULL, 1, 0, n.rays * sizeof(struct vw_pose)},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
 }
 
 const struct vw_effect_kind vw_effect_pose = {

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "train/effects/kind.h"
+#include "train/fields/registry.h"
 
 #define CONSTANT VW_EFFECT_CONSTANT
 #define HOST_ONLY SIZE_MAX // no specialization constant: the host does all
@@ -47,11 +48,16 @@ _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects tha
 extern const struct vw_effect_kind vw_effect_sky, vw_effect_appearance, vw_effect_transient, vw_effect_appearance_code,
     vw_effect_visibility, vw_effect_pose, vw_effect_appearance_encoder, vw_effect_occupancy;
 
-const struct vw_effect_kind *const vw_effect_kinds[] = {
-    &vw_effect_sky,        &vw_effect_appearance, &vw_effect_transient,          &vw_effect_appearance_code,
-    &vw_effect_visibility, &vw_effect_pose,       &vw_effect_appearance_encoder, &vw_effect_occupancy};
-const uint32_t vw_effect_kind_count = VW_ARRAY_COUNT(vw_effect_kinds);
-_Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
+const struct vw_effect_kind *const vw_effect_kinds[] = {&vw_effect_sky,
+                                                        &vw_effect_appearance,
+                                                        &vw_effect_transient,
+                                                        &vw_effect_appearance_code,
+                                                        &vw_effect_visibility,
+                                                        &vw_effect_pose,
+                                                        &vw_effect_appearance_encoder,
+                                                        &vw_effect_occupancy,
+                                                        NULL};
+_Static_assert(VW_ARRAY_COUNT(vw_effect_kinds) - 1 <= VW_EFFECT_COUNT_MAX, "more kinds than effects");
 
 static int find_effect(struct vw_word name) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
@@ -154,28 +160,43 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     return VW_OK;
 }
 
+// Switches an effect off beside another one, or refuses it where --effects names it.
+static enum vw_status switch_off(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count,
+                                 const char *name, const char *refusal) {
+    if (!vw_effects_is_on(verdicts, count, name)) return VW_OK;
+    if (vw_effects_names(config->effects, name)) return vw_fail(VW_ERROR_USAGE, "--effects: %s", refusal);
+    verdicts[find_effect((struct vw_word){name, strlen(name)})].on = false;
+    return VW_OK;
+}
+
+static enum vw_status follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count) {
+    char refusal[128] = "occupancy is not there with --importance-samples above 0; leave it out";
+    bool skips = vw_field_kind_of(config->field)->skips_samples;
+    if (skips && !config->importance_samples) return VW_OK;
+    if (!skips)
+        snprintf(refusal, sizeof refusal, "occupancy is not there with --field %s; leave it out",
+                 vw_field_name(config->field));
+    return switch_off(config, verdicts, count, "occupancy", refusal);
+}
+
 // Switches off skipping and visibility. Skipping leaves out samples where the field itself is empty, which may contain
 // what one photo alone shows; visibility says the same of whole rays, by another loss.
-enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                           uint32_t count) {
+static enum vw_status follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                       uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "transient")) return VW_OK;
     if (config->loss != VW_LOSS_L2)
         return vw_fail(VW_ERROR_USAGE, "--effects: transient weighs squared errors; it needs --loss l2, not %s",
                        vw_loss_name(config->loss));
-    for (uint32_t i = 0; i < count; i++) {
-        bool other = strcmp(verdicts[i].name, "occupancy") && strcmp(verdicts[i].name, "visibility");
-        if (!verdicts[i].on || other) continue;
-        if (vw_effects_names(config->effects, verdicts[i].name))
-            return vw_fail(VW_ERROR_USAGE, "--effects: %s cannot be beside transient; leave one of them out",
-                           verdicts[i].name);
-        verdicts[i].on = false;
-    }
-    return VW_OK;
+    enum vw_status status =
+        switch_off(config, verdicts, count, "occupancy", "occupancy cannot be beside transient; leave one of them out");
+    return !status ? switch_off(config, verdicts, count, "visibility",
+                                "visibility cannot be beside transient; leave one of them out")
+                   : status;
 }
 
 // Checks that the effect can go back through the hash grid's cells, within a box that needs no contraction.
-enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
-                                      uint32_t count) {
+static enum vw_status follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                  uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
     if (config->field != VW_FIELD_HASH)
         return vw_fail(VW_ERROR_USAGE,
@@ -188,22 +209,27 @@ enum vw_status vw_effects_follow_pose(const struct vw_config *config, const stru
     return VW_OK;
 }
 
-enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                         uint32_t count) {
+// Switches off the other effects by which photos have colours of their own.
+static enum vw_status follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                     uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
     if (config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "transient"))
         return vw_fail(VW_ERROR_USAGE,
                        "--consistency-weight: the consistency loss is not there beside the effect transient; take 0, "
                        "or leave one of the effects transient and appearance_encoder out");
-    for (uint32_t i = 0; i < count; i++) {
-        bool other = strcmp(verdicts[i].name, "appearance") && strcmp(verdicts[i].name, "appearance_code");
-        if (!verdicts[i].on || other) continue;
-        if (vw_effects_names(config->effects, verdicts[i].name))
-            return vw_fail(VW_ERROR_USAGE, "--effects: appearance_encoder replaces %s; leave one of them out",
-                           verdicts[i].name);
-        verdicts[i].on = false;
-    }
-    return VW_OK;
+    enum vw_status status = switch_off(config, verdicts, count, "appearance",
+                                       "appearance_encoder replaces appearance; leave one of them out");
+    return !status ? switch_off(config, verdicts, count, "appearance_code",
+                                "appearance_encoder replaces appearance_code; leave one of them out")
+                   : status;
+}
+
+enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                       uint32_t count) {
+    enum vw_status status = follow_field(config, verdicts, count);
+    if (!status) status = follow_pose(config, verdicts, count);
+    if (!status) status = follow_transient(config, verdicts, count);
+    return !status ? follow_encoder(config, verdicts, count) : status;
 }
 
 // Returns whether a lens has more than k1, k2, p1 and p2.

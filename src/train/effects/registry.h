@@ -30,20 +30,9 @@ bool vw_effects_names(const char *choice, const char *name);
 // Returns whether a training leaves out the pixels that mask files hide; true also for a scene without mask files.
 bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count);
 
-// Returns VW_ERROR_USAGE and names the effect when transient is on with a loss that it does not have. Switches off the
-// effects that conflict with it, or refuses where --effects names them.
-enum vw_status vw_effects_follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                           uint32_t count);
-
-// Returns VW_ERROR_USAGE and names the effect when pose is on together with one that leaves it without a gradient by
-// positions.
-enum vw_status vw_effects_follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
-                                      uint32_t count);
-
-// Switches off, where the effect appearance_encoder is on, the other effects by which photos have colours of their own.
-// Refuses them with VW_ERROR_USAGE where --effects names them.
-enum vw_status vw_effects_follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                         uint32_t count);
+// The kinds of all effects that have params, buffers or passes of their own, in the order in which their params are
+// laid out and their passes recorded; the end is NULL.
+extern const struct vw_effect_kind *const vw_effect_kinds[];
 
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
 void vw_effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,

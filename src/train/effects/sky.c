@@ -19,12 +19,11 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return 1;
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     double rays = work->rays;
     if (work->again) return;
-    vw_pass_cost_add(costs, count,
-                     (struct vw_pass_cost){"gradient_sky", NULL, 1, rays * 4 * VW_SKY_COLUMNS,
-                                           rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"gradient_sky", NULL, 1, rays * 4 * VW_SKY_COLUMNS,
+                                                  rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
 }
 
 const struct vw_effect_kind vw_effect_sky = {

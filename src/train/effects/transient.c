@@ -30,9 +30,9 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
     vw_submission_dispatch(batch, passes[0], push, sizeof *push, 1);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     double weights = 16.0 * work->model->specialization.transient_width4 * TRANSIENT_CODE4;
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"update_transient", NULL, 1, weights, 4 * weights});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"update_transient", NULL, 1, weights, 4 * weights});
 }
 
 const struct vw_effect_kind vw_effect_transient = {

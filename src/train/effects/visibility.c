@@ -13,6 +13,7 @@
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
 #include "train/pass_costs.h"
+#include "train/step_passes.h"
 
 enum { PREDICT, GRADIENT, REDUCE, UPDATE };
 
@@ -113,7 +114,7 @@ static void record_update(struct vw_pass *const *passes, struct vw_submission *b
     vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
 }
 
-static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     double rays = work->rays, network = NETWORK_PARAMS + 16 * VISIBILITY4 * VISIBILITY_CODE4,
            groups = rays / VISIBILITY_GROUP, columns = 16.0 * VISIBILITY_COLUMNS,
            pixels = rays * (sizeof(struct vw_pixel) + 8);
@@ -123,7 +124,7 @@ static void list_costs(const struct vw_effect_work *work, struct vw_pass_cost *c
         {"reduce_visibility", NULL, 1, 0, (groups + 1) * columns},
         {"update_visibility", NULL, 1, 0, columns},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
 }
 
 const struct vw_effect_kind vw_effect_visibility = {

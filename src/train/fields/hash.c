@@ -12,6 +12,7 @@
 #include "train/fields/mlp.h"
 #include "train/fields/registry.h"
 #include "train/pass_costs.h"
+#include "train/passes.h"
 
 enum {
     ALIGNMENT_BYTES = 256, // the largest offset alignment Vulkan allows a device to ask for
@@ -232,38 +233,37 @@ static enum vw_status create_scatter(const struct vw_radiance_field *field, cons
                                                   .buffer = params->d_grid,
                                                   .offset_bytes = word * window->first_pair,
                                                   .size_bytes = word * window->pair_count}};
-    memcpy(bindings + 1, params->bindings, params->binding_count * sizeof *bindings);
-    struct vw_field_pass_params windowed = *params;
+    memcpy(bindings + 1, params->common.bindings, params->common.binding_count * sizeof *bindings);
+    struct vw_pass_params windowed = params->common;
     windowed.bindings = bindings;
     windowed.binding_count++;
-    return vw_field_pass_create(field->gpu, &windowed, scatter[field->model->scatter], params->specialization, pass);
+    return vw_pass_create_of(params->objects, &windowed, scatter[field->model->scatter], pass);
 }
 
 static enum vw_status create_head(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                   struct vw_field_passes *passes) {
     struct vw_mlp_list head;
     list_head(field->model, &head);
-    enum vw_status status = vw_field_pass_create(field->gpu, params, &vw_shader_feed_transient_features,
-                                                 params->specialization, &passes->passes[FEED]);
-    return !status ? vw_mlp_create_layers(field, params, &head, head_of(passes)) : status;
+    enum vw_status status =
+        vw_pass_create_of(params->objects, &params->common, &vw_shader_feed_transient_features, &passes->passes[FEED]);
+    return !status ? vw_mlp_create_layers(params, &passes->specialization, &head, head_of(passes)) : status;
 }
 
 static enum vw_status create_passes(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     struct vw_field_passes *passes) {
     const struct vw_model *model = field->model;
-    const struct vw_shader *const shaders[] = {
-        [HASH_FORWARD] = model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field,
-        [HASH_BACKWARD] =
-            params->specialization->effect_transient ? &vw_shader_backward_field_transient : &vw_shader_backward_field,
-        [HASH_GRADIENT] = &vw_shader_gradient_weights,
-        [HASH_REDUCE] = &vw_shader_reduce_weights,
+    bool transient = passes->specialization.effect_transient;
+    const struct vw_pass_row rows[] = {
+        {model->half_grid ? &vw_shader_forward_field_half : &vw_shader_forward_field, &passes->passes[HASH_FORWARD]},
+        {transient ? &vw_shader_backward_field_transient : &vw_shader_backward_field, &passes->passes[HASH_BACKWARD]},
+        {&vw_shader_gradient_weights, &passes->passes[HASH_GRADIENT]},
+        {&vw_shader_reduce_weights, &passes->passes[HASH_REDUCE]},
     };
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < (params->backward ? VW_ARRAY_COUNT(shaders) : 1) && !status; i++)
-        status = vw_field_pass_create(field->gpu, params, shaders[i], params->specialization, &passes->passes[i]);
+    enum vw_status status =
+        vw_passes_create(params->objects, &params->common, rows, params->backward ? VW_ARRAY_COUNT(rows) : 1);
     for (uint32_t i = 0; i < model->window_count && params->backward && !status; i++)
         status = create_scatter(field, params, i, &passes->passes[HASH_SCATTER + i]);
-    return !status && params->specialization->effect_transient ? create_head(field, params, passes) : status;
+    return !status && transient ? create_head(field, params, passes) : status;
 }
 
 // Dispatches one invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found
@@ -331,23 +331,22 @@ static double gathers_of(const struct vw_model *model) {
 }
 
 static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_cost *costs, uint32_t *count) {
+                               struct vw_pass_costs *costs) {
     double encoding4 = encoding4_of(model), width4 = model->specialization.width4, gathers = gathers_of(model),
            blocks = own_columns(model) / 4.0, rows = encoding4 + width4 + COLOUR4 + width4 + 2,
            stored = work->stores_rows ? VW_ROW_BYTES * rows + VW_GRID_ROW_BYTES : 0;
-    vw_pass_cost_add(costs, count,
-                     (struct vw_pass_cost){"forward_field", work->role, work->chunks,
-                                           work->samples * (16 * blocks + 2 * gathers),
-                                           work->samples * (model->pair_bytes * gathers + stored + 16)});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"forward_field", work->role, work->chunks,
+                                                  work->samples * (16 * blocks + 2 * gathers),
+                                                  work->samples * (model->pair_bytes * gathers + stored + 16)});
     if (!work->stores_rows || !model->specialization.effect_transient) return;
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs, count);
-    vw_mlp_add_forward_costs(&head, work, costs, count);
+    vw_mlp_add_feed_cost(work, (VW_ROW_BYTES + VW_LAYER_ROW_BYTES) * GEO4, costs);
+    vw_mlp_add_forward_costs(&head, work, costs);
 }
 
 static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_cost *costs, uint32_t *count) {
+                                struct vw_pass_costs *costs) {
     const struct vw_specialization *s = &model->specialization;
     double samples = work->samples, encoding4 = encoding4_of(model), width4 = s->width4, gathers = gathers_of(model),
            blocks = own_columns(model) / 4.0, word_bytes = s->wide_gradient ? 16 : 8,
@@ -361,11 +360,11 @@ static void list_backward_costs(const struct vw_model *model, const struct vw_fi
         {"scatter_grid", work->role, work->chunks * model->window_count, samples * 2 * gathers,
          samples * (32 * s->levels + 2 * word_bytes * gathers)},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, count, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_cost_add(costs, passes[i]);
     if (!s->effect_transient) return;
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_mlp_add_backward_costs(model, &head, work, costs, count);
+    vw_mlp_add_backward_costs(model, &head, work, costs);
 }
 
 const struct vw_field_kind field_hash = {

@@ -9,6 +9,7 @@
 #include "train/field.h"
 #include "train/fields/registry.h"
 #include "train/pass_costs.h"
+#include "train/passes.h"
 
 enum { SKIP_LAYER = 4, TILE4_MAX = 16 }; // TILE4_MAX: multiply_layer's, 64 x 64 weights, 16 KiB of shared memory
 
@@ -256,56 +257,52 @@ static struct tiles list_tiles(const struct vw_mlp_list *list, bool back) {
     return tiles;
 }
 
-static enum vw_status create_multiply(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
-                                      const struct vw_mlp_list *list, bool back, struct vw_mlp_passes places) {
+static enum vw_status create_multiply(const struct vw_field_pass_params *params,
+                                      const struct vw_specialization *specialization, const struct vw_mlp_list *list,
+                                      bool back, struct vw_mlp_passes places) {
+    const struct vw_shader *shader = back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer;
     const struct tiles tiles = list_tiles(list, back);
     struct vw_pass **passes = places.passes + MLP_MULTIPLY + (back ? places.multiply_count : 0);
+    struct vw_specialization tiled = *specialization;
+    struct vw_pass_params common = params->common;
+    common.specialization = (const uint32_t *)&tiled;
     enum vw_status status = VW_OK;
     assert(tiles.count <= places.multiply_count);
     for (uint32_t i = 0; i < tiles.count && !status; i++) {
-        struct vw_specialization tiled = *params->specialization;
         tiled.tile_to4 = tiles.sizes[i].to4;
         tiled.tile_from4 = tiles.sizes[i].from4;
-        status = vw_field_pass_create(
-            field->gpu, params, back ? &vw_shader_multiply_layer_back : &vw_shader_multiply_layer, &tiled, &passes[i]);
+        status = vw_pass_create_of(params->objects, &common, shader, &passes[i]);
     }
     return status;
 }
 
-enum vw_status vw_mlp_create_layers(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
-                                    const struct vw_mlp_list *list, struct vw_mlp_passes places) {
-    static const struct vw_shader *const shaders[] = {
-        [MLP_GRADIENT] = &vw_shader_gradient_weights_layer,
-        [MLP_REDUCE] = &vw_shader_reduce_weights_layer,
+enum vw_status vw_mlp_create_layers(const struct vw_field_pass_params *params,
+                                    const struct vw_specialization *specialization, const struct vw_mlp_list *list,
+                                    struct vw_mlp_passes places) {
+    const struct vw_pass_row rows[] = {
+        {&vw_shader_gradient_weights_layer, &places.passes[MLP_GRADIENT]},
+        {&vw_shader_reduce_weights_layer, &places.passes[MLP_REDUCE]},
     };
-    enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < MLP_MULTIPLY && params->backward && !status; i++)
-        status = vw_field_pass_create(field->gpu, params, shaders[i], params->specialization, &places.passes[i]);
-    if (!status) status = create_multiply(field, params, list, false, places);
-    if (!status && params->backward) status = create_multiply(field, params, list, true, places);
+    enum vw_status status =
+        params->backward ? vw_passes_create(params->objects, &params->common, rows, VW_ARRAY_COUNT(rows)) : VW_OK;
+    if (!status) status = create_multiply(params, specialization, list, false, places);
+    if (!status && params->backward) status = create_multiply(params, specialization, list, true, places);
     return status;
 }
 
 static enum vw_status create_passes(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     struct vw_field_passes *passes) {
-    const struct vw_specialization *s = params->specialization;
+    const struct vw_specialization *s = &passes->specialization;
     struct vw_mlp_list list;
-    const struct {
-        uint32_t place;
-        const struct vw_shader *shader;
-        bool needed;
-    } others[] = {
-        {ENCODE, &vw_shader_encode_samples, true},
-        {ACTIVATE, &vw_shader_activate_samples, true},
-        {ACTIVATE_BACK, &vw_shader_activate_samples_back, params->backward},
-        {FEED, &vw_shader_feed_transient, s->effect_transient},
+    const struct vw_pass_row rows[] = {
+        {&vw_shader_encode_samples, &passes->passes[ENCODE]},
+        {&vw_shader_activate_samples, &passes->passes[ACTIVATE]},
+        {params->backward ? &vw_shader_activate_samples_back : NULL, &passes->passes[ACTIVATE_BACK]},
+        {s->effect_transient ? &vw_shader_feed_transient : NULL, &passes->passes[FEED]},
     };
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(others) && !status; i++)
-        if (others[i].needed)
-            status = vw_field_pass_create(field->gpu, params, others[i].shader, s, &passes->passes[others[i].place]);
+    enum vw_status status = vw_passes_create(params->objects, &params->common, rows, VW_ARRAY_COUNT(rows));
     vw_mlp_list(field->model, s->effect_transient, passes->first_column, &list);
-    return !status ? vw_mlp_create_layers(field, params, &list, layers_of(passes)) : status;
+    return !status ? vw_mlp_create_layers(params, s, &list, layers_of(passes)) : status;
 }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
@@ -425,14 +422,13 @@ static void add_product(struct tile tile, uint32_t to4, uint32_t from4, const st
     cost->bytes += work->samples * VW_LAYER_ROW_BYTES * rows;
 }
 
-void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
-                          uint32_t *count) {
+void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_costs *costs) {
     double bytes = work->samples * (VW_LAYER_ROW_BYTES * TRANSIENT_CODE4 + feature_bytes);
-    vw_pass_cost_add(costs, count, (struct vw_pass_cost){"feed_transient", work->role, work->chunks, 0, bytes});
+    vw_pass_cost_add(costs, (struct vw_pass_cost){"feed_transient", work->role, work->chunks, 0, bytes});
 }
 
 void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
-                              struct vw_pass_cost *costs, uint32_t *count) {
+                              struct vw_pass_costs *costs) {
     struct vw_pass_cost multiply = {.name = "multiply_layer", .role = work->role};
     for (uint32_t i = 0; i < list->count; i++)
         add_product(forward_tile(&list->matrices[i]), list->matrices[i].out4, list->matrices[i].in4, work, &multiply);
@@ -441,11 +437,11 @@ void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_fi
             if (list->matrices[i].d_in_row != MLP_NONE)
                 add_product(backward_tile(&list->matrices[i]), list->matrices[i].in4, list->matrices[i].out4, work,
                             &multiply);
-    vw_pass_cost_add(costs, count, multiply);
+    vw_pass_cost_add(costs, multiply);
 }
 
 static void list_forward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_cost *costs, uint32_t *count) {
+                               struct vw_pass_costs *costs) {
     struct vw_mlp_list list;
     bool transient = work->stores_rows && model->specialization.effect_transient;
     double encoded = VW_ENCODED4(model->specialization.position_frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES);
@@ -455,14 +451,14 @@ static void list_forward_costs(const struct vw_model *model, const struct vw_fie
                                         work->samples * VW_LAYER_ROW_BYTES * encoded},
                               activate = {"activate_samples", work->role, ways * work->chunks, 0,
                                           ways * work->samples * 48};
-    vw_pass_cost_add(costs, count, encode);
-    if (transient) vw_mlp_add_feed_cost(work, 0, costs, count);
-    vw_mlp_add_forward_costs(&list, work, costs, count);
-    vw_pass_cost_add(costs, count, activate);
+    vw_pass_cost_add(costs, encode);
+    if (transient) vw_mlp_add_feed_cost(work, 0, costs);
+    vw_mlp_add_forward_costs(&list, work, costs);
+    vw_pass_cost_add(costs, activate);
 }
 
 void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
-                               const struct vw_field_work *work, struct vw_pass_cost *costs, uint32_t *count) {
+                               const struct vw_field_work *work, struct vw_pass_costs *costs) {
     double slices = work->samples / model->specialization.slice_samples;
     struct vw_pass_cost gradient = {.name = "gradient_weights", .role = work->role},
                         reduce = {.name = "reduce_weights", .role = work->role};
@@ -475,15 +471,15 @@ void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp
         gradient.bytes += work->samples * VW_LAYER_ROW_BYTES * 4 * tiles + partials;
         reduce.bytes += partials;
     }
-    vw_pass_cost_add(costs, count, gradient);
-    vw_pass_cost_add(costs, count, reduce);
+    vw_pass_cost_add(costs, gradient);
+    vw_pass_cost_add(costs, reduce);
 }
 
 static void list_backward_costs(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_cost *costs, uint32_t *count) {
+                                struct vw_pass_costs *costs) {
     struct vw_mlp_list list;
     vw_mlp_list(model, model->specialization.effect_transient, 0, &list);
-    vw_mlp_add_backward_costs(model, &list, work, costs, count);
+    vw_mlp_add_backward_costs(model, &list, work, costs);
 }
 
 const struct vw_field_kind field_mlp = {

@@ -71,8 +71,9 @@ struct vw_mlp_passes {
     struct vw_pass **passes;
     uint32_t multiply_count; // places for sizes of tiles, forward, and as many back
 };
-enum vw_status vw_mlp_create_layers(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
-                                    const struct vw_mlp_list *list, struct vw_mlp_passes places);
+enum vw_status vw_mlp_create_layers(const struct vw_field_pass_params *params,
+                                    const struct vw_specialization *specialization, const struct vw_mlp_list *list,
+                                    struct vw_mlp_passes places);
 // Records all layers of a list forward, for so many samples; or back, through those of a chunk of rays, as many per ray
 // as the specialization says.
 void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *batch,
@@ -86,13 +87,12 @@ void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features
 // Tells passes where it is. The list ends with the head.
 void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *specialization);
 // Adds what feed_transient stores, with so many bytes of features to copy per sample.
-void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_cost *costs,
-                          uint32_t *count);
+void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_costs *costs);
 // Adds what layers load, store and multiply. The second does it for the way back: for products with a gradient by the
 // input.
 void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
-                              struct vw_pass_cost *costs, uint32_t *count);
+                              struct vw_pass_costs *costs);
 void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,
-                               const struct vw_field_work *work, struct vw_pass_cost *costs, uint32_t *count);
+                               const struct vw_field_work *work, struct vw_pass_costs *costs);
 
 #endif

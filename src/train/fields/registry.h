@@ -8,12 +8,13 @@
 #include "gpu/compute.h"
 #include "interface.h"
 #include "train/fields/initial_values.h"
+#include "train/passes.h"
 #include "viewworth/train.h"
 
 struct vw_radiance_field; // train/field.h, and so on
 struct vw_model;
 struct vw_device_choices;
-struct vw_pass_cost;
+struct vw_pass_costs;
 
 enum { FIELD_PASSES_MAX = 32 };
 
@@ -25,13 +26,10 @@ struct vw_field_passes {
     struct vw_pass *passes[FIELD_PASSES_MAX];
 };
 
-// The parameters that the passes of a set share.
 struct vw_field_pass_params {
-    const struct vw_specialization *specialization;
-    const struct vw_binding *bindings; // rays, samples and vw_field_bind(), then those of the step, with backward
-    uint32_t binding_count;
-    struct vw_buffer *d_grid; // with backward: of a field with a grid
-    const char *role;         // in the timers; NULL for a training's own
+    struct vw_gpu_objects *objects; // own the passes
+    struct vw_pass_params common; // bindings: rays, samples and vw_field_bind(), then those of the step, with backward
+    struct vw_buffer *d_grid;     // with backward: of a field with a grid
     bool backward;
 };
 
@@ -61,6 +59,7 @@ struct vw_field_kind {
                           const struct vw_gpu_limits *limits, struct vw_model *model);
     // Initial values of both ranges, and of the range coarse.
     void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+    // Creates a set whose specialization is set.
     enum vw_status (*create_passes)(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     struct vw_field_passes *passes);
     // From VW_SLOT_RAYS to VW_SLOT_FIELD.
@@ -71,21 +70,13 @@ struct vw_field_kind {
                             struct vw_submission *batch, const struct vw_field_chunk *chunk);
     // Lists what these passes load, store and multiply (pass_costs.h).
     void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
-                               struct vw_pass_cost *costs, uint32_t *count);
+                               struct vw_pass_costs *costs);
     void (*list_backward_costs)(const struct vw_model *model, const struct vw_field_work *work,
-                                struct vw_pass_cost *costs, uint32_t *count);
+                                struct vw_pass_costs *costs);
 };
 
 extern const struct vw_field_kind field_hash, field_mlp;
 
 const struct vw_field_kind *vw_field_kind_of(enum vw_field field);
-// Returns all of them, in the order of enum vw_field.
-const struct vw_field_kind *const *field_kinds(uint32_t *count);
-
-void vw_field_passes_destroy(struct vw_field_passes *passes);
-// Creates one pass for create_passes(), with the set's specialization unless another is given.
-enum vw_status vw_field_pass_create(struct vw_gpu *gpu, const struct vw_field_pass_params *params,
-                                    const struct vw_shader *shader, const struct vw_specialization *specialization,
-                                    struct vw_pass **pass);
 
 #endif

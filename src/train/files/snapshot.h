@@ -7,9 +7,10 @@
 #include "train/step.h"
 
 struct vw_snapshot {
-    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX];  // borrowed from the step
-    struct vw_buffer *copies[TRAINING_STATE_BUFFERS_MAX]; // owned
+    struct vw_buffer *state[TRAINING_STATE_BUFFERS_MAX]; // borrowed from the step
+    struct vw_buffer *copies[TRAINING_STATE_BUFFERS_MAX];
     uint32_t count;
+    struct vw_gpu_objects objects; // owned: the copies
 };
 
 enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_snapshot *snapshot);

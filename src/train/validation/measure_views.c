@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "train/effects/effects.h"
 #include "train/effects/encoder.h"
-#include "train/effects/kind.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/validation/code_fit.h"
@@ -141,7 +141,7 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
 
 // Returns whether the photo's left half tells how its right half looks, which alone is scored.
 static bool halves(const struct vw_measured_field *measured) {
-    return measured->fits || vw_effects_see_photos(&measured->field->model->specialization);
+    return measured->fits || vw_effects_see_photos(measured->field->model);
 }
 
 // Chooses all pixels of the view, after those to fit on. Where the left half is not scored, only the right one has

@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "gpu/shaders.h"
-#include "train/effects/kind.h"
+#include "train/effects/effects.h"
 #include "train/passes.h"
 #include "train/pixels.h"
 
@@ -95,26 +95,27 @@ static enum vw_status create_reduce(const struct vw_validation_params *params, s
     };
     const struct vw_pass_params common =
         vw_pass_params_of(&field->model->specialization, bindings, VW_ARRAY_COUNT(bindings), NULL);
-    return vw_pass_create_of(field->gpu, &common, &vw_shader_reduce_views, &validation->reduce_views);
+    return vw_pass_create_of(&validation->objects, &common, &vw_shader_reduce_views, &validation->reduce_views);
 }
 
 static enum vw_status create_passes(const struct vw_validation_params *params, const struct pixel_choice *choice,
                                     bool fits, struct vw_validation *validation) {
     uint64_t range_bytes = sizeof *choice->scored * validation->view_count;
-    const struct vw_buffer_params ranges = {.name = "val_ranges", .size_bytes = range_bytes};
+    const struct vw_buffer_row ranges = {&validation->ranges, "val_ranges", range_bytes};
     enum vw_status status = vw_evaluator_create(params->field, choice->count, &validation->evaluator);
     if (!status) status = vw_evaluator_set_pixels(&validation->evaluator, choice->pixels, choice->count);
-    if (!status) status = vw_buffer_create(params->field->gpu, &ranges, &validation->ranges);
+    if (!status) status = vw_buffers_create(&validation->objects, VW_BUFFER_DEVICE, &ranges, 1);
     if (!status) status = vw_buffer_write(validation->ranges, 0, choice->scored, range_bytes);
     if (!status && fits)
-        status =
-            vw_view_fit_create(&validation->evaluator, choice->fitted, validation->view_count, &validation->view_fit);
+        status = vw_view_fit_create(&validation->evaluator, &validation->objects, choice->fitted,
+                                    validation->view_count, &validation->view_fit);
     return !status ? create_reduce(params, validation) : status;
 }
 
 enum vw_status vw_validation_create(const struct vw_validation_params *params, struct vw_validation *validation) {
-    bool fits = vw_effects_fit(&params->field->model->specialization);
+    bool fits = vw_effects_fit(params->field->model);
     struct pixel_choice choice = {0};
+    validation->objects.gpu = params->field->gpu;
     enum vw_status status = choose_pixels(params, validation, fits, &choice);
     if (!status) status = create_passes(params, &choice, fits, validation);
     free(choice.pixels);
@@ -123,10 +124,8 @@ enum vw_status vw_validation_create(const struct vw_validation_params *params, s
 }
 
 void vw_validation_destroy(struct vw_validation *validation) {
-    vw_pass_destroy(&validation->reduce_views);
-    vw_view_fit_destroy(&validation->view_fit);
+    vw_gpu_objects_destroy(&validation->objects);
     vw_evaluator_destroy(&validation->evaluator);
-    vw_buffer_destroy(&validation->ranges);
     free(validation->views);
     free(validation->pixel_counts);
 }

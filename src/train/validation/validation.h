@@ -16,6 +16,7 @@ struct vw_validation {           // all zero in a training without validation
     uint32_t *pixel_counts;      // owned; pixels with weight, per view
     uint32_t ray_count;          // rays that are scored; those to fit views on follow them
     struct vw_evaluator evaluator;
+    struct vw_gpu_objects objects; // owned: the buffers and passes that follow
     struct vw_view_fit view_fit;
     struct vw_buffer *ranges; // vw_ray_range per view
     struct vw_pass *reduce_views;

@@ -1,7 +1,6 @@
 #include "train/validation/view_fit.h"
 
 #include "base/memory.h"
-#include "gpu/compute.h"
 #include "gpu/shaders.h"
 
 struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint32_t view) {
@@ -25,35 +24,20 @@ void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *vie
     }
 }
 
-static enum vw_status create_pass(const struct vw_evaluator *evaluator, struct vw_view_fit *fit) {
+enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, struct vw_gpu_objects *objects,
+                                  const struct vw_ray_range *ranges, uint32_t count, struct vw_view_fit *fit) {
+    const struct vw_buffer_row buffers[] = {{&fit->ranges, "fit_ranges", sizeof *ranges * count},
+                                            {&fit->fits, "fits", sizeof(struct vw_appearance) * count}};
+    enum vw_status status = vw_buffers_create(objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+    if (!status) status = vw_buffer_write(fit->ranges, 0, ranges, sizeof *ranges * count);
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
         {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
         {.slot = VW_SLOT_VAL_VIEWS, .buffer = fit->ranges},
         {.slot = VW_SLOT_FITS, .buffer = fit->fits},
     };
-    struct vw_pass_params params = {
-        .shader = &vw_shader_fit_views, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
-    return vw_pass_create(evaluator->field->gpu, &params, &fit->pass);
-}
-
-enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, const struct vw_ray_range *ranges,
-                                  uint32_t count, struct vw_view_fit *fit) {
-    struct vw_gpu *gpu = evaluator->field->gpu;
-    uint64_t range_bytes = sizeof *ranges * count, fit_bytes = sizeof(struct vw_appearance) * count;
-    enum vw_status status = vw_buffer_create(
-        gpu, &(struct vw_buffer_params){.name = "fit_ranges", .size_bytes = range_bytes}, &fit->ranges);
-    if (!status)
-        status = vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "fits", .size_bytes = fit_bytes}, &fit->fits);
-    if (!status) status = vw_buffer_write(fit->ranges, 0, ranges, range_bytes);
-    if (!status) status = create_pass(evaluator, fit);
-    return status;
-}
-
-void vw_view_fit_destroy(struct vw_view_fit *fit) {
-    vw_pass_destroy(&fit->pass);
-    vw_buffer_destroy(&fit->ranges);
-    vw_buffer_destroy(&fit->fits);
+    const struct vw_pass_params params = {.bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
+    return !status ? vw_pass_create_of(objects, &params, &vw_shader_fit_views, &fit->pass) : status;
 }
 
 void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *batch, uint32_t view_count) {

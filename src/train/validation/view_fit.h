@@ -25,10 +25,9 @@ enum { VIEW_FIT_RAYS_MAX = 128 };
 void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
                                const struct vw_ray_range *scored, struct vw_pixel *pixels, uint32_t *written,
                                struct vw_ray_range *ranges);
-// Creates the pass over an evaluator that renders those pixels as well.
-enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, const struct vw_ray_range *ranges,
-                                  uint32_t count, struct vw_view_fit *fit);
-void vw_view_fit_destroy(struct vw_view_fit *fit);
+// Creates the pass over an evaluator that renders those pixels as well. `objects` own it.
+enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, struct vw_gpu_objects *objects,
+                                  const struct vw_ray_range *ranges, uint32_t count, struct vw_view_fit *fit);
 // Records the fit, between rendering and reduce_views.
 void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *batch, uint32_t view_count);
 

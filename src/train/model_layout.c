@@ -1,0 +1,56 @@
+// The numbers that follow from a model, and the pieces by which fields and effects lay out the params.
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "train/effects/effects.h"
+#include "train/fields/registry.h"
+#include "train/model.h"
+
+enum { ALIGNMENT_BYTES = 256 }; // the largest offset alignment Vulkan allows a device to ask for
+
+static uint64_t round_up(uint64_t value, uint64_t multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
+    return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
+}
+
+double vw_model_rate_of_step(const struct vw_model *model, uint64_t step) {
+    uint64_t last = model->planned_steps;
+    if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
+    return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
+}
+
+uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays) {
+    return (uint32_t)round_up(rays, model->ray_group);
+}
+
+uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count) {
+    uint32_t first = model->moved_columns;
+    assert(model->param_bytes == vw_model_columns(model, first, 0).offset_bytes); // update_weights moves all as one
+    model->moved_columns += columns;
+    model->param_bytes += sizeof(vw_float4) * (uint64_t)columns;
+    model->param_count += param_count;
+    return first;
+}
+
+struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count) {
+    return (struct vw_param_range){model->weights.offset_bytes + sizeof(vw_float4) * (uint64_t)first,
+                                   sizeof(vw_float4) * (uint64_t)count};
+}
+
+void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count) {
+    struct vw_param_range range = {round_up(model->param_bytes, ALIGNMENT_BYTES), size_bytes};
+    model->ranges[slot] = range;
+    model->param_bytes = range.offset_bytes + size_bytes;
+    model->param_count += param_count;
+}
+
+void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params) {
+    uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
+    const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
+                                   seed};
+    memset((char *)params + end, 0, model->param_bytes - end);
+    model->kind->initialise(model, &drawn, params);
+    vw_effects_initialise(model, &drawn, params);
+}
