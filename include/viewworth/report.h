@@ -11,6 +11,8 @@
 
 VW_PUBLIC_BEGIN
 
+struct vw_report_extra;
+
 struct vw_report_options {
     bool no_thumbnails; // leave the photos out
 };
@@ -19,11 +21,12 @@ struct vw_report_params {
     const struct vw_scene *scene; // an open scene, for thumbnails of the runs that used it; NULL: none
     const char *device;           // renders recipes that are not open; NULL: the preferred device
     struct vw_report_options options;
+    const struct vw_report_extra *extra; // a further table (src/report/page.h); NULL: none
 };
 
 // Writes one self-contained HTML page of all folders to the file `to`, whole or not at all. Shows of each folder its
 // run (ledger.db), the runs of its seeds (seed_<N>/ledger.db) or folds (fold-<N>/ledger.db), providers.csv, payout.csv,
-// duplicates.csv, benchmark.csv, tradeoff.csv, summary.csv, and compare.json with its renders. A run that several
+// duplicates.csv, tradeoff.csv, summary.csv, and compare.json with its renders. A run that several
 // folders hold is shown once. Photos that cannot be read are left out with a warning. VW_ERROR_INPUT when a folder
 // holds none of these, something broken, or a link that leads out of it. `params` may be NULL.
 enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count, const char *to,

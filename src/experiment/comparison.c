@@ -236,7 +236,7 @@ static enum vw_status write_results(struct work *work) {
     if (!status) status = vw_comparison_write_csv(comparison);
     if (!status) status = write_json(comparison);
     if (status) return status;
-    const struct vw_report_params report = {comparison->session.scene, common->devices.first, common->report};
+    const struct vw_report_params report = {comparison->session.scene, common->devices.first, common->report, NULL};
     comparison->report_path = vw_report_folder_finish(common->out, &report);
     return VW_OK;
 }

@@ -31,6 +31,9 @@ static const struct vw_command commands[] = {
      "Writes to OUT: probes.csv (each probe) and probe_scores.csv (scores, with the error that the choice of pixels "
      "causes).",
      VW_OPTIONS_DEVICE | VW_LAB_PROBES | VW_OPTIONS_JSON, vw_lab_probe},
+    {EVALUATE, "report", "OUT...", "Write the HTML report of viewworth report, with the results of benchmark",
+     "Shows benchmark.csv of the folders beside all that viewworth report shows.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_REPORT | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_lab_report},
 
     {CORRUPT, "value", "SCENE", "Value photos as viewworth does, with corrupted photos",
      "Writes what viewworth value writes. --corrupt spoils some train photos, so that it is known which ones scores "

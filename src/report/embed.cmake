@@ -1,5 +1,5 @@
-# Makes the texts of the page a C file: cmake -DOUTPUT=FILE -DTEXTS=symbol=file,symbol=file,... -P embed.cmake
-file(WRITE ${OUTPUT}.new "// Made by src/report/embed.cmake.\n#include \"report/html_parts.h\"\n")
+# Makes texts of a page a C file: cmake -DOUTPUT=FILE -DHEADER=FILE -DTEXTS=symbol=file,symbol=file,... -P embed.cmake
+file(WRITE ${OUTPUT}.new "// Made by src/report/embed.cmake.\n#include \"${HEADER}\"\n")
 string(REPLACE "," ";" texts "${TEXTS}")
 foreach(text ${texts})
   string(REGEX MATCH "^([a-z_]+)=(.*)$" pair "${text}")

@@ -6,6 +6,7 @@
 
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/memory.h"
 #include "base/text_stream.h"
 #include "report/html_data.h"
 #include "report/html_parts.h"
@@ -33,48 +34,42 @@ static void write_hash(FILE *stream, const char *text) {
     fprintf(stream, " 'sha256-%s'", base64);
 }
 
+static const struct {
+    const char *name, *text;
+} scripts[] = {{"chart", vw_html_chart},       {"widgets", vw_html_widgets}, {"script", vw_html_script},
+               {"tradeoff", vw_html_tradeoff}, {"photos", vw_html_photos},   {"scores", vw_html_scores},
+               {"tables", vw_html_tables}};
+
 // Writes a policy that loads nothing and runs only the scripts of the program.
-static void write_policy(FILE *stream) {
+static void write_policy(FILE *stream, const char *extra) {
     fputs("default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; style-src", stream);
     write_hash(stream, vw_html_style);
     fputs("; script-src", stream);
-    write_hash(stream, vw_html_chart);
-    write_hash(stream, vw_html_widgets);
-    write_hash(stream, vw_html_script);
-    write_hash(stream, vw_html_tradeoff);
-    write_hash(stream, vw_html_benchmark);
-    write_hash(stream, vw_html_photos);
-    write_hash(stream, vw_html_scores);
-    write_hash(stream, vw_html_tables);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(scripts); i++) write_hash(stream, scripts[i].text);
+    write_hash(stream, extra);
 }
 
-static bool write_piece(FILE *stream, const char *name, const json_t *data) {
-    if (strcmp(name, "policy") == 0) write_policy(stream);
-    else if (strcmp(name, "style") == 0) fputs(vw_html_style, stream);
-    else if (strcmp(name, "chart") == 0) fputs(vw_html_chart, stream);
-    else if (strcmp(name, "widgets") == 0) fputs(vw_html_widgets, stream);
-    else if (strcmp(name, "script") == 0) fputs(vw_html_script, stream);
-    else if (strcmp(name, "tradeoff") == 0) fputs(vw_html_tradeoff, stream);
-    else if (strcmp(name, "benchmark") == 0) fputs(vw_html_benchmark, stream);
-    else if (strcmp(name, "photos") == 0) fputs(vw_html_photos, stream);
-    else if (strcmp(name, "scores") == 0) fputs(vw_html_scores, stream);
-    else if (strcmp(name, "tables") == 0) fputs(vw_html_tables, stream);
-    else if (strcmp(name, "data") == 0)
-        return json_dump_callback(data, write_escaped, stream,
-                                  JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
-    return true;
+static bool write_piece(FILE *stream, const char *name, const char *extra, const json_t *data) {
+    if (strcmp(name, "policy") == 0) write_policy(stream, extra);
+    if (strcmp(name, "style") == 0) fputs(vw_html_style, stream);
+    if (strcmp(name, "extra") == 0) fputs(extra, stream);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(scripts); i++)
+        if (strcmp(name, scripts[i].name) == 0) fputs(scripts[i].text, stream);
+    return strcmp(name, "data") != 0 ||
+           json_dump_callback(data, write_escaped, stream,
+                              JSON_COMPACT | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(REAL_DIGITS)) == 0;
 }
 
 // ---- The page ----
 
-static bool write_page(FILE *stream, const json_t *data) {
+static bool write_page(FILE *stream, const char *extra, const json_t *data) {
     bool complete = true;
     for (const char *rest = vw_html_template; rest && complete;) {
         const char *mark = strstr(rest, "{{");
         fwrite(rest, 1, mark ? (size_t)(mark - rest) : strlen(rest), stream);
         char name[16] = "";
         if (mark) sscanf(mark, "{{%15[a-z]}}", name);
-        if (mark) complete = write_piece(stream, name, data);
+        if (mark) complete = write_piece(stream, name, extra, data);
         rest = mark ? mark + strlen("{{}}") + strlen(name) : NULL;
     }
     return complete;
@@ -87,7 +82,7 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
     enum vw_status status = vw_html_data_make(page, &data);
     if (status) return status;
     struct vw_text_stream html;
-    bool complete = vw_text_stream_open(&html) && write_page(html.stream, data);
+    bool complete = vw_text_stream_open(&html) && write_page(html.stream, page->extra ? page->extra->script : "", data);
     status = vw_text_stream_close(&html, path, &text, &size_bytes);
     if (!status && !complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
     if (!status) status = vw_file_write(path, text, size_bytes);

@@ -72,6 +72,13 @@ struct vw_report_document {
     uint32_t thumbnail_count;
 };
 
+// A table that another program adds to the page, and the script that shows it. All borrowed.
+struct vw_report_extra {
+    const char *file;           // "name.csv" in a folder of results
+    const char *const *columns; // that the script needs; NULL ends them
+    const char *script;         // runs after the others
+};
+
 struct vw_report_page {
     const char *version;        // version of the program
     const char *default_method; // that is shown first
@@ -80,6 +87,7 @@ struct vw_report_page {
     uint32_t run_count;
     const struct vw_report_document *documents;
     uint32_t document_count;
+    const struct vw_report_extra *extra; // NULL: none
 };
 
 // Writes one HTML file that contains everything it shows and may load nothing (its Content-Security-Policy): names,

@@ -472,6 +472,5 @@ function fill() {
   fillWarnings();
   fillDuplicates();
   fillComparisons();
-  fillBenchmarks();
   fillTradeoffs();
 }

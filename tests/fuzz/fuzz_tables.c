@@ -4,8 +4,7 @@
 
 // The first byte says which of the tables the rest is.
 void fuzz_tables(const uint8_t *data, size_t size_bytes) {
-    static const char *const names[] = {"providers.csv", "payout.csv",   "duplicates.csv",
-                                        "benchmark.csv", "tradeoff.csv", "summary.csv"};
+    static const char *const names[] = {"providers.csv", "payout.csv", "duplicates.csv", "tradeoff.csv", "summary.csv"};
     enum { NAME_COUNT = sizeof names / sizeof names[0] };
     const char *name = names[size_bytes ? data[0] % NAME_COUNT : 0];
     fuzz_check_report(name, data + (size_bytes > 0), size_bytes - (size_bytes > 0));

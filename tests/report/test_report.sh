@@ -4,6 +4,7 @@
 # label: once
 set -uo pipefail
 program=$(realpath "$1")
+lab=$(dirname "$program")/viewworth-lab
 root=$(cd "$(dirname "$0")/../.." && pwd)
 . "$root/tests/support/shell_test.sh"
 
@@ -19,7 +20,8 @@ value() { # value OUT [OPTION]...
     cat "$folder/stderr"
     return 1
 }
-report() { "$program" report --quiet "$@" >"$folder/stdout" 2>"$folder/stderr"; }
+by=
+report() { "${by:-$program}" report --quiet "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matches
     "${@:2}" && [[ $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^warning: .*($1)" "$folder/stderr" && return
     cat "$folder/stdout" "$folder/stderr"
@@ -28,7 +30,8 @@ warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matche
 refuses() { # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches
     local code=0
     report "${@:2}" || code=$?
-    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] && grep -qE "^viewworth: .*($1)" "$folder/stderr" && return
+    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] &&
+        grep -qE "^viewworth(-lab)?: .*($1)" "$folder/stderr" && return
     echo "exit code $code:"
     cat "$folder/stdout" "$folder/stderr"
     return 1
@@ -113,7 +116,8 @@ mkdir "$folder/costs"
     printf '%s\n' "toys,lds/test_psnr,noise ceiling,0.8,,,40" "toys,sign_accuracy/test_psnr,dv_psnr,0.7,,,9" \
         toys,lds/val_psnr,dv_psnr,0.6,,,40
 } >"$folder/costs/benchmark.csv"
-check "a benchmark of methods that cost more" report "$folder/costs" --to "$folder/costs.html"
+check "a benchmark of methods that cost more is for the laboratory" refuses 'costs: holds nothing to report' "$folder/costs"
+by=$lab check "which shows it" report "$folder/costs" --to "$folder/costs.html"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")
 compare_json() { # compare_json RENDER
@@ -151,6 +155,7 @@ rm "$folder/compare/renders/secret.png" && mkfifo "$folder/compare/renders/secre
 check "nor a file, which might never end" refuses 'renders/secret.png: is another kind of file' "$folder/compare"
 mkdir "$folder/linked"
 for name in benchmark.csv compare.json ledger.db; do
+    by=$lab
     ln -s "../$(case $name in benchmark.csv) echo bench ;; compare.json) echo compare ;; *) echo run ;; esac)/$name" "$folder/linked/$name"
     check "$name that is a link to another folder" refuses "linked/$name: is reached through a link" "$folder/linked"
     rm "$folder/linked/$name"
@@ -172,6 +177,7 @@ check "a disagreement that is none" edited 'disagreements: .*in' "json_remove(j,
 check "lists that have no name" edited 'disagreements: .*string' "json_set(j, '\$.disagreements[0].not_in[0]', json_object())"
 check "renders of no columns" edited 'renders: .*columns' "json_remove(j, '\$.renders[0].columns')"
 mkdir "$folder/edited"
+by=$lab
 for name in benchmark tradeoff providers payout duplicates summary; do
     printf 'scene,method,value,ci_low,ci_high,count\ntoys,dv_psnr,0.62,0.4,0.8,200\n' >"$folder/edited/$name.csv"
     check "$name.csv that lacks a column" refuses "edited/$name.csv: lacks the column [a-z]+; make it again" "$folder/edited"
@@ -182,6 +188,7 @@ check "a comparison that is no JSON" refuses 'compare/compare.json: line [0-9]+:
 compare_json 'renders/0.png' >"$folder/compare/compare.json"
 check "a comparison and a benchmark beside runs" report "$folder/run" "$folder/other" "$folder/compare" "$folder/bench" \
     --to "$folder/all.html"
+by=
 pictures() { grep -o 'data:image/webp' "$folder/$1" | wc -l; }
 check "which bring the thumbnails" test "$(pictures all.html)" -eq "$(pictures first.html)"
 check "of a comparison alone, those on which lists disagree" eval 'cd "$root" && report "$folder/compare" && [[ ! -s $folder/stderr ]]'

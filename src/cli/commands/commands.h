@@ -32,6 +32,9 @@ enum vw_status vw_worth_check_options(const struct vw_options *options);
 // Makes the worth of the run in `out` and prints it.
 enum vw_status vw_worth_of_run(const struct vw_options *options, const char *out, uint32_t retrainings);
 
+// Writes the report, with a further table (NULL: none), and prints its path.
+enum vw_status vw_report_make(const struct vw_options *options, const struct vw_report_extra *extra);
+
 // Measures the trade-off and prints it. `evaluator` says how good the scores are; NULL: nobody does.
 enum vw_status vw_tradeoff_make(const struct vw_options *options, const struct vw_sweep_evaluator *evaluator);
 

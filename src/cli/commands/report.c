@@ -6,8 +6,8 @@
 #include "cli/output/print.h"
 #include "run/outputs/report_folder.h"
 
-enum vw_status vw_command_report(const struct vw_options *options) {
-    const struct vw_report_params report = {.device = options->device, .options = options->report};
+enum vw_status vw_report_make(const struct vw_options *options, const struct vw_report_extra *extra) {
+    const struct vw_report_params report = {.device = options->device, .options = options->report, .extra = extra};
     char *path = options->to ? vw_copy_text(options->to) : vw_path_join(options->operand, "report.html");
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_report_write(options->operands, options->operand_count, path, &report);
@@ -17,3 +17,5 @@ enum vw_status vw_command_report(const struct vw_options *options) {
     free(path);
     return status;
 }
+
+enum vw_status vw_command_report(const struct vw_options *options) { return vw_report_make(options, NULL); }

@@ -37,13 +37,13 @@ static json_t *record_to_json(const struct vw_csv *csv) {
     return array;
 }
 
-static enum vw_status print_header(struct vw_csv *csv, const char *file, FILE *stream) {
+static enum vw_status print_header(struct vw_csv *csv, const char *const *columns, FILE *stream) {
     bool found = false;
     enum vw_status status = vw_csv_next(csv, &found);
     if (!status && !found) status = vw_fail(VW_ERROR_INPUT, "%s: is empty; remove it", csv->path);
     if (status) return status;
     json_t *header = record_to_json(csv);
-    status = header ? vw_report_shape_of_table(csv->path, file, header) : out_of_memory(csv->path);
+    status = header ? vw_report_shape_of_table(csv->path, columns, header) : out_of_memory(csv->path);
     fputs("{\"header\":", stream);
     if (!status && json_dumpf(header, stream, JSON_COMPACT)) status = out_of_memory(csv->path);
     json_decref(header);
@@ -67,12 +67,12 @@ static enum vw_status print_rows(struct vw_csv *csv, FILE *stream) {
     return status;
 }
 
-static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char **json) {
+static enum vw_status table_to_json(struct vw_csv *csv, const char *const *columns, char **json) {
     struct vw_text_stream text;
     char *printed = NULL;
     size_t size_bytes = 0;
     if (!vw_text_stream_open(&text)) return out_of_memory(csv->path);
-    enum vw_status status = print_header(csv, file, text.stream);
+    enum vw_status status = print_header(csv, columns, text.stream);
     if (!status) status = print_rows(csv, text.stream);
     enum vw_status closed = vw_text_stream_close(&text, csv->path, &printed, &size_bytes);
     if (!status) status = closed;
@@ -81,13 +81,19 @@ static enum vw_status table_to_json(struct vw_csv *csv, const char *file, char *
     return status;
 }
 
-static enum vw_status add_table(struct vw_report_files *files, const char *out, const char *file, const char *path,
-                                void *text, size_t size_bytes) {
+// A file of a folder. A table has the columns that the page's script needs; compare.json has none.
+struct file {
+    const char *name, *const *columns, *path;
+    void *text;
+    size_t size_bytes;
+};
+
+static enum vw_status add_table(struct vw_report_files *files, const char *out, const struct file *file) {
     struct vw_csv csv;
     char *json = NULL;
-    struct vw_report_document *document = add_document(files, out, "table", file);
-    enum vw_status status = vw_csv_take(path, text, size_bytes, &csv);
-    if (!status) status = document ? table_to_json(&csv, file, &json) : VW_ERROR_MEMORY;
+    struct vw_report_document *document = add_document(files, out, "table", file->name);
+    enum vw_status status = vw_csv_take(file->path, file->text, file->size_bytes, &csv);
+    if (!status) status = document ? table_to_json(&csv, file->columns, &json) : VW_ERROR_MEMORY;
     vw_csv_close(&csv);
     if (document) document->json = json;
     return status;
@@ -139,18 +145,17 @@ static enum vw_status add_pictures(const char *out, const json_t *compare, struc
 
 // ---- A comparison --------------------------------------------------------------------------------------------------
 
-static enum vw_status add_compare(struct vw_report_files *files, const char *out, const char *file, const char *path,
-                                  void *text, size_t size_bytes) {
+static enum vw_status add_compare(struct vw_report_files *files, const char *out, const struct file *file) {
     json_error_t error;
-    struct vw_report_document *document = add_document(files, out, "compare", file);
+    struct vw_report_document *document = add_document(files, out, "compare", file->name);
     if (!document) {
-        free(text);
+        free(file->text);
         return VW_ERROR_MEMORY;
     }
-    document->json = text;
-    json_t *compare = vw_json_load(text, size_bytes, 0, &error);
-    enum vw_status status = compare ? vw_report_shape_of_comparison(path, compare)
-                                    : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", path, error.line, error.text);
+    document->json = file->text;
+    json_t *compare = vw_json_load(file->text, file->size_bytes, 0, &error);
+    enum vw_status status = compare ? vw_report_shape_of_comparison(file->path, compare)
+                                    : vw_fail(VW_ERROR_INPUT, "%s: line %d: %s", file->path, error.line, error.text);
     if (!status) status = add_pictures(out, compare, document);
     json_decref(compare);
     return status;
@@ -158,25 +163,40 @@ static enum vw_status add_compare(struct vw_report_files *files, const char *out
 
 // ---- All of them ---------------------------------------------------------------------------------------------------
 
-enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out) {
-    static const struct {
-        const char *file;
-        enum vw_status (*add)(struct vw_report_files *files, const char *out, const char *file, const char *path,
-                              void *text, size_t size_bytes);
-    } known[] = {{"providers.csv", add_table}, {"payout.csv", add_table},   {"duplicates.csv", add_table},
-                 {"benchmark.csv", add_table}, {"tradeoff.csv", add_table}, {"summary.csv", add_table},
-                 {"compare.json", add_compare}};
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++) {
-        void *text = NULL;
-        size_t size_bytes = 0;
-        char *path = vw_path_join(out, known[i].file);
-        if (!path) return VW_ERROR_MEMORY;
-        bool held = vw_file_exists(path);
-        if (held) status = vw_file_read_inside(out, known[i].file, TABLE_LIMIT_BYTES, &text, &size_bytes);
-        if (held && !status) status = known[i].add(files, out, known[i].file, path, text, size_bytes);
-        free(path);
-    }
+#define COLUMNS(...) ((const char *const[]){__VA_ARGS__, NULL})
+
+static const struct {
+    const char *name, *const *columns;
+} known[] = {
+    {"providers.csv", COLUMNS("provider", "method", "photos", "value", "stderr")},
+    {"payout.csv", COLUMNS("provider", "method", "share", "amount")},
+    {"duplicates.csv", COLUMNS("group", "name", "provider", "split", "similarity", "value", "group_value")},
+    {"tradeoff.csv",
+     COLUMNS("configuration", "parameter", "value", "base", "train_ms", "value_ms", "scoring_ratio", "run_seconds",
+             "val_psnr", "psnr_pareto_front", "method", "score_pareto_front", "seed_pearson", "seed_spearman",
+             "agreement_pearson", "all_pixels_pearson", "auc", "lds", "lds_ci_low", "lds_ci_high")},
+    {"summary.csv", COLUMNS("job", "state", "seconds", "photos", "steps", "val_psnr", "report", "message")},
+    {"compare.json", NULL},
+};
+
+static enum vw_status add_file(struct vw_report_files *files, const char *out, const char *name,
+                               const char *const *columns) {
+    char *path = vw_path_join(out, name);
+    struct file file = {.name = name, .columns = columns, .path = path};
+    if (!path) return VW_ERROR_MEMORY;
+    bool held = vw_file_exists(path);
+    enum vw_status status =
+        held ? vw_file_read_inside(out, name, TABLE_LIMIT_BYTES, &file.text, &file.size_bytes) : VW_OK;
+    if (held && !status) status = columns ? add_table(files, out, &file) : add_compare(files, out, &file);
+    free(path);
+    return status;
+}
+
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out,
+                                   const struct vw_report_extra *extra) {
+    enum vw_status status = extra ? add_file(files, out, extra->file, extra->columns) : VW_OK;
+    for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++)
+        status = add_file(files, out, known[i].name, known[i].columns);
     return status;
 }
 

@@ -15,11 +15,11 @@ struct vw_report_files {
     size_t count, capacity;
 };
 
-// Adds providers.csv, payout.csv, duplicates.csv, benchmark.csv, tradeoff.csv, summary.csv and compare.json of a
-// folder, those that are there.
+// Adds providers.csv, payout.csv, duplicates.csv, tradeoff.csv, summary.csv, compare.json and the extra table (NULL:
+// none) of a folder, those that are there.
 // VW_ERROR_INPUT when one is not what it should be, or is a link: the report would contain a file from elsewhere, and
 // be passed on with it. Free it also after a failure.
-enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out);
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out, const struct vw_report_extra *extra);
 void vw_report_files_free(struct vw_report_files *files);
 
 // Reads map.json and, unless `no_photos`, residuals.json of a run's folder, each NULL where it is missing; the texts

@@ -188,13 +188,13 @@ static bool is_repeated(const char *const *outs, uint32_t place) {
 }
 
 static enum vw_status add_folder(struct gathering *gathering, const char *out) {
-    static const char remedy[] = "give a folder that value, reproduce, compare, benchmark, tradeoff or batch made";
+    static const char remedy[] = "give a folder that value, reproduce, compare, tradeoff or batch made";
     size_t files = gathering->files.count;
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
     enum vw_status status = add_run(gathering, out, &found);
     if (!status) status = add_several(gathering, out, &found);
-    if (!status) status = vw_report_files_add(&gathering->files, out);
+    if (!status) status = vw_report_files_add(&gathering->files, out, gathering->params->extra);
     if (!status && !found && gathering->files.count == files)
         status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; %s", out, remedy);
     return status;
@@ -249,7 +249,8 @@ static enum vw_status write_page(struct gathering *gathering, const char *to) {
                                                                    .runs = runs,
                                                                    .run_count = (uint32_t)gathering->run_count,
                                                                    .documents = gathering->files.documents,
-                                                                   .document_count = (uint32_t)gathering->files.count});
+                                                                   .document_count = (uint32_t)gathering->files.count,
+                                                                   .extra = gathering->params->extra});
     free(methods_json);
     free(runs);
     return status;

@@ -13,41 +13,10 @@ static bool has_text(const json_t *array, const char *text) {
     return false;
 }
 
-enum vw_status vw_report_shape_of_table(const char *path, const char *file, const json_t *header) {
-    static const struct {
-        const char *file, *columns[20];
-    } tables[] = {{"providers.csv", {"provider", "method", "photos", "value", "stderr"}},
-                  {"payout.csv", {"provider", "method", "share", "amount"}},
-                  {"duplicates.csv", {"group", "name", "provider", "split", "similarity", "value", "group_value"}},
-                  {"summary.csv", {"job", "state", "seconds", "photos", "steps", "val_psnr", "report", "message"}},
-                  {"benchmark.csv", {"metric", "method", "value", "ci_low", "ci_high"}},
-                  {"tradeoff.csv",
-                   {"configuration",
-                    "parameter",
-                    "value",
-                    "base",
-                    "train_ms",
-                    "value_ms",
-                    "scoring_ratio",
-                    "run_seconds",
-                    "val_psnr",
-                    "psnr_pareto_front",
-                    "method",
-                    "score_pareto_front",
-                    "seed_pearson",
-                    "seed_spearman",
-                    "agreement_pearson",
-                    "all_pixels_pearson",
-                    "auc",
-                    "lds",
-                    "lds_ci_low",
-                    "lds_ci_high"}}};
-    for (size_t t = 0; t < VW_ARRAY_COUNT(tables); t++)
-        for (size_t i = 0;
-             i < VW_ARRAY_COUNT(tables[t].columns) && tables[t].columns[i] && !strcmp(tables[t].file, file); i++)
-            if (!has_text(header, tables[t].columns[i]))
-                return vw_fail(VW_ERROR_INPUT, "%s: lacks the column %s; make it again, or remove it", path,
-                               tables[t].columns[i]);
+enum vw_status vw_report_shape_of_table(const char *path, const char *const *columns, const json_t *header) {
+    for (; *columns; columns++)
+        if (!has_text(header, *columns))
+            return vw_fail(VW_ERROR_INPUT, "%s: lacks the column %s; make it again, or remove it", path, *columns);
     return VW_OK;
 }
 

@@ -6,9 +6,9 @@
 
 #include "viewworth/status.h"
 
-// Checks a table. VW_ERROR_INPUT names the file and the missing column; `path` is for messages. Further columns are
-// allowed.
-enum vw_status vw_report_shape_of_table(const char *path, const char *file, const json_t *header);
+// Checks that a table has these columns (NULL ends them). VW_ERROR_INPUT names the file and the missing one; `path` is
+// for messages. Further columns are allowed.
+enum vw_status vw_report_shape_of_table(const char *path, const char *const *columns, const json_t *header);
 enum vw_status vw_report_shape_of_comparison(const char *path, json_t *compare);
 
 #endif
