@@ -1,10 +1,8 @@
-#include "ledger/database_check.h"
+#include "ledger/database_file.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "ledger/database_file.h"
 
 // ---- Limits --------------------------------------------------------------------------------------------------------
 

@@ -6,7 +6,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "ledger/database_check.h"
 #include "ledger/database_file.h"
 
 static const sqlite3_int64 SNAPSHOT_BYTES_MOST = 1 << 30;

@@ -179,26 +179,27 @@ static enum vw_status take_views(struct vw_ledger *ledger, const struct vw_lasti
     return VW_OK;
 }
 
-static enum vw_status read_all(struct vw_ledger *ledger, const struct vw_table *table, vw_ledger_check_row *check,
-                               const void *rows, uint64_t *count) {
-    return vw_ledger_read_table(ledger, table, table->order, check, (void **)rows, count);
-}
-
 static enum vw_status read_pass(struct vw_ledger *ledger, struct vw_lasting_pass *pass) {
     uint64_t pass_count = 0, check_count = 0, view_count = 0;
     struct vw_lasting_pass *settings = NULL;
     struct vw_lasting_view_row *views = NULL;
-    enum vw_status status = read_all(ledger, &vw_lasting_table, check_settings, &settings, &pass_count);
+    enum vw_status status =
+        vw_ledger_read_table(ledger, &vw_lasting_table, NULL, check_settings, (void **)&settings, &pass_count);
     if (!status && pass_count) *pass = *settings;
     free(settings);
-    if (!status) status = read_all(ledger, &vw_lasting_step_table, check_step, &pass->steps, &pass->step_count);
-    if (!status) status = read_all(ledger, &vw_lasting_check_table, check_check, &pass->checks, &check_count);
+    if (!status)
+        status = vw_ledger_read_table(ledger, &vw_lasting_step_table, NULL, check_step, (void **)&pass->steps,
+                                      &pass->step_count);
+    if (!status)
+        status = vw_ledger_read_table(ledger, &vw_lasting_check_table, NULL, check_check, (void **)&pass->checks,
+                                      &check_count);
     pass->check_count = (uint32_t)check_count; // as many as images at most
     uint64_t wanted = pass_count ? ledger->next_step - 1 : 0;
     if (pass_count && !ledger->next_step) wanted = UINT64_MAX;
     if (!status && (pass->step_count != wanted || (!pass_count && check_count)))
         status = refuse(ledger, "lacks a step");
-    if (!status) status = read_all(ledger, &vw_lasting_view_table, NULL, &views, &view_count);
+    if (!status)
+        status = vw_ledger_read_table(ledger, &vw_lasting_view_table, NULL, NULL, (void **)&views, &view_count);
     if (!status) status = take_views(ledger, views, view_count, pass);
     free(views);
     return status;

@@ -40,7 +40,7 @@ enum vw_status vw_ledger_read_row(struct vw_ledger *ledger, const struct vw_tabl
                                   void *row);
 // Checks a row that was read, and may complete it; the rows before it, of which there are `index`, precede it.
 typedef enum vw_status vw_ledger_check_row(struct vw_ledger *ledger, uint64_t index, void *row);
-// Reads all rows into an array, which the caller frees. `order` are terms of ORDER BY; `check` may be NULL.
+// Reads all rows into an array, which the caller frees. `order` is as in vw_table_select(); `check` may be NULL.
 enum vw_status vw_ledger_read_table(struct vw_ledger *ledger, const struct vw_table *table, const char *order,
                                     vw_ledger_check_row *check, void **rows, uint64_t *count);
 // Loads the images that rows of other tables may name.

@@ -28,7 +28,7 @@ static void copy_hash(const char *text, char hash[VW_HASH_HEX_BYTES]) {
 static enum vw_status load_run(struct vw_ledger *ledger) {
     void *rows = NULL;
     uint64_t count = 0;
-    enum vw_status status = vw_ledger_read_table(ledger, &vw_run_table, vw_run_table.order, check_run, &rows, &count);
+    enum vw_status status = vw_ledger_read_table(ledger, &vw_run_table, NULL, check_run, &rows, &count);
     if (!status && !count)
         status = vw_fail(VW_ERROR_MISMATCH, "%s: its run row was removed; restore the file from a copy",
                          ledger->database.path);
@@ -84,9 +84,7 @@ static enum vw_status check_step(struct vw_ledger *ledger, uint64_t index, void 
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {
     enum vw_status status = vw_ledger_load_images(ledger);
-    return status
-               ? status
-               : vw_ledger_read_table(ledger, &vw_step_table, vw_step_table.order, check_step, (void **)records, count);
+    return status ? status : vw_ledger_read_table(ledger, &vw_step_table, NULL, check_step, (void **)records, count);
 }
 
 enum vw_status vw_ledger_get_scores(struct vw_ledger *ledger, struct vw_ledger_score **scores, uint32_t *count) {
@@ -104,7 +102,7 @@ enum vw_status vw_ledger_each_view(struct vw_ledger *ledger, vw_ledger_view_take
     sqlite3_stmt *statement = NULL;
     bool found = false;
     enum vw_status status = vw_ledger_load_images(ledger);
-    if (!status) status = vw_table_select(&ledger->database, &vw_view_table, vw_view_table.order, &statement);
+    if (!status) status = vw_table_select(&ledger->database, &vw_view_table, NULL, &statement);
     while (!status && !(status = vw_database_next(&ledger->database, statement, &found)) && found) {
         struct vw_view_row row = {0};
         status = vw_ledger_read_row(ledger, &vw_view_table, statement, &row);

@@ -155,8 +155,7 @@ enum vw_status vw_ledger_load_images(struct vw_ledger *ledger) {
     void *loaded = NULL;
     uint64_t count = 0;
     if (ledger->images) return VW_OK;
-    enum vw_status status =
-        vw_ledger_read_table(ledger, &vw_image_table, vw_image_table.order, check_image, &loaded, &count);
+    enum vw_status status = vw_ledger_read_table(ledger, &vw_image_table, NULL, check_image, &loaded, &count);
     if (status) return status;
     ledger->images = loaded;
     ledger->image_count = (uint32_t)count;

@@ -82,8 +82,7 @@ struct companion {
 };
 
 static enum vw_status open_companion(struct verification *verification, struct companion *companion) {
-    enum vw_status status =
-        vw_table_select(verification->database, companion->table, companion->table->order, &companion->statement);
+    enum vw_status status = vw_table_select(verification->database, companion->table, NULL, &companion->statement);
     return status ? status : vw_database_next(verification->database, companion->statement, &companion->found);
 }
 
@@ -138,7 +137,7 @@ static enum vw_status verify_steps(struct verification *verification) {
     struct companion views = {.table = &vw_view_table};
     sqlite3_stmt *steps = NULL;
     bool found = false;
-    enum vw_status status = vw_table_select(verification->database, &vw_step_table, vw_step_table.order, &steps);
+    enum vw_status status = vw_table_select(verification->database, &vw_step_table, NULL, &steps);
     if (!status) status = open_companion(verification, &views);
     for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found;
          step++)

@@ -107,9 +107,7 @@ enum vw_status vw_ledger_get_retrainings(struct vw_ledger *ledger, struct vw_led
     struct vw_retraining_row *rows = NULL;
     uint64_t row_count = 0;
     enum vw_status status = vw_ledger_load_images(ledger);
-    if (!status)
-        status = vw_ledger_read_table(ledger, &vw_retraining_table, vw_retraining_table.order, NULL, (void **)&rows,
-                                      &row_count);
+    if (!status) status = vw_ledger_read_table(ledger, &vw_retraining_table, NULL, NULL, (void **)&rows, &row_count);
     if (!status) status = take_rows(ledger, rows, row_count, retrainings);
     if (!status) *count = (uint32_t)row_count;
     free(rows);

@@ -23,60 +23,31 @@ struct vw_merged_ledger {
 
 // ---- The schema: that of a ledger, with a key more ----------------------------------------------------------------
 
-typedef enum vw_status for_table(struct vw_database *database, const char *table, void *context);
-
-static enum vw_status each_table(struct vw_database *database, for_table *call, void *context) {
-    sqlite3_stmt *tables = NULL;
-    bool found = false;
-    enum vw_status status =
-        vw_database_prepare(database, "SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY name", &tables);
-    while (!status && !(status = vw_database_next(database, tables, &found)) && found)
-        status = call(database, (const char *)sqlite3_column_text(tables, 0), context);
-    sqlite3_finalize(tables);
-    return status;
-}
-
-static enum vw_status query_text(struct vw_database *database, const char *sql, const char *text,
-                                 sqlite3_stmt **statement) {
-    enum vw_status status = vw_database_prepare(database, sql, statement);
-    if (!status && sqlite3_bind_text(*statement, 1, text, -1, SQLITE_STATIC) != SQLITE_OK)
-        status = vw_database_fail(database, "read the schema");
-    return status;
-}
-
-// Prints the table with `job` as the first column and the first part of the key. It omits the ledger's own constraints,
-// which the rows have already met. A table with rowids keeps them, because the rowids of scores record an order.
-static enum vw_status print_table(struct vw_database *ledger, const char *table, void *context) {
-    FILE *stream = context;
-    sqlite3_stmt *columns = NULL, *keys = NULL, *kind = NULL;
-    bool found = false;
-    fprintf(stream, "CREATE TABLE %s (job TEXT NOT NULL", table);
-    enum vw_status status =
-        query_text(ledger, "SELECT name, type FROM pragma_table_info(?) ORDER BY cid", table, &columns);
-    while (!status && !(status = vw_database_next(ledger, columns, &found)) && found)
-        fprintf(stream, ", %s %s", sqlite3_column_text(columns, 0), sqlite3_column_text(columns, 1));
-    fputs(", PRIMARY KEY (job", stream);
-    if (!status)
-        status = query_text(ledger, "SELECT name FROM pragma_table_info(?) WHERE pk > 0 ORDER BY pk", table, &keys);
-    while (!status && !(status = vw_database_next(ledger, keys, &found)) && found)
-        fprintf(stream, ", %s", sqlite3_column_text(keys, 0));
-    if (!status) status = query_text(ledger, "SELECT wr FROM pragma_table_list WHERE name = ?", table, &kind);
-    if (!status) status = vw_database_next(ledger, kind, &found);
-    fprintf(stream, "))%s;", !status && found && sqlite3_column_int(kind, 0) ? " WITHOUT ROWID" : "");
-    sqlite3_finalize(columns);
-    sqlite3_finalize(keys);
-    sqlite3_finalize(kind);
-    return status;
-}
+// Makes the statements that create the tables of a ledger with `job` as the first column and the first part of the key.
+// They omit the ledger's own constraints, which the rows have already met. A table with rowids keeps them, because the
+// rowids of scores record an order.
+static const char tables_sql[] =
+    "SELECT 'CREATE TABLE ' || t.name || ' (job TEXT NOT NULL'"
+    " || (SELECT group_concat(', ' || name || ' ' || type, '')"
+    "     FROM (SELECT * FROM pragma_table_info(t.name) ORDER BY cid)) || ', PRIMARY KEY (job'"
+    " || (SELECT group_concat(', ' || name, '')"
+    "     FROM (SELECT * FROM pragma_table_info(t.name) WHERE pk > 0 ORDER BY pk)) || '))'"
+    " || iif(wr, ' WITHOUT ROWID;', ';')"
+    " FROM pragma_table_list AS t JOIN sqlite_schema AS s ON s.name = t.name AND s.type = 'table' ORDER BY t.name";
 
 // Writes the schema of a merged ledger; the caller owns it.
 static enum vw_status write_schema(const char *path, char **schema_sql) {
     struct vw_database ledger;
     struct vw_text_stream text;
+    sqlite3_stmt *tables = NULL;
+    bool found = false;
     size_t size_bytes = 0;
     enum vw_status status = vw_database_open_memory(path, &vw_ledger_format, &ledger);
     FILE *stream = vw_text_stream_open(&text);
-    if (!status && stream) status = each_table(&ledger, print_table, stream);
+    if (!status) status = vw_database_prepare(&ledger, tables_sql, &tables);
+    while (stream && !status && !(status = vw_database_next(&ledger, tables, &found)) && found)
+        fputs((const char *)sqlite3_column_text(tables, 0), stream);
+    sqlite3_finalize(tables);
     if (stream) fprintf(stream, "PRAGMA user_version = %d;", MERGED_VERSION);
     enum vw_status closed = vw_text_stream_close(&text, "the tables", schema_sql, &size_bytes);
     vw_database_close(&ledger);
@@ -145,11 +116,6 @@ void vw_merged_close(struct vw_merged_ledger **merged) {
 
 // ---- Rows ---------------------------------------------------------------------------------------------------------
 
-struct copying {
-    struct vw_database *to;
-    const char *job;
-};
-
 // Prepares "INSERT INTO TABLE VALUES (?, ...)" for a job and a ledger's columns.
 static enum vw_status prepare_insert(struct vw_database *to, const char *table, int column_count,
                                      sqlite3_stmt **insert) {
@@ -161,36 +127,46 @@ static enum vw_status prepare_insert(struct vw_database *to, const char *table, 
     return vw_database_prepare(to, sql, insert);
 }
 
-static enum vw_status copy_row(const struct copying *copying, sqlite3_stmt *row, sqlite3_stmt *insert) {
-    bool failed = sqlite3_bind_text(insert, 1, copying->job, -1, SQLITE_STATIC) != SQLITE_OK;
+static enum vw_status copy_row(struct vw_database *to, const char *job, sqlite3_stmt *row, sqlite3_stmt *insert) {
+    bool failed = sqlite3_bind_text(insert, 1, job, -1, SQLITE_STATIC) != SQLITE_OK;
     for (int i = 0; i < sqlite3_column_count(row); i++)
         failed |= sqlite3_bind_value(insert, i + 2, sqlite3_column_value(row, i)) != SQLITE_OK;
     failed = failed || sqlite3_step(insert) != SQLITE_DONE;
-    enum vw_status status = failed ? vw_database_fail(copying->to, "merge ledgers") : VW_OK;
+    enum vw_status status = failed ? vw_database_fail(to, "merge ledgers") : VW_OK;
     sqlite3_reset(insert);
     return status;
 }
 
 // Copies the rows in the order of the table: by its key, or by its rowids.
-static enum vw_status copy_table(struct vw_database *from, const char *table, void *context) {
-    const struct copying *copying = context;
+static enum vw_status copy_table(struct vw_database *from, const char *table, struct vw_database *to, const char *job) {
     sqlite3_stmt *rows = NULL, *insert = NULL;
     bool found = false;
     char *sql = vw_format_text("SELECT * FROM %s", table);
     enum vw_status status = sql ? vw_database_prepare(from, sql, &rows) : VW_ERROR_MEMORY;
-    if (!status) status = prepare_insert(copying->to, table, sqlite3_column_count(rows), &insert);
+    if (!status) status = prepare_insert(to, table, sqlite3_column_count(rows), &insert);
     while (!status && !(status = vw_database_next(from, rows, &found)) && found)
-        status = copy_row(copying, rows, insert);
+        status = copy_row(to, job, rows, insert);
     sqlite3_finalize(rows);
     sqlite3_finalize(insert);
     free(sql);
     return status;
 }
 
+static enum vw_status copy_tables(struct vw_database *from, struct vw_database *to, const char *job) {
+    sqlite3_stmt *tables = NULL;
+    bool found = false;
+    enum vw_status status =
+        vw_database_prepare(from, "SELECT name FROM sqlite_schema WHERE type = 'table' ORDER BY name", &tables);
+    while (!status && !(status = vw_database_next(from, tables, &found)) && found)
+        status = copy_table(from, (const char *)sqlite3_column_text(tables, 0), to, job);
+    sqlite3_finalize(tables);
+    return status;
+}
+
 // Verifies and copies the same rows: a ledger of up to a GiB is a copy in memory (database_open.c).
 enum vw_status vw_merged_add(struct vw_merged_ledger *merged, const char *job, struct vw_ledger *ledger) {
-    struct copying copying = {&merged->database, job};
+    struct vw_database *from = &ledger->database;
     enum vw_status status = vw_ledger_verify(ledger);
-    if (!status) status = vw_database_begin_reading(&ledger->database);
-    return status ? status : vw_database_end(&ledger->database, each_table(&ledger->database, copy_table, &copying));
+    if (!status) status = vw_database_begin_reading(from);
+    return status ? status : vw_database_end(from, copy_tables(from, &merged->database, job));
 }

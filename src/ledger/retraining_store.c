@@ -73,10 +73,7 @@ static const struct vw_column retraining_columns[] = {
     VW_COLUMN_AS("test_l1", struct retraining_row, REAL_OR_NULL, result.test_l1),
     VW_COLUMN_AS("seconds", struct retraining_row, REAL_OR_NULL, result.seconds),
 };
-static const struct vw_table retraining_table = {.name = "retraining",
-                                                 .columns = retraining_columns,
-                                                 .column_count = VW_ARRAY_COUNT(retraining_columns),
-                                                 .row_bytes = sizeof(struct retraining_row),
+static const struct vw_table retraining_table = {VW_TABLE("retraining", struct retraining_row, retraining_columns),
                                                  .doing = "record a retraining",
                                                  .has_hash = true,
                                                  .hashed_as = "viewworth retraining row 2",
@@ -88,10 +85,7 @@ static const struct vw_column view_columns[] = {
     VW_COLUMN(struct vw_retrain_view, COUNT, image_id),
     VW_COLUMN_AS("psnr", struct vw_retrain_view, REAL_OR_NULL, psnr_db),
 };
-static const struct vw_table view_table = {.name = "view",
-                                           .columns = view_columns,
-                                           .column_count = VW_ARRAY_COUNT(view_columns),
-                                           .row_bytes = sizeof(struct vw_retrain_view),
+static const struct vw_table view_table = {VW_TABLE("view", struct vw_retrain_view, view_columns),
                                            .doing = "record a photo of a retraining",
                                            .has_hash = true,
                                            .hashed_as = "viewworth retraining view row 1",
@@ -194,10 +188,7 @@ static const struct vw_column metric_columns[] = {
     VW_COLUMN(struct metric_row, REAL_OR_NULL, ci_high),
     VW_COLUMN(struct metric_row, COUNT, count),
 };
-static const struct vw_table metric_table = {.name = "metric",
-                                             .columns = metric_columns,
-                                             .column_count = VW_ARRAY_COUNT(metric_columns),
-                                             .row_bytes = sizeof(struct metric_row),
+static const struct vw_table metric_table = {VW_TABLE("metric", struct metric_row, metric_columns),
                                              .doing = "record a metric"};
 
 static enum vw_status insert_metrics(struct vw_database *database, const char *scene_hash, const char *config_hash,

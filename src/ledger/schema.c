@@ -1,7 +1,5 @@
 #include "ledger/schema.h"
 
-#include "base/memory.h"
-
 // Keys begin with the run (or scene), so that ledgers of several runs can be merged into one file. Tables WITHOUT ROWID
 // store rows in key order, which is also the order of hashing. View rows are written before their step row,
 // because its hash covers them: therefore their references are deferred. Scores have a rowid: it records the order in
@@ -61,8 +59,6 @@ const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSIO
 
 // ---- The same tables by their columns, in the order in which ledger.h says that they are hashed ---------------------
 
-#define TABLE(table_name, row, list)                                                                                   \
-    .name = (table_name), .columns = (list), .column_count = VW_ARRAY_COUNT(list), .row_bytes = sizeof(row)
 #define RUN_ID VW_COLUMN_OF_OWNER("run_id")
 
 static const struct vw_column run_columns[] = {
@@ -86,7 +82,7 @@ static const struct vw_column run_columns[] = {
     VW_COLUMN(struct vw_run_row, TEXT, row_hash),
     VW_COLUMN(struct vw_run_row, TEXT, final_hash),
 };
-const struct vw_table vw_run_table = {TABLE("run", struct vw_run_row, run_columns), .order = "run_id",
+const struct vw_table vw_run_table = {VW_TABLE("run", struct vw_run_row, run_columns), .order = "run_id",
                                       .doing = "record the run"};
 
 static const struct vw_column image_columns[] = {
@@ -98,7 +94,7 @@ static const struct vw_column image_columns[] = {
     VW_COLUMN(struct vw_ledger_image, TEXT_OR_NULL, sha256),
     VW_COLUMN(struct vw_ledger_image, TEXT_OR_NULL, ground_truth),
 };
-const struct vw_table vw_image_table = {TABLE("image", struct vw_ledger_image, image_columns),
+const struct vw_table vw_image_table = {VW_TABLE("image", struct vw_ledger_image, image_columns),
                                         .order = "scene_hash, image_id", .doing = "record the images"};
 
 static const struct vw_column step_columns[] = {
@@ -114,7 +110,7 @@ static const struct vw_column step_columns[] = {
     VW_COLUMN_AS("clamped", struct vw_step_record, COUNT64, clamped_count),
     VW_COLUMN_AS("floored", struct vw_step_record, COUNT, floored_views),
 };
-const struct vw_table vw_step_table = {TABLE("step", struct vw_step_record, step_columns), .order = "run_id, step",
+const struct vw_table vw_step_table = {VW_TABLE("step", struct vw_step_record, step_columns), .order = "run_id, step",
                                        .doing = "record a step", .has_hash = true};
 
 static const struct vw_column view_columns[] = {
@@ -124,7 +120,7 @@ static const struct vw_column view_columns[] = {
     VW_COLUMN(struct vw_view_row, REAL, mse),
     VW_COLUMN(struct vw_view_row, REAL, l1),
 };
-const struct vw_table vw_view_table = {TABLE("view", struct vw_view_row, view_columns),
+const struct vw_table vw_view_table = {VW_TABLE("view", struct vw_view_row, view_columns),
                                        .order = "run_id, step, image_id", .doing = "record a validation view"};
 
 static const struct vw_column score_columns[] = {
@@ -140,7 +136,7 @@ static const struct vw_column score_columns[] = {
     VW_COLUMN(struct vw_ledger_score, RANK, rank_ci_low),
     VW_COLUMN(struct vw_ledger_score, RANK, rank_ci_high),
 };
-const struct vw_table vw_score_table = {TABLE("score", struct vw_ledger_score, score_columns), .order = "rowid",
+const struct vw_table vw_score_table = {VW_TABLE("score", struct vw_ledger_score, score_columns), .order = "rowid",
                                         .doing = "record a score"};
 
 static const struct vw_column retraining_columns[] = {
@@ -152,7 +148,7 @@ static const struct vw_column retraining_columns[] = {
     VW_COLUMN(struct vw_retraining_row, TEXT, image_ids),
     VW_COLUMN(struct vw_retraining_row, REAL_OR_NULL, val_psnr),
 };
-const struct vw_table vw_retraining_table = {TABLE("retraining", struct vw_retraining_row, retraining_columns),
+const struct vw_table vw_retraining_table = {VW_TABLE("retraining", struct vw_retraining_row, retraining_columns),
                                              .order = "run_id, retraining", .doing = "record a retraining"};
 
 static const struct vw_column lasting_columns[] = {
@@ -161,8 +157,9 @@ static const struct vw_column lasting_columns[] = {
     VW_COLUMN(struct vw_lasting_pass, COUNT, epochs),
     VW_COLUMN(struct vw_lasting_pass, COUNT, states),
 };
-const struct vw_table vw_lasting_table = {TABLE("lasting", struct vw_lasting_pass, lasting_columns), .order = "run_id",
-                                          .doing = "record the settings of lasting credit", .has_hash = true};
+const struct vw_table vw_lasting_table = {VW_TABLE("lasting", struct vw_lasting_pass, lasting_columns),
+                                          .order = "run_id", .doing = "record the settings of lasting credit",
+                                          .has_hash = true};
 
 static const struct vw_column lasting_step_columns[] = {
     RUN_ID,
@@ -172,7 +169,7 @@ static const struct vw_column lasting_step_columns[] = {
     VW_COLUMN(struct vw_lasting_step, REAL, size_psnr),
     VW_COLUMN(struct vw_lasting_step, REAL, size_loss),
 };
-const struct vw_table vw_lasting_step_table = {TABLE("lasting_step", struct vw_lasting_step, lasting_step_columns),
+const struct vw_table vw_lasting_step_table = {VW_TABLE("lasting_step", struct vw_lasting_step, lasting_step_columns),
                                                .order = "run_id, step", .doing = "record the lasting credit of a step"};
 
 static const struct vw_column lasting_check_columns[] = {
@@ -184,7 +181,7 @@ static const struct vw_column lasting_check_columns[] = {
     VW_COLUMN(struct vw_gate_check, REAL, predicted_loss),
     VW_COLUMN(struct vw_gate_check, REAL_OR_NULL, measured_loss),
 };
-const struct vw_table vw_lasting_check_table = {TABLE("lasting_check", struct vw_gate_check, lasting_check_columns),
+const struct vw_table vw_lasting_check_table = {VW_TABLE("lasting_check", struct vw_gate_check, lasting_check_columns),
                                                 .order = "run_id, image_id", .doing = "record a photo of the gate"};
 
 static const struct vw_column lasting_view_columns[] = {
@@ -193,6 +190,6 @@ static const struct vw_column lasting_view_columns[] = {
     VW_COLUMN(struct vw_lasting_view_row, IMAGE, image_id),
     VW_COLUMN(struct vw_lasting_view_row, REAL, psnr),
 };
-const struct vw_table vw_lasting_view_table = {TABLE("lasting_view", struct vw_lasting_view_row, lasting_view_columns),
-                                               .order = "run_id, step, image_id",
-                                               .doing = "record the lasting credit of a validation photo"};
+const struct vw_table vw_lasting_view_table = {
+    VW_TABLE("lasting_view", struct vw_lasting_view_row, lasting_view_columns), .order = "run_id, step, image_id",
+    .doing = "record the lasting credit of a validation photo"};

@@ -47,10 +47,7 @@ static const struct vw_column metric_columns[] = {
 };
 
 enum { KEY_COUNT = 2 };
-static const struct vw_table metric_table = {.name = "metric",
-                                             .columns = metric_columns,
-                                             .column_count = VW_ARRAY_COUNT(metric_columns),
-                                             .row_bytes = sizeof(struct metric_row),
+static const struct vw_table metric_table = {VW_TABLE("metric", struct metric_row, metric_columns),
                                              .doing = "record a metric"};
 
 const struct vw_column *vw_sweep_columns(uint32_t *count) {
@@ -117,10 +114,7 @@ static const struct vw_column measurement_columns[] = {
     VW_COLUMN(struct vw_measurement, TEXT, quantity),
     VW_COLUMN(struct vw_measurement, REAL_OR_NULL, value),
 };
-static const struct vw_table measurement_table = {.name = "measurement",
-                                                  .columns = measurement_columns,
-                                                  .column_count = VW_ARRAY_COUNT(measurement_columns),
-                                                  .row_bytes = sizeof(struct vw_measurement),
+static const struct vw_table measurement_table = {VW_TABLE("measurement", struct vw_measurement, measurement_columns),
                                                   .doing = "record a measurement",
                                                   .has_hash = true,
                                                   .hashed_as = "viewworth measurement row 1",

@@ -138,13 +138,13 @@ bool vw_table_accepts(const struct vw_table *table, const void *rows, uint64_t c
 
 enum vw_status vw_table_select(struct vw_database *database, const struct vw_table *table, const char *order,
                                sqlite3_stmt **statement) {
-    return prepare_query(database, table, vw_format_text("ORDER BY %s", order), statement);
+    return prepare_query(database, table, vw_format_text("ORDER BY %s", order ? order : table->order), statement);
 }
 
 enum vw_status vw_table_hash(struct vw_database *database, const struct vw_table *table, struct vw_hasher *hasher) {
     sqlite3_stmt *statement = NULL;
     bool found = false;
-    enum vw_status status = vw_table_select(database, table, table->order, &statement);
+    enum vw_status status = vw_table_select(database, table, NULL, &statement);
     while (!status && !(status = vw_database_next(database, statement, &found)) && found)
         vw_row_hash(statement, table->column_count, hasher);
     sqlite3_finalize(statement);

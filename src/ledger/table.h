@@ -18,6 +18,10 @@ struct vw_table {
     const char *insert;    // NULL: "INSERT"; or with what to do about a row with the same key
 };
 
+// The members that every table sets. `list` is the array of its columns.
+#define VW_TABLE(table_name, row, list)                                                                                \
+    .name = (table_name), .columns = (list), .column_count = sizeof(list) / sizeof((list)[0]), .row_bytes = sizeof(row)
+
 // An insertion of rows. Set row.hasher to hash them too; without row.statement they are only hashed.
 struct vw_insertion {
     struct vw_database *database;
@@ -40,7 +44,8 @@ enum vw_status vw_table_insert(struct vw_database *database, const struct vw_tab
                                const void *rows, uint64_t count, struct vw_hasher *hasher);
 // Returns true if each real number of the rows is one that its column stores.
 bool vw_table_accepts(const struct vw_table *table, const void *rows, uint64_t count);
-// Prepares the query of all columns of all rows, then row_hash; `order` are terms of ORDER BY.
+// Prepares the query of all columns of all rows, then row_hash; `order` are terms of ORDER BY; NULL: those of the
+// table.
 enum vw_status vw_table_select(struct vw_database *database, const struct vw_table *table, const char *order,
                                sqlite3_stmt **statement);
 // Adds the columns of all rows in the table's order, but not row_hash.

@@ -39,8 +39,7 @@ static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t sco
     return VW_OK;
 }
 
-// Orders groups of one method, the most valuable first.
-static int compare_groups(const void *left, const void *right) {
+int vw_provider_score_compare(const void *left, const void *right) {
     const struct vw_provider_score *a = left, *b = right;
     if (a->value != b->value) return a->value > b->value ? -1 : 1;
     return strcmp(a->provider, b->provider);
@@ -91,7 +90,7 @@ enum vw_status vw_providers_score(const struct vw_ledger_score *scores, uint32_t
             next = end_of_run(members, end, i, true);
             made[count++] = add_up(&members[i], next - i);
         }
-        qsort(&made[first_group], count - first_group, sizeof *made, compare_groups);
+        qsort(&made[first_group], count - first_group, sizeof *made, vw_provider_score_compare);
     }
     free(members);
     if (status) {

@@ -252,12 +252,6 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
 
 // ---- Providers -----------------------------------------------------------------------------------------------------
 
-static int compare_groups(const void *left, const void *right) {
-    const struct vw_provider_score *a = left, *b = right;
-    if (a->value != b->value) return a->value > b->value ? -1 : 1;
-    return strcmp(a->provider, b->provider);
-}
-
 static void replace(const struct game *game, const struct vw_worths *worths, struct vw_provider_score *group) {
     for (uint32_t i = 0; i < game->player_count; i++)
         if (strcmp(game->names[i], group->provider) == 0) {
@@ -276,7 +270,7 @@ enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_
     enum vw_status status = first < end ? fit(input, true, false, &game, &worths) : VW_OK;
     *replaced = !status && worths.count;
     for (uint32_t i = first; *replaced && i < end; i++) replace(&game, &worths, &groups[i]);
-    if (*replaced) qsort(&groups[first], end - first, sizeof *groups, compare_groups);
+    if (*replaced) qsort(&groups[first], end - first, sizeof *groups, vw_provider_score_compare);
     vw_worths_free(&worths);
     close_game(&game);
     return status;
