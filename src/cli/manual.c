@@ -153,7 +153,7 @@ static void write_completion(FILE *stream, const struct vw_program *program, con
 
 typedef void write_document(FILE *stream, const struct vw_program *program, const struct vw_command *command);
 
-// Frees `path`; NULL: there was no memory for it.
+// Writes a document. Frees `path`, which is NULL when memory is short.
 static enum vw_status write_file(char *path, write_document *write, const struct vw_program *program,
                                  const struct vw_command *command) {
     char *text = NULL;

@@ -23,7 +23,10 @@ static void add_plan(const struct vw_plan *plan, const struct vw_config *config,
     char text[VW_ACCURACY_TEXT_BYTES];
     vw_accuracy_options(config, text);
     json_t *object = json_pack("{s:f, s:s}", "took_s", vw_now_s() - plan->started_s, "options", text);
-    if (object && json_object_update_missing(object, plan->record)) json_decref(object), object = NULL;
+    if (json_object_update_missing(object, plan->record)) {
+        json_decref(object); // NULL is allowed
+        object = NULL;
+    }
     vw_json_set(root, json_object_get(plan->record, "budget_s") ? "budget" : "accuracy", object);
 }
 
