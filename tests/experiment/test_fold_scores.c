@@ -8,14 +8,8 @@
 #include "viewworth/scene.h"
 
 static struct vw_ledger_score made_score(uint32_t image_id, const char *method, double value, double error) {
-    return (struct vw_ledger_score){.image_id = image_id,
-                                    .method = method,
-                                    .unit = "dB",
-                                    .value = value,
-                                    .standard_error = error,
-                                    .visits = 4,
-                                    .ci_low = value - 3 * error,
-                                    .ci_high = value + 3 * error};
+    return (struct vw_ledger_score){image_id,          method, value, "dB", error, 4, value - 3 * error,
+                                    value + 3 * error, 0,      0};
 }
 
 // Photo 0 trains in folds 1 and 2, photo 1 in 0 and 2, photo 2 in 0 and 1.

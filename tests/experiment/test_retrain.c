@@ -2,6 +2,7 @@
 #include "support/cmocka_test.h"
 
 #include "experiment/retrain.h"
+#include "support/small_run.h"
 #include "support/temporary_folder.h"
 #include "train/shared_submissions.h"
 
@@ -17,17 +18,9 @@ struct fixture {
 static int set_up(void **state) {
     struct fixture *f = vw_allocate(1, sizeof *f);
     f->folder = temporary_folder_create();
-    f->config = vw_config_default;
-    f->config.epochs = 3;
-    f->config.rays = 32;
-    f->config.samples = 8;
-    f->config.levels = 4;
-    f->config.log2_table = 8;
-    f->config.width = 16;
-    snprintf(f->config.effects, sizeof f->config.effects, "none");
+    f->config = small_config(0, 3);
     static const char *const preferred[] = {NULL}; // again
-    const struct vw_session_params params = {.scene = {.path = VW_SOURCE_FOLDER "/tests/support/tiny.json"},
-                                             .devices = {NULL, preferred, 1}};
+    const struct vw_session_params params = {.scene = {.path = SMALL_SCENE}, .devices = {NULL, preferred, 1}};
     ASSERT_OK(vw_session_open(&params, &f->session));
     *state = f;
     return 0;

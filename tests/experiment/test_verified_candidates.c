@@ -16,12 +16,8 @@ static struct vw_scorings make_scorings(uint32_t method_count) {
         for (uint32_t i = 0; i < 2 * PHOTOS; i++) {
             double value = i < PHOTOS ? 1 + 0.1 * i : 0.5 - 0.01 * i;
             if (i == outliers[s]) value = -20;
-            rows[s][i] = (struct vw_ledger_score){.image_id = i % PHOTOS,
-                                                  .method = i < PHOTOS ? "dv_psnr" : "quality",
-                                                  .value = value,
-                                                  .visits = 4,
-                                                  .ci_low = value - 50,
-                                                  .ci_high = value + 50};
+            rows[s][i] = (struct vw_ledger_score){
+                i % PHOTOS, i < PHOTOS ? "dv_psnr" : "quality", value, "", 0, 4, value - 50, value + 50, 0, 0};
         }
         scorings.scores[s] = rows[s];
         scorings.score_counts[s] = method_count * PHOTOS;

@@ -6,6 +6,7 @@
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
 #include "support/ledger_sql.h"
+#include "support/small_run.h"
 #include "viewworth/run.h"
 
 enum { PHOTOS = 10, JUDGES = 5, IMAGES = PHOTOS + JUDGES, SEEDS = 2, RUN_SEED = 3 };
@@ -48,15 +49,7 @@ static int set_up(void **state) {
     f->folder = temporary_folder_create();
     f->scene = temporary_file(f->folder, "scene.json", recipe);
     f->out = temporary_path(f->folder, "out");
-    f->config = vw_config_default;
-    f->config.seed = RUN_SEED;
-    f->config.epochs = 6;
-    f->config.rays = 32;
-    f->config.samples = 8;
-    f->config.levels = 4;
-    f->config.log2_table = 8;
-    f->config.width = 16;
-    snprintf(f->config.effects, sizeof f->config.effects, "none");
+    f->config = small_config(RUN_SEED, 6);
     const struct vw_run_params params = {
         .scene = {.path = f->scene}, .config = &f->config, .out = f->out, .report.no_thumbnails = true};
     ASSERT_OK(vw_run_open(&params, &run));

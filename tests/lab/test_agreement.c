@@ -119,11 +119,9 @@ TEST(pairs_are_summarised) {
 // ---- From ledgers ---------------------------------------------------------------------------------------------------
 
 static struct vw_value_input input_of(const struct test_recording *training, const struct vw_ledger_image *images) {
-    return (struct vw_value_input){.records = training->records,
-                                   .record_count = training->count,
-                                   .burn_in_epochs = 1,
-                                   .images = images,
-                                   .image_count = TEST_IMAGE_COUNT};
+    struct vw_value_input input = test_value_input(training->records, training->count);
+    input.images = images;
+    return input;
 }
 
 static struct test_recording *train(uint32_t epochs, uint64_t seed) {

@@ -226,16 +226,10 @@ FOLDER_TEST(a_run_comes_back) {
     AUTO(vw_step_log_clear) struct vw_step_log log = read_log(path);
     assert_int_equal(log.record_count, recording->count);
     assert_int_equal(log.image_count, TEST_TRAIN_COUNT);
-    struct vw_value_input ours = {.records = recording->records,
-                                  .record_count = recording->count,
-                                  .burn_in_epochs = 1,
-                                  .images = test_images,
-                                  .image_count = TEST_IMAGE_COUNT};
-    struct vw_value_input imported = {.records = log.records,
-                                      .record_count = log.record_count,
-                                      .burn_in_epochs = 1,
-                                      .images = log.images,
-                                      .image_count = log.image_count};
+    struct vw_value_input ours = test_value_input(recording->records, recording->count);
+    struct vw_value_input imported = test_value_input(log.records, log.record_count);
+    imported.images = log.images;
+    imported.image_count = log.image_count;
     AUTO_FREE struct vw_ledger_score *expected = NULL, *scores = NULL;
     uint32_t expected_count = 0, count = 0;
     ASSERT_OK(vw_value_score(&ours, &expected, &expected_count));

@@ -17,26 +17,16 @@ static struct fixture make(void) {
     for (uint32_t i = 0; i < PHOTOS; i++)
         fixture.images[i] = (struct vw_ledger_image){10 + i, "photo", "train", NULL, HEX_A, NULL};
     for (uint32_t i = 0; i < PHOTOS; i++)
-        fixture.scores[fixture.score_count++] = (struct vw_ledger_score){.image_id = 10 + i,
-                                                                         .method = "dv_psnr",
-                                                                         .value = i / 10.0,
-                                                                         .unit = "dB",
-                                                                         .visits = 3,
-                                                                         .ci_low = NAN,
-                                                                         .ci_high = NAN};
+        fixture.scores[fixture.score_count++] =
+            (struct vw_ledger_score){10 + i, "dv_psnr", i / 10.0, "dB", 0, 3, NAN, NAN, 0, 0};
     return fixture;
 }
 
 static struct vw_ledger_score *add(struct fixture *fixture, uint32_t photo, const char *method, double value,
                                    double half_width) {
     struct vw_ledger_score *score = &fixture->scores[fixture->score_count++];
-    *score = (struct vw_ledger_score){.image_id = 10 + photo,
-                                      .method = method,
-                                      .value = value,
-                                      .unit = "dB",
-                                      .visits = 3,
-                                      .ci_low = value - half_width,
-                                      .ci_high = value + half_width};
+    *score =
+        (struct vw_ledger_score){10 + photo, method, value, "dB", 0, 3, value - half_width, value + half_width, 0, 0};
     return score;
 }
 

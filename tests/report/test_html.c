@@ -167,12 +167,8 @@ TEST_WITHIN(long_runs_are_thinned_to_their_last_step, set_up, tear_down) {
     struct fixture *fixture = *state;
     AUTO_FREE struct vw_step_record *records = vw_allocate(COUNT, sizeof *records);
     for (uint32_t i = 0; i < COUNT; i++)
-        records[i] = (struct vw_step_record){.step = i,
-                                             .epoch = i / 100,
-                                             .view = i ? 1 : (uint32_t)VW_RECORD_UNTRAINED,
-                                             .val_psnr = 10 + i,
-                                             .val_l1 = 0.5,
-                                             .nonfinite = i == 7};
+        records[i] = test_step(i, i / 100, i ? 1 : (uint32_t)VW_RECORD_UNTRAINED, 10 + i);
+    records[7].nonfinite = true;
     records[COUNT - 1].val_psnr = NAN;
     fixture->run.records = records;
     fixture->run.record_count = COUNT;
@@ -199,10 +195,8 @@ TEST_WITHIN(credit_is_summed_by_photo_and_epoch, set_up, tear_down) {
     struct fixture *fixture = *state;
     AUTO_FREE struct vw_step_record *records = vw_allocate(LONG + 1, sizeof *records);
     for (uint32_t i = 0; i < COUNT; i++) // photos 1, 2 and 3 in turn; epoch 0 is burn-in
-        records[i] = (struct vw_step_record){.step = i,
-                                             .epoch = i ? (i - 1) / 3 : 0,
-                                             .view = i ? 1 + (i - 1) % 3 : (uint32_t)VW_RECORD_UNTRAINED,
-                                             .val_psnr = i * i / 8.0};
+        records[i] =
+            test_step(i, i ? (i - 1) / 3 : 0, i ? 1 + (i - 1) % 3 : (uint32_t)VW_RECORD_UNTRAINED, i * i / 8.0);
     records[5].val_psnr = NAN, records[5].nonfinite = true; // photo 2 in epoch 1; the next delta spans it
     fixture->run.records = records, fixture->run.record_count = COUNT, fixture->run.burn_in_epochs = 1;
     write_page(fixture);
@@ -217,8 +211,7 @@ TEST_WITHIN(credit_is_summed_by_photo_and_epoch, set_up, tear_down) {
     assert_int_equal(json_integer_value(of_run(fixture, "credit", "first_epoch")), 1);
     assert_int_equal(json_integer_value(of_run(fixture, "credit", "group_epochs")), 1);
     for (uint32_t i = 0; i <= LONG; i++) // an epoch per step: as many as are shown in groups
-        records[i] = (struct vw_step_record){
-            .step = i, .epoch = i ? i - 1 : 0, .view = i ? 1 : (uint32_t)VW_RECORD_UNTRAINED, .val_psnr = i * 1e-4};
+        records[i] = test_step(i, i ? i - 1 : 0, i ? 1 : (uint32_t)VW_RECORD_UNTRAINED, i * 1e-4);
     fixture->run.record_count = LONG + 1;
     write_page(fixture);
     json_t *row = json_array_get(of_run(fixture, "credit", "rows"), 1);

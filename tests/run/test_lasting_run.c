@@ -41,12 +41,17 @@ static enum vw_status make_run(const char *out, const struct vw_config *config, 
 }
 
 // Computes lasting credit of OUT as `lasting OUT` does.
+static enum vw_status follow_by(const char *out, struct vw_lasting_options lasting, struct observer *observer) {
+    return vw_lasting_of_folder(&(struct vw_run_params){
+        .out = out, .lasting = lasting, .report.no_thumbnails = true, .progress = observe, .context = observer});
+}
+
 static enum vw_status follow(const char *out, uint32_t rays, bool gate, struct observer *observer) {
-    return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
-                                                        .lasting = {true, rays, !gate, false},
-                                                        .report.no_thumbnails = true,
-                                                        .progress = observe,
-                                                        .context = observer});
+    return follow_by(out, (struct vw_lasting_options){true, rays, !gate, false}, observer);
+}
+
+static enum vw_status follow_matrix(const char *out, struct observer *observer) {
+    return follow_by(out, (struct vw_lasting_options){true, 0, true, true}, observer);
 }
 
 static struct vw_lasting_pass read_pass(const char *out) {
@@ -140,14 +145,6 @@ TEST(a_stopped_pass_goes_on) {
     uint32_t reports = going_on.passes;
     ASSERT_OK(follow(out, 0, false, &going_on)); // there is nothing left to do
     assert_int_equal(going_on.passes, reports);
-}
-
-static enum vw_status follow_matrix(const char *out, struct observer *observer) {
-    return vw_lasting_of_folder(&(struct vw_run_params){.out = out,
-                                                        .lasting = {true, 0, true, true},
-                                                        .report.no_thumbnails = true,
-                                                        .progress = observe,
-                                                        .context = observer});
 }
 
 TEST(a_pass_by_validation_photo_goes_on) {

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "viewworth/ledger.h"
+#include "viewworth/value.h"
 
 #define HEX_A "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
 #define HEX_B "bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb"
@@ -42,6 +43,18 @@ static const struct vw_ledger_image test_images[TEST_IMAGE_COUNT] = {
     {4, "images/4.png", "val", NULL, HEX_A, "clean"},      {5, "images/5.png", "train", "bob", HEX_A, "occluder"},
     {6, "images/6.png", "train", "alice", HEX_A, "clean"}, {7, "images/7.png", "test", NULL, HEX_A, NULL},
 };
+
+// A validated step on an image; its pooled PSNR is twice its PSNR, and its L1 a hundredth.
+static inline struct vw_step_record test_step(uint64_t step, uint32_t epoch, uint32_t view, double psnr) {
+    return (struct vw_step_record){
+        step, epoch, view, .validated = true, .val_psnr = psnr, .val_psnr_pooled = 2 * psnr, .val_l1 = psnr / 100};
+}
+
+// What is scored of steps on test_images; an epoch is burn-in.
+static inline struct vw_value_input test_value_input(const struct vw_step_record *records, uint64_t count) {
+    return (struct vw_value_input){records, count, .burn_in_epochs = 1, .images = test_images,
+                                   .image_count = TEST_IMAGE_COUNT};
+}
 
 // A trainer whose photos are worth what `worth_db` says: each visit of train photo i moves val_psnr by worth_db[i] plus
 // noise of +-noise_db, L1 by a hundredth of it the other way, and the pooled PSNR by twice it. Gives 1 + epochs *

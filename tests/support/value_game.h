@@ -5,8 +5,6 @@
 
 #include "support/ledger_fixture.h"
 
-#include "viewworth/value.h"
-
 // By how many dB a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch; steps
 // count from 1.
 typedef double test_rule(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed);
@@ -67,14 +65,10 @@ static inline void test_flag(struct test_game *game, uint32_t step) {
 }
 
 static inline struct vw_value_input test_input_of(const struct test_game *game, uint32_t burn_in_epochs, double beta1) {
-    return (struct vw_value_input){
-        .records = game->records,
-        .record_count = game->count,
-        .burn_in_epochs = burn_in_epochs,
-        .images = test_images,
-        .image_count = TEST_IMAGE_COUNT,
-        .beta1 = beta1,
-    };
+    struct vw_value_input input = test_value_input(game->records, game->count);
+    input.burn_in_epochs = burn_in_epochs;
+    input.beta1 = beta1;
+    return input;
 }
 
 #endif

@@ -1,6 +1,5 @@
 // Repair curves of a ledger whose responses are known.
-
-#include "support/cmocka_test.h"
+#include "support/ledger_fixture.h"
 
 #include "value/repair.h"
 
@@ -27,21 +26,15 @@ struct game {
 static void make_game(struct game *game) {
     *game = (struct game){0};
     for (uint32_t i = 0; i <= PHOTOS; i++)
-        game->images[i] = (struct vw_ledger_image){.image_id = i,
-                                                   .name = "photo",
-                                                   .split = i < PHOTOS ? "train" : "val",
-                                                   .ground_truth = i == 2 || i == PULSE_PLACE ? "exposure" : "clean"};
-    game->records[0] = (struct vw_step_record){.view = VW_RECORD_UNTRAINED, .val_psnr = 10};
+        game->images[i] = (struct vw_ledger_image){i,    "photo", i < PHOTOS ? "train" : "val",
+                                                   NULL, HEX_A,   i == 2 || i == PULSE_PLACE ? "exposure" : "clean"};
+    game->records[0] = test_step(0, 0, VW_RECORD_UNTRAINED, 10);
     for (uint64_t step = 1; step <= STEPS; step++)
-        game->records[step] = (struct vw_step_record){.step = step,
-                                                      .epoch = (uint32_t)((step - 1) / PHOTOS),
-                                                      .view = (uint32_t)((step - 1) % PHOTOS),
-                                                      .val_psnr = 10 + 0.01 * (double)step + pulse(step)};
-    game->input = (struct vw_value_input){.records = game->records,
-                                          .record_count = STEPS + 1,
-                                          .burn_in_epochs = 1,
-                                          .images = game->images,
-                                          .image_count = PHOTOS + 1};
+        game->records[step] = test_step(step, (uint32_t)((step - 1) / PHOTOS), (uint32_t)((step - 1) % PHOTOS),
+                                        10 + 0.01 * (double)step + pulse(step));
+    game->input = test_value_input(game->records, STEPS + 1);
+    game->input.images = game->images;
+    game->input.image_count = PHOTOS + 1;
 }
 
 static void assert_db(double value, double expected) {

@@ -5,11 +5,7 @@
 #include "viewworth/value.h"
 
 static struct test_recording *train(double noise_db, uint32_t epochs) {
-    struct test_trainer trainer = {.worth_db = {0.5, -0.2, 0.1, -0.3, 0.2},
-                                   .noise_db = noise_db,
-                                   .first_epoch_factor = 10,
-                                   .epochs = epochs,
-                                   .seed = 3};
+    const struct test_trainer trainer = {{0.5, -0.2, 0.1, -0.3, 0.2}, noise_db, 10, epochs, 3};
     return test_record(&trainer);
 }
 
@@ -114,11 +110,7 @@ TEST(sums_are_the_scores_of_the_epochs_so_far) {
     watch_records(training, training->count, 1, &watch);
     assert_int_equal(watch.epoch_count, 11);
     for (uint32_t epoch = 0; epoch < watch.epoch_count; epoch++) {
-        const struct vw_value_input input = {.records = training->records,
-                                             .record_count = 1 + (epoch + 2) * TEST_TRAIN_COUNT,
-                                             .burn_in_epochs = 1,
-                                             .images = test_images,
-                                             .image_count = TEST_IMAGE_COUNT};
+        const struct vw_value_input input = test_value_input(training->records, 1 + (epoch + 2) * TEST_TRAIN_COUNT);
         AUTO_FREE struct vw_ledger_score *scores = NULL;
         uint32_t count = 0;
         ASSERT_OK(vw_value_score(&input, &scores, &count));

@@ -20,13 +20,9 @@ static void flag(struct test_recording *training, uint32_t step) {
 }
 
 static struct vw_value_input input_of(const struct test_recording *training, uint32_t burn_in_epochs) {
-    return (struct vw_value_input){
-        .records = training->records,
-        .record_count = training->count,
-        .burn_in_epochs = burn_in_epochs,
-        .images = test_images,
-        .image_count = TEST_IMAGE_COUNT,
-    };
+    struct vw_value_input input = test_value_input(training->records, training->count);
+    input.burn_in_epochs = burn_in_epochs;
+    return input;
 }
 
 static struct vw_ledger_score *score(const struct test_recording *training, uint32_t burn_in_epochs, uint32_t *count) {
@@ -78,13 +74,7 @@ TEST(what_was_visited_has_a_standard_error) {
     struct test_recording training = {.count = 4};
     const double psnr[] = {10, 11, 13, 19};
     for (uint32_t i = 0; i < training.count; i++)
-        training.records[i] = (struct vw_step_record){.step = i,
-                                                      .epoch = i ? i - 1 : 0,
-                                                      .view = i ? 3 : (uint32_t)VW_RECORD_UNTRAINED,
-                                                      .validated = true,
-                                                      .val_psnr = psnr[i],
-                                                      .val_psnr_pooled = 0,
-                                                      .val_l1 = 0};
+        training.records[i] = test_step(i, i ? i - 1 : 0, i ? 3 : (uint32_t)VW_RECORD_UNTRAINED, psnr[i]);
     uint32_t count = 0;
     AUTO_FREE struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
