@@ -28,12 +28,6 @@ ends_with() { # ends_with CODE PATTERN COMMAND...: that exit code, and a line on
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }
-dump() { sqlite3 "$folder/$1/merged.db" <"$root/scripts/canonical_dump.sql"; }
-same_dump() { # same_dump OUT OUT
-    [[ $(dump "$1" | wc -l) -gt 100 ]] && diff <(dump "$1") <(dump "$2") >"$folder/diff" && return
-    head -n 5 "$folder/diff"
-    return 1
-}
 states() { # states OUT: of all its jobs
     sqlite3 :memory: "SELECT group_concat(value ->> 'state') FROM json_each(CAST(readfile('$folder/$1/batch.json') AS TEXT), '\$.jobs')"
 }

@@ -27,12 +27,6 @@ done
 jobs_file 256 60 0,1,2 "$scenes" # a job takes seconds, so that one is there to be killed
 
 batch() { run "$program" batch "$folder/jobs.json" --out "$folder/$1" --devices llvmpipe "${@:2}"; }
-dump() { sqlite3 "$folder/$1/merged.db" <"$root/scripts/canonical_dump.sql"; }
-same_dump() { # same_dump OUT OUT
-    [[ $(dump "$1" | wc -l) -gt 100 ]] && diff <(dump "$1") <(dump "$2") >"$folder/diff" && return
-    head -n 5 "$folder/diff"
-    return 1
-}
 until_true() { # until_true COMMAND...: within wait_s seconds
     local end=$((SECONDS + wait_s))
     until "$@" >/dev/null 2>&1; do

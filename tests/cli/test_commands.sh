@@ -9,15 +9,6 @@ refuses() { fails 2 "$1" "$program" "${@:2}"; } # refuses PATTERN ARGUMENT...
 
 in_folder() { (cd "$folder" && "$@"); }
 
-# answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
-answers() {
-    "${@:2}" >"$folder/answer.json" 2>"$folder/stderr" &&
-        [[ $(sqlite3 :memory: "WITH answer AS (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)
-            SELECT CASE WHEN json_valid(j) THEN ($1) END FROM answer") == 1 ]] && return
-    cat "$folder/answer.json" "$folder/stderr"
-    return 1
-}
-
 begins_as() { # begins_as RUN LONGER: all steps of the run, with their hashes, are the first ones of the longer run
     local steps
     steps=$(query "$1" 'SELECT count(*) FROM step')

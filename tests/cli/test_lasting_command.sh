@@ -10,7 +10,6 @@ value() { "$program" value "$scene" --out "$folder/$1" "${small[@]}" --epochs 7 
 lasting() { "$program" lasting "$folder/$1" --quiet "${@:2}"; }
 select_photos() { rm -f "$folder/list"; "$program" select "$folder/run" --to "$folder/list" --method lasting_psnr --quiet "$@"; }
 files() { (cd "$folder/$1" && sha256sum -- *); }
-json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
 
 check "a run is valued" run value run
 check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" lasting run

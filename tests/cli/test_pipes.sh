@@ -34,8 +34,7 @@ reset() { # three photos, a COLMAP model, a TSV and masks
     cp "$scene"/sparse/0/* "$scene/dense/sparse/"
     printf 'filename\tid\tsplit\n0.png\t1\ttrain\n' >"$scene/splits.tsv"
 }
-base64 -d >"$folder/photo.png" <<<'iVBORw0KGgoAAAANSUhEUgAAAAgAAAAGCAIAAABxZ0isAAAAY0lEQVR4nA3JIQEAMQwEwYgIrpJTUhwRhSsguEpOyeOI+Q6dyCAX
-KXKTh7ykyY9QoIWENjroIqMXFdSiRG3qUJcy9aKDXrToTR/60qZfOPDCwhsffLHxiwlmMWI2c5jLmPn4AeieQjFag8aUAAAAAElFTkSuQmCC'
+write_photo "$folder/photo.png"
 
 # instead WHAT FILE: FILE becomes WHAT.
 instead() {

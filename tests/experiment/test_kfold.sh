@@ -52,7 +52,6 @@ contents() { cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort; }
 before=$(contents whole)
 check "again: nothing is left to do" kfold whole --kfold 3 --json
 check "and nothing changes" test -n "$before" -a "$(contents whole)" = "$before"
-json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
 check "the JSON says the same" test "$(json '$.folds[2].val_psnr_end_db')" = \
     "$(query whole/fold-3 'SELECT val_psnr FROM step ORDER BY step DESC LIMIT 1')"
 check "and has every photo" test "$(sqlite3 :memory: "SELECT json_array_length(CAST(readfile('$folder/stdout') AS TEXT), '\$.photos')")" = 8

@@ -45,16 +45,13 @@ static void set_halves_apart(const struct fixture *f) {
 
 static int set_up(void **state) {
     struct fixture *f = vw_allocate(1, sizeof *f);
-    struct vw_run *run = NULL;
     f->folder = temporary_folder_create();
     f->scene = temporary_file(f->folder, "scene.json", recipe);
     f->out = temporary_path(f->folder, "out");
     f->config = small_config(RUN_SEED, 6);
     const struct vw_run_params params = {
         .scene = {.path = f->scene}, .config = &f->config, .out = f->out, .report.no_thumbnails = true};
-    ASSERT_OK(vw_run_open(&params, &run));
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
+    struct vw_run *run = small_run_make(&params);
     vw_run_close(&run);
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     ASSERT_OK(vw_halves_split(f->run.images, f->run.image_count, RUN_SEED, f->halves, f->sizes));

@@ -111,8 +111,7 @@ static void check_scene(const struct vw_scene *opened) {
 void fuzz_open(const char *path, const char *format) {
     struct vw_scene *opened = NULL;
     fuzz_forget_message();
-    enum vw_status status =
-        vw_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true}, &opened);
+    enum vw_status status = vw_scene_open(SCENE_PARAMS(.path = path, .format = format, .headers_only = true), &opened);
     fuzz_check_message(status);
     CHECK(!status == (opened != NULL));
     if (opened) check_scene(opened);
@@ -150,7 +149,7 @@ struct vw_scene *fuzz_scene(void) {
                          i ? ", " : "", i, i);
     snprintf(text + used, sizeof text - (size_t)used, "]}");
     const char *path = fuzz_write("transforms.json", (const uint8_t *)text, strlen(text));
-    CHECK(!vw_scene_open(&(struct vw_scene_params){.path = path, .headers_only = true}, &scene));
+    CHECK(!vw_scene_open(SCENE_PARAMS(.path = path, .headers_only = true), &scene));
     return scene;
 }
 

@@ -100,7 +100,7 @@ static void photos_of_one_pixel(struct hard_finding *finding) {
         assert_int_equal(vw_image_save(temporary_path(folder, name), 1, 1, 3, rgb), VW_OK);
     }
     struct vw_config config = hard_run_config();
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = folder});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = folder));
     hard_equal(finding, "pixels of a photo", 0, scene->views[0].image.width_px * scene->views[0].image.height_px, 1.0);
     hard_train_well(finding, scene, &config);
 }
@@ -158,7 +158,7 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
         write_float_photo(name, rgb);
     }
     struct vw_config config = hard_run_config();
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = folder});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = folder));
     for (uint32_t i = 0; i < scene->view_count; i++) {
         make_float_photo(i % 3, rgb);
         check_float_photo(finding, &scene->views[i], i % 3, rgb);
@@ -166,7 +166,7 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
     hard_train_well(finding, scene, &config);
     make_float_photo(3, rgb);
     write_float_photo("images/05.pfm", rgb);
-    tiny_scene_refused(&(struct vw_scene_params){.path = folder}, VW_ERROR_INPUT, "05.pfm", "6.2 %", NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = folder), VW_ERROR_INPUT, "05.pfm", "6.2 %");
 }
 
 // ---- Nothing to learn -----------------------------------------------------------------------------------------------

@@ -122,7 +122,7 @@ FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
     }
     fprintf(json, "]}");
     assert_int_equal(fclose(json), 0);
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "/1024.png", "limit of 1024 GiB", "--downscale", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "/1024.png", "limit of 1024 GiB", "--downscale");
     struct vw_scene_params smaller = params;
     smaller.downscale = 2; // 16 bits of a quarter of the pixels
     AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&smaller);

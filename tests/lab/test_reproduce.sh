@@ -73,7 +73,6 @@ check "which are in the tables" test "$(table paper scatter.csv "
     SELECT count(DISTINCT method) - $methods, sum(method = 'revisit_loss') FROM t")" = '5|36'
 check "but in no ledger" test "$(query paper/seed_1 'SELECT count(DISTINCT method) FROM score')" = "$methods"
 run reproduce_it whole --seeds 3 --json
-json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
 check "the JSON says the same" test "$(printf '%.9f' "$(json '$.by_epochs[#-1].methods[0].pearson.lowest')")" = \
     "$(printf '%.9f' "$(table whole reproduce.csv "SELECT min(CAST(value AS REAL)) FROM t
         WHERE method = 'dv_psnr' AND measure = 'pearson' AND epochs = '6'")")"

@@ -7,8 +7,7 @@ enum { RECORD_COUNT = 1 + 4 * TEST_TRAIN_COUNT };
 
 FOLDER_TEST(rows_read_back) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open(path);
     struct vw_ledger_run run, expected = test_run("{\"burn_in_epochs\": 1}");
     ASSERT_OK(vw_ledger_get_run(ledger, &run));
     assert_string_equal(run.run_id, expected.run_id);
@@ -67,8 +66,7 @@ static bool same_real(double a, double b) { return a == b || (isnan(a) && !isfin
 
 FOLDER_TEST(scores_read_back) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(path);
     AUTO_FREE struct vw_ledger_score *read = NULL;
     uint32_t count = 0;
     const struct vw_ledger_score *expected[] = {&test_scores[0], &test_scores[1],
@@ -90,11 +88,10 @@ FOLDER_TEST(scores_read_back) {
 
 FOLDER_TEST(retrainings_come_back_until_the_run_goes_on) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     AUTO_FREE struct vw_ledger_retraining *read = NULL;
     struct vw_step_record next = {.step = 1 + 4 * TEST_TRAIN_COUNT, .view = 1, .nonfinite = true};
     uint32_t count = 0;
-    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open_to_append(path);
     ASSERT_OK(vw_ledger_add_retrainings(ledger, test_retraining_store + 1, 1, test_scores, TEST_SCORE_COUNT));
     ASSERT_OK(vw_ledger_get_retrainings(ledger, &read, &count));
     assert_int_equal(count, TEST_RETRAINING_COUNT + 1);

@@ -141,8 +141,7 @@ FOLDER_TEST(journals_of_others_are_refused) {
     assert_int_equal(mkfifo(place.journal_path, 0600), 0);
     assert_harmless(&place, "pipe");
     unlink(place.journal_path);
-    struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open_to_append(place.path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open_to_append(place.path);
     vw_ledger_close(&ledger);
     free_place(&place);
 }

@@ -34,11 +34,10 @@ static void set_views(struct vw_lasting_pass *pass) {
 
 static void set_pass(const char *path, bool by_view) {
     struct vw_lasting_step steps[STEPS];
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     fill(steps);
     struct vw_lasting_pass pass = pass_of(steps);
     if (by_view) set_views(&pass);
-    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open_to_append(path);
     ASSERT_OK(vw_ledger_set_lasting(ledger, &pass, test_scores, TEST_SCORE_COUNT));
     ASSERT_OK(vw_ledger_verify(ledger)); // also in the object that wrote it
 }
@@ -108,10 +107,9 @@ FOLDER_TEST(new_steps_remove_the_pass) {
     AUTO_FREE char *path = record(*state, true);
     struct vw_lasting_pass pass = {0};
     struct test_trainer longer = test_four_epochs;
-    struct vw_ledger *ledger = NULL;
     longer.epochs++;
     AUTO_FREE struct test_recording *recording = test_record(&longer);
-    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open_to_append(path);
     ASSERT_OK(vw_ledger_append(ledger, &recording->records[STEPS + 1], 5, test_validation_views));
     ASSERT_OK(vw_ledger_verify(ledger));
     vw_ledger_close(&ledger);
@@ -195,12 +193,11 @@ FOLDER_TEST(edited_rows_are_found) {
 
 FOLDER_TEST(scores_are_sums_over_all_steps) {
     AUTO_FREE char *path = record(*state, true);
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     AUTO_FREE struct vw_step_record *records = NULL;
     struct vw_value_input input = {.burn_in_epochs = 1};
     struct vw_ledger_score *scores = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(path);
     ASSERT_OK(vw_ledger_get_images(ledger, &input.images, &input.image_count));
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &input.record_count));
     ASSERT_OK(vw_ledger_get_lasting(ledger, &input.lasting));

@@ -164,9 +164,8 @@ static bool append_in_child(const struct scene *scene, uint32_t dies_in) {
 
 // All or nothing, whole, and ready to go on.
 static void assert_unharmed(const struct scene *scene, uint32_t operation, const char *cut) {
-    struct vw_ledger *ledger = NULL;
     struct vw_ledger_run run;
-    ASSERT_OK(vw_ledger_open_to_append(scene->path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open_to_append(scene->path);
     enum vw_status status = vw_ledger_verify(ledger);
     uint64_t next = vw_ledger_next_step(ledger);
     ASSERT_OK(vw_ledger_get_run(ledger, &run));

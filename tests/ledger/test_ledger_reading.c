@@ -93,8 +93,7 @@ FOLDER_TEST(reading_changes_nothing) {
 FOLDER_TEST(a_reader_cannot_write) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     struct vw_snapshot before = look_at(*state);
-    struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open(path);
     assert_int_equal(vw_ledger_finish(ledger, "failed", "2026-11-21T04:00:00Z", NULL, 0), VW_ERROR_IO);
     assert_int_equal(sqlite3_exec(ledger->database.handle, "DELETE FROM step", NULL, NULL, NULL), SQLITE_READONLY);
     vw_ledger_close(&ledger);
@@ -189,11 +188,10 @@ FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
 // A reader reads what it checked, even if another program changes the file without a lock of SQLite.
 FOLDER_TEST(an_exchanged_file_changes_nothing_that_was_opened) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 1 + 4 * TEST_TRAIN_COUNT);
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
     char zeros[512] = {0};
-    ASSERT_OK(vw_ledger_open(path, &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(path);
     FILE *file = fopen(path, "r+");
     assert_non_null(file);
     while (ftell(file) < 1 << 16) assert_int_equal(fwrite(zeros, 1, sizeof zeros, file), sizeof zeros);

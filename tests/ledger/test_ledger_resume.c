@@ -197,10 +197,9 @@ FOLDER_TEST(a_killed_run_keeps_what_it_recorded) {
     assert_int_equal(waitpid(child, &result, 0), child);
     assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGKILL);
     assert_true(vw_file_exists(journal)); // or this test shows nothing
-    struct vw_ledger *ledger = NULL;
     AUTO_FREE struct vw_step_record *records = NULL;
     uint64_t count = 0;
-    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    struct vw_ledger *ledger = test_ledger_open_to_append(path);
     ASSERT_OK(vw_ledger_get_steps(ledger, &records, &count));
     assert_int_equal(count, 3);
     assert_true(records[2].val_psnr < 99);

@@ -99,8 +99,7 @@ static struct vw_config smallest_config(void) {
 static void take_steps(const char *out, struct look found[LOOKS]) {
     const struct vw_config config = smallest_config();
     const struct vw_run_params params = {.scene = {.path = SMALL_SCENE}, .config = &config, .out = out};
-    AUTO(vw_run_close) struct vw_run *run = NULL;
-    ASSERT_OK(vw_run_open(&params, &run));
+    AUTO(vw_run_close) struct vw_run *run = small_run_open(&params);
     double started_s = vw_now_s();
     for (size_t i = 0; i < LOOKS; i++) {
         ASSERT_OK(vw_run_advance(run, looks[i] - (i ? looks[i - 1] : 0)));

@@ -3,13 +3,7 @@
 # headless Chromium, driven by report_browser.py.
 # label: once
 set -uo pipefail
-program=$(realpath "$1")
-lab=$(dirname "$program")/viewworth-lab
-root=$(cd "$(dirname "$0")/../.." && pwd)
-. "$root/tests/support/shell_test.sh"
-
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+. "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/toys.json
 tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
     --device llvmpipe --quiet)
@@ -27,15 +21,7 @@ warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matche
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }
-refuses() { # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches
-    local code=0
-    report "${@:2}" || code=$?
-    [[ $code -eq 2 && ! -s $folder/stdout && $(wc -l <"$folder/stderr") -eq 1 ]] &&
-        grep -qE "^viewworth(-lab)?: .*($1)" "$folder/stderr" && return
-    echo "exit code $code:"
-    cat "$folder/stdout" "$folder/stderr"
-    return 1
-}
+refuses() { fails 2 "$1" "${by:-$program}" report --quiet "${@:2}"; } # refuses PATTERN ARGUMENT...
 
 # ---- Made with the run, and again ---------------------------------------------------------------------------------------
 

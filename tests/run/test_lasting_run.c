@@ -56,8 +56,7 @@ static enum vw_status follow_matrix(const char *out, struct observer *observer) 
 
 static struct vw_lasting_pass read_pass(const char *out) {
     struct vw_lasting_pass read = {0};
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
-    ASSERT_OK(vw_ledger_open(temporary_path(out, "ledger.db"), &ledger));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_open(temporary_path(out, "ledger.db"));
     ASSERT_OK(vw_ledger_get_lasting(ledger, &read));
     return read;
 }
@@ -291,12 +290,12 @@ TEST(an_extended_run_is_followed_again) {
 
 TEST(only_differences_select) {
     static const enum vw_selection_rule absolute[] = {VW_SELECT_POSITIVE, VW_SELECT_SIGNIFICANT, VW_SELECT_NOT_HARMFUL};
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     AUTO_FREE struct vw_ledger_score *scores = NULL;
     const struct vw_ledger_image *images = NULL;
     struct vw_selection selection = {0};
     uint32_t count = 0, image_count = 0;
-    ASSERT_OK(vw_ledger_open(temporary_path(temporary_path(*state, "whole"), "ledger.db"), &ledger));
+    AUTO(vw_ledger_close)
+    struct vw_ledger *ledger = test_ledger_open(temporary_path(temporary_path(*state, "whole"), "ledger.db"));
     ASSERT_OK(vw_ledger_get_scores(ledger, &scores, &count));
     ASSERT_OK(vw_ledger_get_images(ledger, &images, &image_count));
     struct vw_selection_params params = {.method = "lasting_psnr", .rule = VW_SELECT_TOP, .amount = 2};

@@ -92,11 +92,8 @@ static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
     const struct vw_config config = small_config(seed, EPOCHS);
     const struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
-    struct vw_run *run = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_run_open(&params, &run));
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
+    struct vw_run *run = small_run_make(&params);
     ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
     assert_int_equal(count, PHOTOS);
     for (uint32_t i = 0; i < PHOTOS; i++) values[scores[i].image_id] = scores[i].value;
@@ -133,11 +130,10 @@ FOLDER_TEST(pieces_stops_and_resumes_give_the_same_scores) {
     struct observer observer = {0};
     const struct vw_config config = small_config(1, EPOCHS);
     struct vw_run_params params = small_params(&config, pieces, &observer);
-    struct vw_run *run = NULL;
     run_whole(whole, 1, expected);
 
     step_on_disk = 0;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     ASSERT_OK(vw_run_advance(run, 5));
     assert_int_equal(observer.last.step, 5);
     assert_false(observer.last.finished);
@@ -184,8 +180,7 @@ FOLDER_TEST(a_stopped_run_may_go_on_at_once) {
     struct observer observer = {.stop_at = 8};
     const struct vw_config config = small_config(2, EPOCHS);
     const struct vw_run_params params = small_params(&config, out, &observer);
-    struct vw_run *run = NULL;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     assert_int_equal(vw_run_advance(run, UINT64_MAX), VW_ERROR_INTERRUPTED);
     observer.stop_at = 0;
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
@@ -200,8 +195,7 @@ FOLDER_TEST(a_run_that_is_only_closed_can_be_resumed) {
     struct observer observer = {0};
     const struct vw_config config = small_config(3, EPOCHS);
     struct vw_run_params params = small_params(&config, out, &observer);
-    struct vw_run *run = NULL;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     ASSERT_OK(vw_run_advance(run, 7));
     vw_run_close(&run);
     assert_chain_head(out, NULL, "interrupted");
@@ -222,9 +216,8 @@ FOLDER_TEST(a_run_may_be_finished_before_its_end) {
     const struct vw_config config = small_config(8, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
-    struct vw_run *run = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     ASSERT_OK(vw_run_advance(run, 2 * PHOTOS));
     ASSERT_OK(vw_run_finish(run));
     ASSERT_OK(vw_run_finish(run)); // does nothing
@@ -236,9 +229,7 @@ FOLDER_TEST(a_run_may_be_finished_before_its_end) {
     assert_chain_head(out, NULL, "finished");
     assert_int_equal(access(temporary_path(out, "checkpoint_0.vwc"), R_OK), 0); // so that few steps are repeated
     params.resume = true;
-    ASSERT_OK(vw_run_open(&params, &run));
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
+    run = small_run_make(&params);
     ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
     assert_int_equal(scores[0].visits, EPOCHS - 1);
     vw_run_close(&run);
@@ -284,12 +275,11 @@ FOLDER_TEST(the_last_report_is_of_the_last_step) {
     struct vw_config config = small_config(10, EPOCHS);
     struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     struct vw_run_state last = {0};
-    struct vw_run *run = NULL;
     config.epochs = 40;
     params.until_stable = 0.01;
     params.progress = keep_last;
     params.context = &last;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     ASSERT_OK(vw_run_advance(run, UINT64_MAX));
     vw_run_close(&run);
     assert_true(last.finished);
@@ -329,12 +319,9 @@ FOLDER_TEST(a_run_may_train_only) {
     const struct vw_config config = small_config(5, EPOCHS);
     struct vw_run_params params = small_params(&config, out, NULL);
     const struct vw_ledger_score *scores = NULL;
-    struct vw_run *run = NULL;
     uint32_t count = 1;
     params.train_only = true;
-    ASSERT_OK(vw_run_open(&params, &run));
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
+    struct vw_run *run = small_run_make(&params);
     ASSERT_OK(vw_run_scores(run, NULL, &scores, &count));
     assert_int_equal(count, 0);
     vw_run_close(&run);
@@ -386,9 +373,8 @@ FOLDER_TEST(calls_out_of_order_are_refused) {
     const struct vw_run_params params = small_params(&config, temporary_path(*state, "out"), NULL);
     const struct vw_ledger_image *images = NULL;
     const struct vw_ledger_score *scores = NULL;
-    struct vw_run *run = NULL;
     uint32_t count = 0;
-    ASSERT_OK(vw_run_open(&params, &run));
+    struct vw_run *run = small_run_open(&params);
     assert_int_equal(vw_run_finish(run), VW_ERROR_USAGE);
     ASSERT_FAILS(vw_run_scores(run, NULL, &scores, &count), VW_ERROR_USAGE, "vw_run_finish");
     vw_run_close(&run);

@@ -29,10 +29,7 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
         .payout = "100",
         .lasting = {.wanted = true, .no_gate = true, .matrix = true},
         .resume = resume};
-    AUTO(vw_run_close) struct vw_run *run = NULL;
-    ASSERT_OK(vw_run_open(&params, &run));
-    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
-    ASSERT_OK(vw_run_finish(run));
+    AUTO(vw_run_close) struct vw_run *run = small_run_make(&params);
 }
 
 static int set_up(void **state) {

@@ -9,7 +9,7 @@
 #include "support/tiny_scene.h"
 
 static struct vw_scene *open_colmap(const char *folder) {
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = "colmap"});
+    return tiny_scene_open(SCENE_PARAMS(.path = folder, .format = "colmap"));
 }
 
 // Rotates a vector by a unit quaternion: v + 2 u x (u x v + w v).

@@ -9,7 +9,7 @@
 static const double SAME_RAY_PX = 1e-4; // the bound
 
 static struct vw_scene *open_as(const char *path, const char *format) {
-    return tiny_scene_open(&(struct vw_scene_params){.path = path, .format = format, .headers_only = true});
+    return tiny_scene_open(SCENE_PARAMS(.path = path, .format = format, .headers_only = true));
 }
 
 static const struct vw_view *find_view(const struct vw_scene *scene, const char *name) {

@@ -11,8 +11,8 @@
 static const char *const files[] = {"sparse/0/cameras.bin", "sparse/0/images.bin", "sparse/0/points3D.bin"};
 
 #define assert_refused(folder, ...)                                                                                    \
-    tiny_scene_refused(&(struct vw_scene_params){.path = folder, .format = "colmap", .headers_only = true},            \
-                       VW_ERROR_INPUT, __VA_ARGS__, NULL)
+    tiny_scene_refused(SCENE_PARAMS(.path = folder, .format = "colmap", .headers_only = true), VW_ERROR_INPUT,         \
+                       __VA_ARGS__, NULL)
 
 static void *read_whole(const char *path, size_t *size_bytes) {
     void *data;
@@ -41,7 +41,7 @@ FOLDER_TEST(a_cut_at_any_byte_is_refused) {
     }
     AUTO(vw_scene_close)
     struct vw_scene *scene =
-        tiny_scene_open(&(struct vw_scene_params){.path = *state, .format = "colmap"}); // the files are whole again
+        tiny_scene_open(SCENE_PARAMS(.path = *state, .format = "colmap")); // the files are whole again
 }
 
 // Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has

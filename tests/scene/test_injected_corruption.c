@@ -20,7 +20,7 @@ static int remove_folder(void **state) {
 }
 
 static struct vw_scene *open_corrupted(const char *folder, uint32_t corrupt) {
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = corrupt});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .corrupt = corrupt));
     ASSERT_OK(vw_scene_decode_all(scene));
     return scene;
 }
@@ -92,8 +92,7 @@ static struct vw_scene *open_listed(const char *folder, uint32_t first) {
     AUTO_FREE char *list = vw_path_join(folder, "train.txt");
     tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
     ASSERT_OK(vw_file_write(list, names, sizeof names - 1));
-    struct vw_scene *scene =
-        tiny_scene_open(&(struct vw_scene_params){.path = folder, .corrupt = 7, .train_list = list});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .corrupt = 7, .train_list = list));
     return scene;
 }
 
@@ -113,17 +112,14 @@ TEST_WITHIN(injection_does_not_depend_on_places, make_folder, remove_folder) {
 TEST_WITHIN(headers_tell_the_truth, make_folder, remove_folder) {
     AUTO(vw_scene_close) struct vw_scene *whole = open_corrupted(*state, 6);
     AUTO(vw_scene_close)
-    struct vw_scene *headers =
-        tiny_scene_open(&(struct vw_scene_params){.path = *state, .corrupt = 6, .headers_only = true});
+    struct vw_scene *headers = tiny_scene_open(SCENE_PARAMS(.path = *state, .corrupt = 6, .headers_only = true));
     for (uint32_t v = 0; v < PHOTOS; v++)
         assert_string_equal(whole->views[v].ground_truth, headers->views[v].ground_truth);
 }
 
 TEST_WITHIN(what_cannot_be_corrupted_is_refused, make_folder, remove_folder) {
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .corrupt = TRAIN + 1}, VW_ERROR_USAGE, "--corrupt",
-                       "12", NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .corrupt = TRAIN + 1), VW_ERROR_USAGE, "--corrupt", "12");
     vw_scene_close(&(struct vw_scene *){open_corrupted(*state, TRAIN)});
-    tiny_scene_refused(
-        &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .corrupt = 2, .headers_only = true},
-        VW_ERROR_USAGE, "--corrupt", "recipe", NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = VW_SOURCE_FOLDER "/scenes/clean.json", .corrupt = 2, .headers_only = true),
+                       VW_ERROR_USAGE, "--corrupt", "recipe");
 }

@@ -120,9 +120,7 @@ static const char most[] = "......##"
                            "........"
                            "........";
 
-static struct vw_scene *open_scene(const char *folder) {
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
-}
+static struct vw_scene *open_scene(const char *folder) { return tiny_scene_open(SCENE_PARAMS(.path = folder)); }
 
 FOLDER_TEST(masks_lie_beside_images) {
     static const char *const mask_names[] = {"masks/01.png", "masks/01.png.png"};
@@ -164,8 +162,7 @@ FOLDER_TEST(mask_path_names_the_mask) {
     assert_int_equal(scene->masked_view_count, 3);
     check_mask(scene->views[1].mask, most);
     write_mask(*state, "shapes/m.png", 8, 5, most);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .headers_only = true}, VW_ERROR_INPUT, "m.png",
-                       "8 x 5", NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .headers_only = true), VW_ERROR_INPUT, "m.png", "8 x 5");
     static const char *const outside[] = {"\"mask_path\": \"../m.png\",", "\"mask_path\": \"/m.png\",",
                                           "\"mask_path\": 3,"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(outside); i++) {
@@ -208,7 +205,7 @@ FOLDER_TEST(masks_are_hashed) {
 TEST(masks_of_statue_of_liberty_are_read) {
     const char *path = real_scene_path("statue_of_liberty");
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->masked_view_count, 135);
     const uint8_t *mask = scene->views[0].mask; // the statue is in the middle, sky in the corners
     assert_int_equal(mask[0], 0);

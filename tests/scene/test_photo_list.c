@@ -14,7 +14,7 @@
 
 enum { PHOTOS_MOST = 16 };
 
-#define HEADERS(...) (&(struct vw_scene_params){.headers_only = true, __VA_ARGS__})
+#define HEADERS(...) SCENE_PARAMS(.headers_only = true, __VA_ARGS__)
 
 // The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in
 // `chosen` is y.
@@ -75,7 +75,7 @@ FOLDER_TEST(splits_of_the_file_are_kept) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = 6, .keys = cases[i].keys});
-        tiny_scene_refused(&params, VW_ERROR_INPUT, "transforms.json", cases[i].said, NULL);
+        tiny_scene_refused(&params, VW_ERROR_INPUT, "transforms.json", cases[i].said);
     }
 }
 
@@ -250,8 +250,8 @@ FOLDER_TEST(a_tsv_serves_as_a_list) {
         HEADERS(.path = *state, .train_list = tsv, .val_list = tsv),
         "dense/images/p0.png:T dense/images/p1.png:x dense/images/p2.png:x dense/images/p3.png:v dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:x dense/images/sub/p1.png:x");
-    tiny_scene_refused(HEADERS(.path = *state, .test_list = none), VW_ERROR_INPUT, "b.tsv", "no row for --test", NULL);
-    tiny_scene_refused(HEADERS(.path = *state, .train_list = unknown), VW_ERROR_INPUT, "c.tsv:3", "p9.png", NULL);
+    tiny_scene_refused(HEADERS(.path = *state, .test_list = none), VW_ERROR_INPUT, "b.tsv", "no row for --test");
+    tiny_scene_refused(HEADERS(.path = *state, .train_list = unknown), VW_ERROR_INPUT, "c.tsv:3", "p9.png");
 }
 
 // ---- COLMAP, and no scene -------------------------------------------------------------------------------------------

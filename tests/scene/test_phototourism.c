@@ -72,7 +72,7 @@ static const char rows[] =
 
 FOLDER_TEST(splits_come_from_the_tsv) {
     write_dense(*state, rows);
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_string_equal(scene->format, "phototourism");
     assert_string_equal(scene->views[1].name, "dense/images/p1.png");
     check_splits(scene, "tvttTtvt"); // test rows in file order: p6 and p1 validate, p4 tests
@@ -87,26 +87,26 @@ FOLDER_TEST(splits_come_from_the_tsv) {
 
 FOLDER_TEST(pool_list_excludes_unlisted_photos) {
     write_dense(*state, rows);
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list"));
     check_splits(scene, "tvtxTxvx");
     assert_true(has_note(scene, "3 registered photos are not in the TSV and are excluded"));
     vw_scene_close(&scene);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "all"});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "all"));
     check_splits(scene, "tvttTtvt");
     vw_scene_close(&scene);
     const char *train = temporary_file(*state, "train.txt", "p3.png\np5.png\n"); // lists win, also over the pool
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list", .train_list = train});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list", .train_list = train));
     check_splits(scene, "xvxtTtvx");
     vw_scene_close(&scene);
 }
 
 FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
     write_dense(*state, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     check_splits(scene, "vtttTttt");
     assert_true(has_note(scene, "no test row"));
     vw_scene_close(&scene);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .pool = "list"});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list"));
     check_splits(scene, "vxtxxtxt"); // every eighth of those listed
     vw_scene_close(&scene);
 }
@@ -114,21 +114,21 @@ FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
 FOLDER_TEST(bad_scenes_are_refused) {
     const struct vw_scene_params params = {.path = *state, .format = "phototourism"};
     write_dense(*state, "filename\tsplit\np0.png\tval\n");
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test");
     temporary_file(*state, "splits.tsv", rows);
     temporary_file(*state, "other.tsv", "name\tscore\n"); // another kind of TSV is nobody's business
     AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&params);
     temporary_file(*state, "other.tsv", "filename\tsplit\n");
-    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "2 TSV files", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "2 TSV files");
     unlink(temporary_path(*state, "other.tsv"));
     unlink(temporary_path(*state, "splits.tsv"));
-    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "no TSV", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "no TSV");
     temporary_file(*state, "splits.tsv", rows);
     unlink(temporary_path(*state, "dense/sparse/images.txt"));
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "the COLMAP model is not complete", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "the COLMAP model is not complete");
     unlink(temporary_path(*state, "dense/sparse/cameras.txt"));
     unlink(temporary_path(*state, "dense/sparse/points3D.txt"));
-    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "no COLMAP model", NULL);
+    tiny_scene_refused(&params, VW_ERROR_INPUT, "dense/sparse", "no COLMAP model");
 }
 
 // A TSV that links out of the folder is not read, not even to see what it is.
@@ -137,8 +137,7 @@ FOLDER_TEST(the_tsv_stays_in_the_folder) {
     write_dense(*state, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.tsv"), temporary_path(*state, "splits.tsv")), 0);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "phototourism"}, VW_ERROR_INPUT, "no TSV",
-                       NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "phototourism"), VW_ERROR_INPUT, "no TSV");
 }
 
 // ---- Precedence -----------------------------------------------------------------------------------------------------
@@ -160,8 +159,7 @@ static void write_transforms(const char *folder, double focal_px, double shift, 
 
 static void check_format(const char *folder, const char *asked, const char *got) {
     AUTO(vw_scene_close)
-    struct vw_scene *scene =
-        tiny_scene_open(&(struct vw_scene_params){.path = folder, .format = asked, .headers_only = true});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .format = asked, .headers_only = true));
     assert_string_equal(scene->format, got);
 }
 
@@ -187,7 +185,7 @@ static struct vw_scene *open_with_points(const char *folder, double focal_px, do
     write_photos(folder, "images");
     colmap_write_text(folder, "sparse/0", &model);
     write_transforms(folder, focal_px, shift, turn);
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+    return tiny_scene_open(SCENE_PARAMS(.path = folder));
 }
 
 FOLDER_TEST(points_are_evidence) {
@@ -220,14 +218,14 @@ FOLDER_TEST(points_of_other_photos_are_no_evidence) {
     write_photos(*state, "images");
     colmap_write_text(*state, "sparse/0", &model);
     write_transforms(*state, 7, 0, 0);
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count,
                      1); // p0 alone sees the first, p0 and p1 the second: image 10 is no photo of the scene
     vw_scene_close(&scene);
     for (uint32_t i = 0; i < PHOTOS; i++)
         model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];
     colmap_write_text(*state, "sparse/0", &model);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count, 0);
     assert_true(has_note(scene, "other photos"));
     vw_scene_close(&scene);
@@ -244,7 +242,7 @@ FOLDER_TEST(downscale_moves_tracks) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     float x_px = scene->tracks[0].x_px, y_px = scene->tracks[0].y_px;
     vw_scene_close(&scene);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 4}); // 8 x 6 becomes 2 x 1
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .downscale = 4)); // 8 x 6 becomes 2 x 1
     assert_near(scene->tracks[0].x_px, x_px / 4, 1e-6);
     assert_near(scene->tracks[0].y_px, y_px / 6, 1e-6);
     vw_scene_close(&scene);
@@ -255,7 +253,7 @@ FOLDER_TEST(downscale_moves_tracks) {
 TEST(sacre_coeur_is_read) {
     const char *path = real_scene_path("sacre_coeur");
     if (!path) skip();
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path, .format = "phototourism"});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path, .format = "phototourism"));
     assert_int_equal(scene->view_count, 11);
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 9);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 1);
@@ -267,7 +265,7 @@ TEST(sacre_coeur_is_read) {
     }
     assert_true(scene->point_count > 1000);
     vw_scene_close(&scene);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = path}); // transforms.json wins; sparse/ has its cameras
+    scene = tiny_scene_open(SCENE_PARAMS(.path = path)); // transforms.json wins; sparse/ has its cameras
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 1645);
     vw_scene_close(&scene);

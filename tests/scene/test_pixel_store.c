@@ -31,7 +31,7 @@ static int remove_folder(void **state) {
 
 static struct vw_scene *open_in(const char *folder, uint64_t memory_bytes) {
     vw_scene_set_memory(memory_bytes);
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+    return tiny_scene_open(SCENE_PARAMS(.path = folder));
 }
 
 static uint32_t count_files(const char *folder) {
@@ -94,7 +94,7 @@ TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
     signal(SIGXFSZ, SIG_IGN);
     vw_scene_set_memory(1);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &least), 0);
-    enum vw_status status = vw_scene_open(&(struct vw_scene_params){.path = *state}, &scene);
+    enum vw_status status = vw_scene_open(SCENE_PARAMS(.path = *state), &scene);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &kept), 0);
     ASSERT_FAILS(status, VW_ERROR_IO, "cache/viewworth");
     assert_non_null(strstr(vw_error_message(), "--memory"));

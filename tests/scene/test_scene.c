@@ -13,7 +13,7 @@
 static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
     tiny_scene_write(folder, tiny);
     AUTO(vw_scene_close)
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
     struct vw_box box = scene->box;
     if (!strstr(scene->box_source, source)) fail_msg("box_source '%s' does not say '%s'", scene->box_source, source);
     return box;
@@ -76,7 +76,7 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
     for (int i = 0; i < 4; i++) free(frames[i]);
     free(json);
     AUTO(vw_scene_close)
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
     assert_non_null(strstr(scene->box_source, "no common point"));
     struct vw_box box = scene->box;
     return box;
@@ -97,7 +97,7 @@ FOLDER_TEST(a_downscale_fits_the_camera) {
     for (int headers_only = 0; headers_only < 2; headers_only++) {
         AUTO(vw_scene_close)
         struct vw_scene *scene =
-            tiny_scene_open(&(struct vw_scene_params){.path = *state, .downscale = 3, .headers_only = headers_only});
+            tiny_scene_open(SCENE_PARAMS(.path = *state, .downscale = 3, .headers_only = headers_only));
         const struct vw_camera *camera = &scene->views[0].camera;
         assert_int_equal(camera->width_px, 2); // floor(8 / 3)
         assert_int_equal(camera->height_px, 2);
@@ -111,13 +111,13 @@ FOLDER_TEST(a_downscale_fits_the_camera) {
 
 FOLDER_TEST(the_background_follows_alpha) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3});
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_false(scene->has_alpha);
     assert_true(scene->background[0] == 0 && scene->background[1] == 0 && scene->background[2] == 0);
     vw_scene_close(&scene);
     float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0}; // all transparent
     ASSERT_OK(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels));
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_true(scene->has_alpha);
     assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
     vw_scene_close(&scene);
@@ -127,7 +127,7 @@ FOLDER_TEST(excluded_views_are_not_decoded) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
     AUTO(vw_scene_close)
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .train_list = train});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train));
     assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
     ASSERT_OK(vw_scene_decode_all(scene));
     assert_null(scene->views[3].image.pixels);
@@ -157,7 +157,7 @@ FOLDER_TEST(the_hash_names_all_that_is_read) {
 
     char *elsewhere = temporary_folder_create(); // the folder does not matter
     tiny_scene_write(elsewhere, &(struct tiny_scene){0});
-    hash_of(&(struct vw_scene_params){.path = elsewhere}, again);
+    hash_of(SCENE_PARAMS(.path = elsewhere), again);
     assert_string_equal(first, again);
     temporary_folder_remove(elsewhere);
 
@@ -188,7 +188,7 @@ FOLDER_TEST(the_hash_names_all_that_is_read) {
 
 FOLDER_TEST(headers_only_reads_no_pixels) {
     tiny_scene_write(*state, &(struct tiny_scene){0});
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state, .headers_only = true});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .headers_only = true));
     const uint8_t zero[VW_HASH_BYTES] = {0};
     assert_memory_equal(scene->hash, zero, VW_HASH_BYTES);
     assert_memory_equal(scene->views[0].sha256, zero, VW_HASH_BYTES);
@@ -208,7 +208,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
         snprintf(name, sizeof name, "images/0%d.exr", i);
         ASSERT_OK(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels));
     }
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "1 photos: 0.347 %")); // 2 of 3 * 48 pixels * 4 channels
 }
@@ -218,7 +218,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
 TEST(fox_is_read) {
     const char *path = real_scene_path("fox");
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->view_count, 50);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 7);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 6);
@@ -240,7 +240,7 @@ TEST(fox_is_read) {
 TEST(chair_synthetic_is_read) {
     const char *path = real_scene_path("chair_synthetic");
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = path});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 100);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 20);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 20);

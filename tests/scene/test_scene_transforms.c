@@ -11,7 +11,7 @@
 static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
     AUTO(vw_scene_close)
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = folder, .headers_only = true});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
     struct vw_camera camera = scene->views[0].camera;
     return camera;
 }
@@ -81,7 +81,7 @@ FOLDER_TEST(frame_keys_win) {
 FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
     tiny_scene_write(*state,
                      &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     check_camera(&scene->views[5].camera, 7, 7, 4.1, 2.9);
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "8 photos: intrinsics scaled"));
@@ -92,11 +92,11 @@ FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
 FOLDER_TEST(extensions_may_be_missing) {
     tiny_scene_write(
         *state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
-    struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_string_equal(scene->views[1].name, "images/01");
     vw_scene_close(&scene);
     assert_int_equal(rename(temporary_path(*state, "images/01.png"), temporary_path(*state, "images/01.PNG")), 0);
-    scene = tiny_scene_open(&(struct vw_scene_params){.path = temporary_path(*state, "transforms.json")});
+    scene = tiny_scene_open(SCENE_PARAMS(.path = temporary_path(*state, "transforms.json")));
     assert_int_equal(scene->view_count, 3);
     assert_string_equal(scene->format, "transforms");
     vw_scene_close(&scene);
@@ -109,7 +109,7 @@ FOLDER_TEST(the_pose_is_read) {
         "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
         "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
         "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
     for (int i = 0; i < 12; i++)
         assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
@@ -177,9 +177,8 @@ FOLDER_TEST(bad_keys_are_refused) {
 FOLDER_TEST(unreadable_files_are_refused) {
     tiny_folder_refused(*state, *state, "no scene found");
     tiny_folder_refused("/no/such/scene", "/no/such/scene", "no such scene");
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "transforms"}, VW_ERROR_INPUT,
-                       "transforms.json", NULL);
-    tiny_scene_refused(&(struct vw_scene_params){.path = *state, .format = "bundler"}, VW_ERROR_USAGE, "bundler", NULL);
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "transforms"), VW_ERROR_INPUT, "transforms.json");
+    tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "bundler"), VW_ERROR_USAGE, "bundler");
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"frames\": [}");
     tiny_folder_refused(*state, "transforms.json:2:13:", "JSON");
     temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"fl_y\": NaN}");
@@ -213,7 +212,7 @@ FOLDER_TEST(missing_photos_are_skipped) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->view_count, 3);
     assert_string_equal(scene->views[1].name, "images/02.png");
     assert_int_equal(scene->note_count, 1);
@@ -243,7 +242,7 @@ FOLDER_TEST(photos_stay_in_the_folder) {
     temporary_folder_remove(elsewhere);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink("00.png", temporary_path(*state, "images/01.png")), 0); // inside is fine
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&(struct vw_scene_params){.path = *state});
+    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
 }
 
 // The scene file too: what it links to would show in messages.

@@ -9,7 +9,7 @@ enum { PHOTOS = 10 }; // images/00.png to images/09.png, split vtttTtttvt
 
 static struct vw_scene *open_scene(const char *folder) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = PHOTOS});
-    return tiny_scene_open(&(struct vw_scene_params){.path = folder});
+    return tiny_scene_open(SCENE_PARAMS(.path = folder));
 }
 
 // Which photos are chosen, as their digits.

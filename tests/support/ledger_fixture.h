@@ -154,6 +154,18 @@ static inline struct vw_ledger *test_ledger_create(const char *path) {
     return ledger;
 }
 
+static inline struct vw_ledger *test_ledger_open(const char *path) {
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_open(path, &ledger));
+    return ledger;
+}
+
+static inline struct vw_ledger *test_ledger_open_to_append(const char *path) {
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    return ledger;
+}
+
 static inline void test_ledger_finish(struct vw_ledger *ledger, const char *status) {
     uint32_t score_count = strcmp(status, "finished") == 0 ? TEST_SCORE_COUNT : 0;
     if (score_count) ASSERT_OK(vw_ledger_set_field(ledger, HEX_B));

@@ -49,3 +49,29 @@ fails() {
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }
+
+# answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
+answers() {
+    "${@:2}" >"$folder/answer.json" 2>"$folder/stderr" &&
+        [[ $(sqlite3 :memory: "WITH answer AS (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)
+            SELECT CASE WHEN json_valid(j) THEN ($1) END FROM answer") == 1 ]] && return
+    cat "$folder/answer.json" "$folder/stderr"
+    return 1
+}
+
+# json PATH: of what the last command that was run printed.
+json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
+
+# same_dump OUT OUT: two batches have merged the same runs.
+dump() { sqlite3 "$folder/$1/merged.db" <"$root/scripts/canonical_dump.sql"; }
+same_dump() {
+    [[ $(dump "$1" | wc -l) -gt 100 ]] && diff <(dump "$1") <(dump "$2") >"$folder/diff" && return
+    head -n 5 "$folder/diff"
+    return 1
+}
+
+# write_photo FILE: a PNG of 8 x 6 pixels.
+write_photo() {
+    base64 -d >"$1" <<<'iVBORw0KGgoAAAANSUhEUgAAAAgAAAAGCAIAAABxZ0isAAAAY0lEQVR4nA3JIQEAMQwEwYgIrpJTUhwRhSsguEpOyeOI+Q6dyCAX
+KXKTh7ykyY9QoIWENjroIqMXFdSiRG3qUJcy9aKDXrToTR/60qZfOPDCwhsffLHxiwlmMWI2c5jLmPn4AeieQjFag8aUAAAAAElFTkSuQmCC'
+}

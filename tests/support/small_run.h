@@ -2,10 +2,8 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_SMALL_RUN_H
 #define VIEWWORTH_TESTS_SUPPORT_SMALL_RUN_H
 
-#include <stdint.h>
-#include <string.h>
-
-#include "viewworth/train.h"
+#include "support/cmocka_test.h"
+#include "viewworth/run.h"
 
 #define SMALL_SCENE VW_SOURCE_FOLDER "/tests/support/tiny.json"
 
@@ -21,6 +19,20 @@ static inline struct vw_config small_config(uint64_t seed, uint32_t epochs) {
     config.width = 16;
     strcpy(config.effects, "none");
     return config;
+}
+
+static inline struct vw_run *small_run_open(const struct vw_run_params *params) {
+    struct vw_run *run = NULL;
+    ASSERT_OK(vw_run_open(params, &run));
+    return run;
+}
+
+// Opens a run, trains it whole, and finishes it; to be closed.
+static inline struct vw_run *small_run_make(const struct vw_run_params *params) {
+    struct vw_run *run = small_run_open(params);
+    ASSERT_OK(vw_run_advance(run, UINT64_MAX));
+    ASSERT_OK(vw_run_finish(run));
+    return run;
 }
 
 #endif

@@ -64,7 +64,7 @@ struct vw_scene *tiny_scene_open(const struct vw_scene_params *params) {
     return scene;
 }
 
-void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) {
+void tiny_scene_refused_by(const struct vw_scene_params *params, enum vw_status status, ...) {
     struct vw_scene *scene = NULL;
     assert_int_equal(vw_scene_open(params, &scene), status);
     assert_null(scene);

@@ -27,11 +27,13 @@ void tiny_photo_write(const char *path, uint32_t index);
 
 // Opens a scene or fails the test with its message.
 struct vw_scene *tiny_scene_open(const struct vw_scene_params *params);
-// Fails the test unless opening is refused with this status and a message of one line that holds every text (NULL ends
-// them).
-void tiny_scene_refused(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
+// Params of a scene, by their fields.
+#define SCENE_PARAMS(...) (&(struct vw_scene_params){__VA_ARGS__})
+
+// Fails the test unless opening is refused with this status and a message of one line that holds every text.
+#define tiny_scene_refused(params, status, ...) tiny_scene_refused_by(params, status, __VA_ARGS__, NULL)
 // The same of a folder that is wrong as input.
-#define tiny_folder_refused(folder, ...)                                                                               \
-    tiny_scene_refused(&(struct vw_scene_params){.path = (folder)}, VW_ERROR_INPUT, __VA_ARGS__, NULL)
+#define tiny_folder_refused(folder, ...) tiny_scene_refused(SCENE_PARAMS(.path = (folder)), VW_ERROR_INPUT, __VA_ARGS__)
+void tiny_scene_refused_by(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
 
 #endif
