@@ -267,8 +267,7 @@ static enum vw_status end_job(struct queue *queue, uint32_t job, int exit_code, 
     result->state = !exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
     if (result->state == VW_JOB_FAILED) result->message = describe_failure(queue, job, exit_code);
     count_states(queue->batch);
-    const struct vw_job_record record = {result->exit_code, result->seconds, result->message};
-    enum vw_status status = vw_job_record_write(queue->params->out, job_at(queue, job), &record);
+    enum vw_status status = vw_job_result_write(queue->params->out, job_at(queue, job), result);
     if (!status && !queue->params->only) status = write_states(queue->batch, queue->params->out);
     report(queue, job_at(queue, job));
     return status;
@@ -353,19 +352,8 @@ static enum vw_status run_queue(struct queue *queue) {
 
 static enum vw_status read_records(struct vw_batch *batch, const char *out) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < batch->jobs->count; i++) {
-        const struct vw_job *job = &batch->jobs->jobs[i];
-        struct vw_job_record record;
-        status = vw_job_record_read(out, job, &record);
-        bool done = !status && vw_job_record_is_done(out, job, &record);
-        batch->results[i] =
-            (struct vw_job_result){.state = done             ? VW_JOB_DONE
-                                            : record.message ? VW_JOB_FAILED // one that was stopped has none
-                                                             : VW_JOB_WAITING,
-                                   .exit_code = done || record.message ? record.exit_code : -1,
-                                   .seconds = record.seconds,
-                                   .message = record.message};
-    }
+    for (uint32_t i = 0; !status && i < batch->jobs->count; i++)
+        status = vw_job_result_read(out, &batch->jobs->jobs[i], &batch->results[i]);
     count_states(batch);
     return status;
 }

@@ -11,21 +11,6 @@
 #include "batch/merge.h"
 #include "viewworth/status.h"
 
-enum vw_job_state {
-    VW_JOB_WAITING, // its name is "waiting"; the others likewise
-    VW_JOB_RUNNING,
-    VW_JOB_DONE,
-    VW_JOB_FAILED,
-    VW_JOB_STOPPED // by an interrupt; the same command resumes it
-};
-
-struct vw_job_result {
-    enum vw_job_state state;
-    int exit_code;  // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
-    double seconds; // that its processes took together
-    char *message;  // owned: the last line of its log, where it failed; else NULL
-};
-
 struct vw_batch {
     const struct vw_jobs *jobs;    // borrowed
     struct vw_job_result *results; // owned; by job
@@ -54,7 +39,7 @@ struct vw_batch_params {
 
 // Runs the jobs that are not done. If a process runs several and one of them fails, each is run once more
 // alone, so that none fails with another. Each leaves OUT/NAME/ (as value does), OUT/NAME.log and OUT/NAME.json
-// (struct vw_job_record). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with
+// (struct vw_job_result). Writes batch.json, {"jobs": [{"name", "state", "exit_code", "seconds", "message"}, ...]} with
 // null for missing values, and at the end summary.csv, what vw_merge_write() writes, and report.html. With `only`,
 // writes none of these, and takes no lock of OUT. VW_ERROR_IO names the number of jobs that failed, after the others
 // have ended. After VW_ERROR_INTERRUPTED, and after a kill, the same call resumes. Free it also after a failure.

@@ -272,14 +272,16 @@ static json_t *words_to_json(const struct vw_job *job) {
     return words;
 }
 
-bool vw_job_record_is_done(const char *out, const struct vw_job *job, const struct vw_job_record *record) {
+// Returns whether the run of a job is there.
+static bool has_run(const char *out, const struct vw_job *job) {
     char *ledger = vw_format_text("%s/ledger.db", job->name);
-    bool done = ledger && record->exit_code == 0 && vw_file_exists_inside(out, ledger);
+    bool there = ledger && vw_file_exists_inside(out, ledger);
     free(ledger);
-    return done;
+    return there;
 }
 
-static enum vw_status take(const json_t *object, const struct vw_job *job, struct vw_job_record *record) {
+static enum vw_status take(const char *out, const json_t *object, const struct vw_job *job,
+                           struct vw_job_result *result) {
     const json_t *code = json_object_get(object, "exit_code"), *seconds = json_object_get(object, "seconds");
     const char *message = json_string_value(json_object_get(object, "message"));
     json_t *words = words_to_json(job);
@@ -288,32 +290,34 @@ static enum vw_status take(const json_t *object, const struct vw_job *job, struc
                 json_number_value(seconds) >= 0;
     json_decref(words);
     if (!same) return VW_OK;
-    record->exit_code = (int)json_integer_value(code);
-    record->seconds = json_number_value(seconds);
-    if (message && *message && !(record->message = vw_copy_text(message))) return VW_ERROR_MEMORY;
+    bool done = !json_integer_value(code) && has_run(out, job), failed = message && *message; // stopped: neither
+    result->state = done ? VW_JOB_DONE : failed ? VW_JOB_FAILED : VW_JOB_WAITING;
+    if (done || failed) result->exit_code = (int)json_integer_value(code);
+    result->seconds = json_number_value(seconds);
+    if (failed && !(result->message = vw_copy_text(message))) return VW_ERROR_MEMORY;
     return VW_OK;
 }
 
-enum vw_status vw_job_record_read(const char *out, const struct vw_job *job, struct vw_job_record *record) {
+enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, struct vw_job_result *result) {
     void *text = NULL;
     size_t size_bytes = 0;
     char *name = vw_format_text("%s.json", job->name);
-    *record = (struct vw_job_record){.exit_code = -1};
+    *result = (struct vw_job_result){.exit_code = -1};
     if (!name) return VW_ERROR_MEMORY;
     bool there = vw_file_exists_inside(out, name);
     enum vw_status status = there ? vw_file_read_inside(out, name, RECORD_BYTES_MAX, &text, &size_bytes) : VW_OK;
     json_t *object = !status && there ? vw_json_load(text, size_bytes, 0, NULL) : NULL;
-    status = take(object, job, record);
+    status = take(out, object, job, result);
     json_decref(object);
     free(text);
     free(name);
     return status;
 }
 
-enum vw_status vw_job_record_write(const char *out, const struct vw_job *job, const struct vw_job_record *record) {
+enum vw_status vw_job_result_write(const char *out, const struct vw_job *job, const struct vw_job_result *result) {
     char *path = vw_format_text("%s/%s.json", out, job->name);
-    json_t *object = json_pack("{s:o, s:i, s:f, s:s}", "words", words_to_json(job), "exit_code", record->exit_code,
-                               "seconds", record->seconds, "message", record->message ? record->message : "");
+    json_t *object = json_pack("{s:o, s:i, s:f, s:s}", "words", words_to_json(job), "exit_code", result->exit_code,
+                               "seconds", result->seconds, "message", result->message ? result->message : "");
     enum vw_status status = vw_json_write_file(path, object);
     free(path);
     return status;

@@ -38,20 +38,27 @@ enum vw_status vw_jobs_load(const char *path, struct vw_jobs *jobs);
 bool vw_jobs_fit(const struct vw_job *a, const struct vw_job *b);
 void vw_jobs_free(struct vw_jobs *jobs);
 
-// The record of how a job ended: OUT/NAME.json next to its folder OUT/NAME. After a restart, a batch reads from it
-// which jobs are done. {"words": [...], "exit_code": 0, "seconds": 41.2, "message": ""}
-struct vw_job_record {
-    int exit_code;  // exit code of its last process; 128 + N if signal N ended it; -1: none has ended yet
-    double seconds; // that its processes took together
-    char *message;  // owned: why it failed; NULL: it did not
+enum vw_job_state {
+    VW_JOB_WAITING, // its name is "waiting"; the others likewise
+    VW_JOB_RUNNING,
+    VW_JOB_DONE,
+    VW_JOB_FAILED,
+    VW_JOB_STOPPED // by an interrupt; the same command resumes it
 };
 
-// Returns whether the recorded job has the same words, ended with exit code 0, and its run still exists. The words
-// contain the scene as JOBS.json names it.
-bool vw_job_record_is_done(const char *out, const struct vw_job *job, const struct vw_job_record *record);
-// Reads the record of a job with the same words; one with other words, none and a broken one are as if no process had
-// ended. VW_ERROR_MEMORY.
-enum vw_status vw_job_record_read(const char *out, const struct vw_job *job, struct vw_job_record *record);
-enum vw_status vw_job_record_write(const char *out, const struct vw_job *job, const struct vw_job_record *record);
+// The end of a job. Its record is OUT/NAME.json next to its folder OUT/NAME: {"words": [...], "exit_code": 0,
+// "seconds": 41.2, "message": ""}. After a restart, a batch reads from it which jobs are done.
+struct vw_job_result {
+    enum vw_job_state state;
+    int exit_code;  // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
+    double seconds; // that its processes took together
+    char *message;  // owned: the last line of its log, where it failed; else NULL
+};
+
+// Reads the record of a job with the same words, which contain the scene as JOBS.json names it: done if the last
+// process ended with exit code 0 and the run still exists, failed if there is a message, otherwise waiting. A record of
+// other words, none and a broken one are as if no process had ended. VW_ERROR_MEMORY.
+enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, struct vw_job_result *result);
+enum vw_status vw_job_result_write(const char *out, const struct vw_job *job, const struct vw_job_result *result);
 
 #endif

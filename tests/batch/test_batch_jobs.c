@@ -127,23 +127,25 @@ TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
 
 TEST_WITHIN(a_record_is_of_the_same_words, make_folder, remove_folder) {
     AUTO(vw_jobs_free) struct vw_jobs jobs, others;
-    struct vw_job_record record;
+    struct vw_job_result record;
     ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
     ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 4}"), &others));
     ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
-    ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
-    ASSERT_OK(vw_job_record_write(folder, &jobs.jobs[0], &(struct vw_job_record){0, 2.5, "why"}));
-    ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(vw_job_result_write(folder, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 0, 2.5, "why"}));
+    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
     assert_int_equal(record.exit_code, 0);
     assert_near(record.seconds, 2.5, 0);
     assert_string_equal(record.message, "why");
     free(record.message);
-    assert_false(vw_job_record_is_done(folder, &jobs.jobs[0], &record)); // its run is not there
+    assert_int_equal(record.state, VW_JOB_FAILED); // its run is not there
     ASSERT_OK(vw_folder_create(temporary_path(folder, "a/seed-0")));
     ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0/ledger.db"), "", 0));
-    assert_true(vw_job_record_is_done(folder, &jobs.jobs[0], &record));
-    ASSERT_OK(vw_job_record_read(folder, &others.jobs[0], &record));
+    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
+    assert_int_equal(record.state, VW_JOB_DONE);
+    free(record.message);
+    ASSERT_OK(vw_job_result_read(folder, &others.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
 }
 
@@ -173,9 +175,9 @@ TEST_WITHIN(a_broken_record_is_none, make_folder, remove_folder) {
     ASSERT_OK(load(JOBS(""), &jobs));
     ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
-        struct vw_job_record record;
+        struct vw_job_result record;
         ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0.json"), texts[i], strlen(texts[i])));
-        ASSERT_OK(vw_job_record_read(folder, &jobs.jobs[0], &record));
+        ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
         assert_int_equal(record.exit_code, -1);
         assert_null(record.message);
     }
