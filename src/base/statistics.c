@@ -51,6 +51,17 @@ double vw_robust_spread(double *values, uint32_t count) {
     return VW_NORMAL_SPREAD * vw_median(values, count);
 }
 
+void vw_spread_add(struct vw_spread *spread, double value) {
+    spread->count++;
+    double deviation = value - spread->mean;
+    spread->mean += deviation / (double)spread->count;
+    spread->squared_deviations += deviation * (value - spread->mean);
+}
+
+double vw_spread_variance(const struct vw_spread *spread) {
+    return spread->count < 2 ? NAN : spread->squared_deviations / (double)(spread->count - 1);
+}
+
 static bool varies(const double *values, uint32_t count) {
     for (uint32_t i = 1; i < count; i++)
         if (values[i] != values[0]) return true;

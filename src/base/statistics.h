@@ -25,6 +25,14 @@ double vw_median(double *values, uint32_t count); // sorts the values; NaN if th
 // none.
 double vw_robust_spread(double *values, uint32_t count);
 
+// The spread of values. Mean and squares by Welford's recurrence, which avoids cancellation.
+struct vw_spread {
+    uint64_t count;
+    double mean, squared_deviations;
+};
+void vw_spread_add(struct vw_spread *spread, double value);
+double vw_spread_variance(const struct vw_spread *spread); // sample variance (n - 1); NaN below two values
+
 // Returns Pearson's correlation. NaN for fewer than two values, or if one side does not vary.
 double vw_pearson(const double *a, const double *b, uint32_t count);
 // Computes Spearman's correlation: Pearson's of the ranks. VW_ERROR_MEMORY.

@@ -74,43 +74,36 @@ static enum vw_status verify_final_hash(struct verification *verification) {
 
 // ---- The chain of the steps ----
 
-// A table whose rows belong to steps, read beside the steps in the order of the keys.
-struct companion {
-    const struct vw_table *table; // column 1 is the step
+// The view rows, read beside the steps in the order of the keys.
+struct view_rows {
     sqlite3_stmt *statement;
-    bool found; // there is a current row
+    bool found; // there is a current row: the first one that no earlier step has used
 };
 
-static enum vw_status open_companion(struct verification *verification, struct companion *companion) {
-    enum vw_status status = vw_table_select(verification->database, companion->table, NULL, &companion->statement);
-    return status ? status : vw_database_next(verification->database, companion->statement, &companion->found);
-}
-
-static enum vw_status fail_orphan(const struct verification *verification, const struct companion *companion) {
+static enum vw_status fail_orphan(const struct verification *verification, const struct view_rows *views) {
     return vw_fail(VW_ERROR_MISMATCH,
-                   "%s: table %s has a row of step %" PRId64
+                   "%s: table view has a row of step %" PRId64
                    ", which has no step row: a step row was removed or the row was added",
-                   verification->database->path, companion->table->name,
-                   (int64_t)sqlite3_column_int64(companion->statement, 1));
+                   verification->database->path, (int64_t)sqlite3_column_int64(views->statement, 1));
 }
 
-// Adds the companion's rows of this step. Its current row is the first one that no earlier step has used.
-static enum vw_status hash_companion(struct verification *verification, struct companion *companion, int64_t step,
-                                     struct vw_hasher *hasher) {
+// Adds the view rows of this step.
+static enum vw_status hash_views(struct verification *verification, struct view_rows *views, int64_t step,
+                                 struct vw_hasher *hasher) {
     enum vw_status status = VW_OK;
-    while (!status && companion->found) {
-        int64_t its_step = sqlite3_column_int64(companion->statement, 1);
-        if (its_step < step) return fail_orphan(verification, companion);
+    while (!status && views->found) {
+        int64_t its_step = sqlite3_column_int64(views->statement, 1);
+        if (its_step < step) return fail_orphan(verification, views);
         if (its_step > step) return VW_OK;
-        vw_row_hash(companion->statement, companion->table->column_count, hasher);
-        status = vw_database_next(verification->database, companion->statement, &companion->found);
+        vw_row_hash(views->statement, vw_view_table.column_count, hasher);
+        status = vw_database_next(verification->database, views->statement, &views->found);
     }
     return status;
 }
 
 // Verifies the current row of `steps`, which must be that of `step`; its last column is row_hash.
 static enum vw_status verify_step(struct verification *verification, sqlite3_stmt *steps, int64_t step,
-                                  struct companion *views) {
+                                  struct view_rows *views) {
     const char *path = verification->database->path;
     if (sqlite3_column_int64(steps, 1) != step)
         return vw_fail(VW_ERROR_MISMATCH,
@@ -123,7 +116,7 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
     vw_hasher_begin(&hasher);
     vw_hasher_add_text(&hasher, verification->head);
     vw_row_hash(steps, hash_column, &hasher);
-    enum vw_status status = hash_companion(verification, views, step, &hasher);
+    enum vw_status status = hash_views(verification, views, step, &hasher);
     if (status) return status;
     vw_row_end_hash(&hasher, verification->head);
     vw_row_copy_hash(steps, hash_column, stored);
@@ -134,11 +127,12 @@ static enum vw_status verify_step(struct verification *verification, sqlite3_stm
 }
 
 static enum vw_status verify_steps(struct verification *verification) {
-    struct companion views = {.table = &vw_view_table};
+    struct view_rows views = {0};
     sqlite3_stmt *steps = NULL;
     bool found = false;
     enum vw_status status = vw_table_select(verification->database, &vw_step_table, NULL, &steps);
-    if (!status) status = open_companion(verification, &views);
+    if (!status) status = vw_table_select(verification->database, &vw_view_table, NULL, &views.statement);
+    if (!status) status = vw_database_next(verification->database, views.statement, &views.found);
     for (int64_t step = 0; !status && !(status = vw_database_next(verification->database, steps, &found)) && found;
          step++)
         status = verify_step(verification, steps, step, &views);

@@ -247,7 +247,7 @@ static enum vw_status sum_credits(const struct vw_report_run *run, struct credit
                                          .images = run->images,
                                          .image_count = run->image_count};
     struct vw_series series = {0};
-    enum vw_status status = vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series);
+    enum vw_status status = vw_series_make(&input, VW_MEASURE_PSNR, VW_FORM_STEP, &series);
     uint64_t cells = (uint64_t)series.epoch_count * run->image_count;
     credits->group_epochs = (uint32_t)(cells / VISITS_SHOWN) + 1;
     credits->group_count = (series.epoch_count + credits->group_epochs - 1) / credits->group_epochs;

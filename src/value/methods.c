@@ -58,24 +58,21 @@ const struct vw_value_method *vw_value_method_find(const char *name) {
     return NULL;
 }
 
-#define PSNR &vw_measure_psnr, 1
-#define LOSS &vw_measure_l1, -1
-
 // Sources: dv_psnr and dv_loss are the equation of Cheimariotis et al. (CAIP 2025), and revisit_* follows its overview
 // figure. The paper also discusses and rejects the last epoch and progress weights. momentum_psnr is our own.
 const struct vw_method vw_methods[] = {
-    {"dv_psnr", DB, PSNR, VW_FORM_STEP, weigh_all},
-    {"dv_loss", L1, LOSS, VW_FORM_STEP, weigh_all},
-    {"momentum_psnr", DB, PSNR, VW_FORM_DECONVOLVED, weigh_all},
+    {"dv_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_all},
+    {"dv_loss", L1, VW_MEASURE_L1, VW_FORM_STEP, weigh_all},
+    {"momentum_psnr", DB, VW_MEASURE_PSNR, VW_FORM_DECONVOLVED, weigh_all},
 };
 const uint32_t vw_method_count = VW_ARRAY_COUNT(vw_methods);
 
 const struct vw_method vw_paper_methods[] = {
-    {"revisit_psnr", DB, PSNR, VW_FORM_REVISIT, weigh_all},
-    {"revisit_loss", L1, LOSS, VW_FORM_REVISIT, weigh_all},
-    {"last_epoch_psnr", DB, PSNR, VW_FORM_STEP, weigh_last},
-    {"linear_psnr", DB, PSNR, VW_FORM_STEP, weigh_linearly},
-    {"exponential_psnr", DB, PSNR, VW_FORM_STEP, weigh_exponentially},
+    {"revisit_psnr", DB, VW_MEASURE_PSNR, VW_FORM_REVISIT, weigh_all},
+    {"revisit_loss", L1, VW_MEASURE_L1, VW_FORM_REVISIT, weigh_all},
+    {"last_epoch_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_last},
+    {"linear_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_linearly},
+    {"exponential_psnr", DB, VW_MEASURE_PSNR, VW_FORM_STEP, weigh_exponentially},
 };
 const uint32_t vw_paper_method_count = VW_ARRAY_COUNT(vw_paper_methods);
 

@@ -12,8 +12,7 @@ typedef void vw_weighting(double *weights, uint32_t epoch_count);
 // The score is the sum of a photo's weighted deltas.
 struct vw_method {
     const char *name, *unit;
-    const struct vw_measure *measure;
-    double sign; // sign of the measure: +1 if more is better
+    enum vw_measure measure;
     enum vw_form form;
     vw_weighting *weighting;
 };

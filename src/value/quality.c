@@ -176,7 +176,7 @@ static void append(const struct work *work, struct vw_ledger_score *scores, uint
 enum vw_status vw_quality_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                  uint32_t *score_count) {
     struct work work = {.input = input};
-    enum vw_status status = vw_series_make(input, &vw_measure_l1, -1, VW_FORM_STEP, &work.series);
+    enum vw_status status = vw_series_make(input, VW_MEASURE_L1, VW_FORM_STEP, &work.series);
     work.epochs = work.series.epoch_count;
     work.late_epochs = (work.epochs + 2) / 3;
     work.block = (uint32_t)fmax(1, fmin(round(cbrt(work.epochs)), work.late_epochs / 2));

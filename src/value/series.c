@@ -29,8 +29,8 @@ static void append(struct vw_series *series, const struct vw_visit *visit, uint3
 
 // State for computing the deltas of successive steps.
 struct reader {
-    const struct vw_measure *measure;
-    double sign, beta1;
+    enum vw_measure measure;
+    double beta1;
     enum vw_form form;
     double
         *before; // the measure that a delta starts from: one per image in the revisit form, otherwise the first entry
@@ -52,9 +52,10 @@ static double undo_momentum(struct reader *reader, const struct vw_step_record *
 }
 
 static double take_delta(struct reader *reader, const struct vw_step_record *record, uint32_t image) {
-    bool revisit = reader->form == VW_FORM_REVISIT, trained = record->view != VW_RECORD_UNTRAINED;
-    double after = vw_measure_of_record(reader->measure, record), *before = &reader->before[revisit ? image : 0];
-    double delta = reader->sign * (after - *before);
+    bool psnr = reader->measure == VW_MEASURE_PSNR, revisit = reader->form == VW_FORM_REVISIT,
+         trained = record->view != VW_RECORD_UNTRAINED;
+    double after = psnr ? record->val_psnr : record->val_l1, *before = &reader->before[revisit ? image : 0];
+    double delta = psnr ? after - *before : -(after - *before);
     if (isfinite(after) && (trained || !revisit)) *before = after;
     if (!isfinite(delta)) delta = NAN;
     return reader->form == VW_FORM_DECONVOLVED ? undo_momentum(reader, record, delta) : delta;
@@ -76,10 +77,10 @@ static enum vw_status take_visits(const struct vw_value_input *input, struct rea
     return VW_OK;
 }
 
-enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign,
-                              enum vw_form form, struct vw_series *series) {
+enum vw_status vw_series_make(const struct vw_value_input *input, enum vw_measure measure, enum vw_form form,
+                              struct vw_series *series) {
     *series = (struct vw_series){.visits = vw_allocate(input->record_count, sizeof *series->visits)};
-    struct reader reader = {.measure = measure, .sign = sign, .beta1 = input->beta1, .form = form};
+    struct reader reader = {.measure = measure, .beta1 = input->beta1, .form = form};
     reader.before = vw_allocate((size_t)input->image_count + 1, sizeof *reader.before);
     enum vw_status status = series->visits && reader.before ? VW_OK : VW_ERROR_MEMORY;
     for (uint32_t i = 0; !status && i <= input->image_count; i++) reader.before[i] = NAN;

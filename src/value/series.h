@@ -5,9 +5,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "value/measure.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"
+
+// The validation measures that scores are computed from.
+enum vw_measure { VW_MEASURE_PSNR, VW_MEASURE_L1 };
 
 // The forms of the delta.
 enum vw_form {
@@ -31,10 +33,10 @@ struct vw_series {
     uint32_t epoch_count; // 0 if there is no visit after burn-in
 };
 
-// Collects the deltas. `sign` is +1 if a larger measure is better, -1 if a smaller one is. VW_ERROR_INPUT for a step on
+// Collects the deltas. VW_ERROR_INPUT for a step on
 // a photo that is not in the images, VW_ERROR_MEMORY. Free the series also after a failure.
-enum vw_status vw_series_make(const struct vw_value_input *input, const struct vw_measure *measure, double sign,
-                              enum vw_form form, struct vw_series *series);
+enum vw_status vw_series_make(const struct vw_value_input *input, enum vw_measure measure, enum vw_form form,
+                              struct vw_series *series);
 void vw_series_free(struct vw_series *series);
 
 // Sorts the visits by photo, and within a photo by step, which is the order in which scores are summed. `starts` has

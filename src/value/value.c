@@ -108,7 +108,7 @@ static enum vw_status allocate(struct scoring *scoring) {
 static enum vw_status prepare(struct scoring *scoring) {
     const struct vw_method *method = scoring->method;
     const struct vw_value_input *input = scoring->input;
-    enum vw_status status = vw_series_make(input, method->measure, method->sign, method->form, &scoring->series);
+    enum vw_status status = vw_series_make(input, method->measure, method->form, &scoring->series);
     if (!status) status = allocate(scoring);
     if (!status) status = vw_series_sort_by_photo(&scoring->series, input->image_count, scoring->starts);
     if (status) return status;

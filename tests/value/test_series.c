@@ -14,7 +14,7 @@ static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64
 static struct vw_series make(const struct test_game *game, uint32_t burn_in_epochs, double beta1, enum vw_form form) {
     struct vw_value_input input = test_input_of(game, burn_in_epochs, beta1);
     struct vw_series series;
-    ASSERT_OK(vw_series_make(&input, &vw_measure_psnr, 1, form, &series));
+    ASSERT_OK(vw_series_make(&input, VW_MEASURE_PSNR, form, &series));
     return series;
 }
 
@@ -65,7 +65,7 @@ TEST(revisits_telescope) {
     struct vw_value_input input = test_input_of(game, 0, 0);
     input.images++; // so that the first image is one that is trained on
     input.image_count--;
-    ASSERT_OK(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_REVISIT, &series));
+    ASSERT_OK(vw_series_make(&input, VW_MEASURE_PSNR, VW_FORM_REVISIT, &series));
     for (uint32_t i = 0; i < series.count; i++) // the first visit has none before it: the untrained field is no visit
         assert_int_equal(isnan(series.visits[i].delta), i < TEST_TRAIN_COUNT);
     vw_series_free(&series);
@@ -95,7 +95,7 @@ TEST(less_loss_is_more_worth) {
     AUTO_FREE struct test_game *game = test_play(noisy, 2, seed);
     struct vw_value_input input = test_input_of(game, 1, 0);
     AUTO(vw_series_free) struct vw_series series;
-    ASSERT_OK(vw_series_make(&input, &vw_measure_l1, -1, VW_FORM_STEP, &series));
+    ASSERT_OK(vw_series_make(&input, VW_MEASURE_L1, VW_FORM_STEP, &series));
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
         assert_true(series.visits[i].delta == -(game->records[step].val_l1 - game->records[step - 1].val_l1));
@@ -142,7 +142,7 @@ TEST(an_unknown_image_is_refused) {
     game->records[7].view = 99;
     struct vw_value_input input = test_input_of(game, 1, 0);
     AUTO(vw_series_free) struct vw_series series;
-    ASSERT_FAILS(vw_series_make(&input, &vw_measure_psnr, 1, VW_FORM_STEP, &series), VW_ERROR_INPUT,
+    ASSERT_FAILS(vw_series_make(&input, VW_MEASURE_PSNR, VW_FORM_STEP, &series), VW_ERROR_INPUT,
                  "step 7: trained on image 99");
 }
 

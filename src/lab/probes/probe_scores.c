@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "value/measure.h"
+#include "base/statistics.h"
 
 // ---- The probes of a step -------------------------------------------------------------------------------------------
 

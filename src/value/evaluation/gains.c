@@ -7,7 +7,6 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "value/measure.h"
 
 // PSNR of all lists, and the means of each training over the photos: means[list * seeds + seed].
 struct results {

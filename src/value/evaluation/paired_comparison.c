@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/statistics.h"
-#include "value/measure.h"
 
 static const struct {
     const char *name;
