@@ -14,7 +14,7 @@ files() { (cd "$folder/$1" && sha256sum -- *); }
 check "a run is valued" run value run
 check "and swept afterwards" prints "^         Pearson's correlation (0\.[89]|1\.0)" lasting run
 check "the gate names its photos" test "$(grep -cE '^ +[+-][0-9.]+ +[+-][0-9.]+ dB  view_00' "$folder/stdout")" = 6
-row=',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,,$'
+row=',lasting_(psnr|loss),-?[0-9.e-]+,(dB|mean absolute error),,7,[1-6],,,,$'
 check "scores.csv has both scores, without stderr" test "$(grep -cE "$row" "$folder/run/scores.csv")" = 12
 check "verify agrees" prints '^lasting credit +intact ' "$program" verify "$folder/run"
 before=$(files run)
