@@ -7,7 +7,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "detect/occupied_share.h"
+#include "detect/facts.h"
 #include "gpu/compute.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"

@@ -9,7 +9,6 @@
 #include "gpu/shader_cache.h"
 #include "gpu/shader_controls.h"
 #include "gpu/transfer.h"
-#include "gpu/wait.h"
 
 // ---- Listing and choosing -------------------------------------------------------------------------------------------
 

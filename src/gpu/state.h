@@ -18,7 +18,7 @@ struct vw_gpu {
     bool has_statistics;   // pipelines are made with them
     char *statistics_text; // owned; NULL: none so far
     double wait_limit_s;
-    bool hung;                  // see wait.h
+    bool hung;                  // see transfer.h
     struct vw_gpu *hung_before; // list of hung devices, which are never freed
     VkPipelineCache pipeline_cache;
     char *pipeline_cache_path;                  // owned; NULL: not kept

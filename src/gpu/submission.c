@@ -6,7 +6,7 @@
 #include "gpu/buffer.h"
 #include "gpu/command_list.h"
 #include "gpu/debug.h"
-#include "gpu/wait.h"
+#include "gpu/transfer.h"
 
 struct vw_submission {
     struct vw_gpu *gpu;

@@ -1,4 +1,4 @@
-// Commands that the host waits for: one command buffer of the device, outside all batches.
+// Commands that the host waits for: one command buffer of the device, outside all batches. All waits have an end.
 #ifndef VIEWWORTH_GPU_TRANSFER_H
 #define VIEWWORTH_GPU_TRANSFER_H
 
@@ -22,5 +22,16 @@ struct vw_barrier_params {
     bool host_reads; // the host reads mapped buffers after it
 };
 void vw_barrier_record(VkCommandBuffer commands, struct vw_barrier_params params);
+
+// ---- Waiting, with an end: a device that hangs is reported ----
+
+// Sets gpu->wait_limit_s, by the kind of device or by VIEWWORTH_DEVICE_TIMEOUT_S.
+enum vw_status vw_wait_choose_limit(struct vw_gpu *gpu);
+
+// Waits until the fence is signalled. After gpu->wait_limit_s the device counts as hung: this and all later waits fail,
+// and from then on nothing that the device may still use is destroyed. `work` is what messages name.
+enum vw_status vw_wait_for_fence(struct vw_gpu *gpu, VkFence fence, const char *work);
+// Fails where the device hangs: what it is given then must not be touched.
+enum vw_status vw_wait_check(const struct vw_gpu *gpu, const char *work);
 
 #endif

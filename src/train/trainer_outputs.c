@@ -7,7 +7,6 @@
 #include "train/files/checkpoint.h"
 #include "train/files/field_file.h"
 #include "train/identity.h"
-#include "train/render.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 #include "train/validation/measure_views.h"

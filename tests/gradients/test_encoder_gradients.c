@@ -6,7 +6,7 @@
 #include "support/encoder_check.h"
 #include "support/full.h"
 #include "support/gpu_fixture.h"
-#include "train/effects/thumbnails.h"
+#include "train/effects/encoder.h"
 
 static const struct step_case cases[] = {
     {.name = "hash", .seed = 501, .rays = 16, .samples = 16},

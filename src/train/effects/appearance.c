@@ -1,6 +1,8 @@
 // The effect `appearance`: photos differ in exposure and white balance. Each train photo has a gain and a bias per
 // channel of the rendered colours (shaders/effects/appearance/appearance.glsl). Only training uses them: validation
 // fits a gain and a bias of its own to each view (shaders/effects/appearance/fit_views.comp), and rendering uses none.
+#include <string.h>
+
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
@@ -13,20 +15,14 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
 }
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
-    buffers[0] = (struct vw_effect_buffer){.slot = VW_SLOT_D_APPEARANCE,
-                                           .name = "d_appearance",
-                                           .size_bytes = sizeof(struct vw_appearance) * (uint64_t)padded_rays};
-    buffers[1] =
-        (struct vw_effect_buffer){.slot = VW_SLOT_APPEARANCE_MOMENTS,
-                                  .name = "appearance_moments",
-                                  .size_bytes = sizeof(struct vw_appearance_moments) * (uint64_t)model->view_count,
-                                  .carried = true};
-    return 2;
-}
-
-static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
-                          const struct vw_push_update *push) {
-    vw_submission_dispatch(batch, passes[0], push, sizeof *push, 1);
+    uint64_t photos = model->view_count, rays = padded_rays;
+    const struct vw_effect_buffer listed[] = {
+        {VW_SLOT_D_APPEARANCE, "d_appearance", sizeof(struct vw_appearance) * rays, VW_EFFECT_OF_STEP},
+        {VW_SLOT_APPEARANCE_MOMENTS, "appearance_moments", sizeof(struct vw_appearance_moments) * photos,
+         VW_EFFECT_CARRIED},
+    };
+    memcpy(buffers, listed, sizeof listed);
+    return VW_ARRAY_COUNT(listed);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
@@ -43,10 +39,9 @@ const struct vw_effect_kind vw_effect_appearance = {
     .training_alone = true,
     .fits_views = true,
     .of_rays = true,
-    .shaders = {{&vw_shader_update_appearance}},
+    .update = &vw_shader_update_appearance,
     .ranges = {VW_SLOT_APPEARANCE},
     .lay_out_ranges = lay_out_ranges,
     .list_buffers = list_buffers,
-    .record_update = record_update,
     .list_costs = list_costs,
 };

@@ -1,5 +1,5 @@
 // The effect `appearance_encoder` (HA-NeRF, Chen et al., CVPR 2022, section 3.1): photos that differ in exposure, white
-// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail (thumbnails.h);
+// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail (encoder.h);
 // the code enters the colour network as those of appearance_code do. update_weights moves the network with all other
 // weights.
 //   convolve_photo, pool_photo: the photo's code and the shift of the colour network -> the field, forward and back ->
@@ -8,6 +8,7 @@
 // photo. They remain a function of the params alone: thumbnails are the scene's.
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
@@ -57,22 +58,14 @@ static void initialise(const struct vw_model *model, const struct vw_drawn *draw
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
     (void)padded_rays;
+    uint64_t photos = model->view_count, width4 = model->specialization.width4;
     const struct vw_effect_buffer listed[] = {
-        {.slot = VW_SLOT_THUMBNAILS,
-         .name = "thumbnails",
-         .size_bytes = sizeof(vw_float4) * THUMBNAIL_PIXELS * (uint64_t)model->view_count,
-         .of_field = true},
-        {.slot = VW_SLOT_ENCODER_ROWS,
-         .name = "encoder_rows",
-         .size_bytes = sizeof(vw_float4) * ENCODER_ROWS,
-         .of_field = true},
-        {.slot = VW_SLOT_CODE_SHIFT,
-         .name = "code_shift",
-         .size_bytes = sizeof(vw_float4) * (uint64_t)model->specialization.width4,
-         .of_field = true},
-        {.slot = VW_SLOT_D_ENCODER_ROWS, .name = "d_encoder_rows", .size_bytes = sizeof(vw_float4) * ENCODER_ROW_MEAN},
+        {VW_SLOT_THUMBNAILS, "thumbnails", sizeof(vw_float4) * THUMBNAIL_PIXELS * photos, VW_EFFECT_OF_FIELD},
+        {VW_SLOT_ENCODER_ROWS, "encoder_rows", sizeof(vw_float4) * ENCODER_ROWS, VW_EFFECT_OF_FIELD},
+        {VW_SLOT_CODE_SHIFT, "code_shift", sizeof(vw_float4) * width4, VW_EFFECT_OF_FIELD},
+        {VW_SLOT_D_ENCODER_ROWS, "d_encoder_rows", sizeof(vw_float4) * ENCODER_ROW_MEAN, VW_EFFECT_OF_STEP},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    memcpy(buffers, listed, sizeof listed);
     return VW_ARRAY_COUNT(listed);
 }
 

@@ -66,7 +66,8 @@ enum vw_status vw_effects_create_buffers(const struct vw_model *model, struct vw
         uint32_t count = list_buffers(model->effects[i], model, padded_rays, buffers);
         for (uint32_t k = 0; k < count && !status; k++) {
             const struct vw_buffer_row row = {&created[buffers[k].slot], buffers[k].name, buffers[k].size_bytes};
-            if (buffers[k].of_field == of_field) status = vw_buffers_create(objects, VW_BUFFER_DEVICE, &row, 1);
+            if (!!(buffers[k].use & VW_EFFECT_OF_FIELD) == of_field)
+                status = vw_buffers_create(objects, VW_BUFFER_DEVICE, &row, 1);
         }
     }
     return status;
@@ -120,8 +121,9 @@ void vw_effects_training_state(const struct vw_model *model, const struct vw_eff
         struct vw_effect_buffer own[VW_EFFECT_BUFFERS_MAX];
         uint32_t own_count = list_buffers(model->effects[i], model, 0, own);
         for (uint32_t k = 0; k < own_count; k++)
-            if (own[k].carried)
-                state[(*count)++] = own[k].of_field ? buffers->of_field[own[k].slot] : buffers->of_step[own[k].slot];
+            if (own[k].use & VW_EFFECT_CARRIED)
+                state[(*count)++] =
+                    (own[k].use & VW_EFFECT_OF_FIELD ? buffers->of_field : buffers->of_step)[own[k].slot];
     }
 }
 
@@ -140,6 +142,7 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
             rows[k].shader = half ? kind->shaders[k].half : kind->shaders[k].shader;
             rows[k].pass = &effects->sets[i].passes[k];
         }
+        if (of_step) rows[VW_EFFECT_UPDATE].shader = kind->update;
         status = vw_passes_create(objects, common, rows, count);
     }
     return status;
@@ -215,8 +218,8 @@ void vw_effects_record_gradient(const struct vw_model *model, const struct vw_ef
 void vw_effects_record_update(const struct vw_model *model, const struct vw_effect_sets *effects,
                               struct vw_submission *batch, const struct vw_push_update *push) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
-        const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_update) kind->record_update(effects->sets[i].passes, batch, push);
+        const struct vw_pass *update = effects->sets[i].passes[VW_EFFECT_UPDATE];
+        if (update) vw_submission_dispatch(batch, update, push, sizeof *push, 1);
     }
 }
 

@@ -17,7 +17,7 @@ struct vw_pass_costs;
 struct vw_scene;
 struct vw_step_passes;
 
-enum { VW_EFFECT_PASSES_MAX = 8, VW_EFFECT_BUFFERS_MAX = 8 };
+enum { VW_EFFECT_PASSES_MAX = 8, VW_EFFECT_BUFFERS_MAX = 8, VW_EFFECT_UPDATE = VW_EFFECT_PASSES_MAX - 1 };
 
 // The offset of an effect's switch in struct vw_specialization.
 #define VW_EFFECT_CONSTANT(effect) offsetof(struct vw_specialization, effect_##effect)
@@ -27,8 +27,11 @@ struct vw_effect_buffer {
     uint32_t slot;
     const char *name;
     uint64_t size_bytes;
-    bool carried;  // part of the training's state: one step leaves it to the next
-    bool of_field; // rendering needs it as well: it belongs to the field, else to a step
+    enum vw_effect_use {
+        VW_EFFECT_OF_STEP,
+        VW_EFFECT_CARRIED = 1,  // part of the training's state: one step leaves it to the next
+        VW_EFFECT_OF_FIELD = 2, // rendering needs it as well: it belongs to the field, else to a step
+    } use;
 };
 
 struct vw_effect_shader {
@@ -36,7 +39,8 @@ struct vw_effect_shader {
     const struct vw_shader *half; // in its place where the grid is of halves; NULL: the same
 };
 
-// The passes of an effect in one use. Which is which is the effect's own: they stand as in its `shaders`.
+// The passes of an effect in one use. Which is which is the effect's own: they stand as in its `shaders`. The last is
+// its `update`.
 struct vw_effect_passes {
     struct vw_pass *passes[VW_EFFECT_PASSES_MAX];
 };
@@ -71,6 +75,7 @@ struct vw_effect_kind {
     // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
     struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
+    const struct vw_shader *update; // moves what belongs to the step's photo, before update_weights, in one workgroup
     // A pass of every set of gradient passes, recorded after the last chunk of rays, with its number of invocations.
     const struct vw_shader *ray_gradient;
     uint64_t ray_gradient_invocations;
@@ -109,8 +114,6 @@ struct vw_effect_kind {
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *batch, const struct vw_push_rays *rays,
                             uint64_t number); // after the last chunk
-    void (*record_update)(struct vw_pass *const *passes, struct vw_submission *batch,
-                          const struct vw_push_update *push); // before update_weights; push->count: padded rays
 
     // Lists what its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.
     void (*list_photo_costs)(const struct vw_model *model, double photos, const char *role,

@@ -5,6 +5,8 @@
 //   sample
 // Every OCCUPANCY_STEPS steps the field is sampled to find what is empty; the result (VW_SLOT_OCCUPANCY) is part of the
 // training's state.
+#include <string.h>
+
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/kind.h"
@@ -24,21 +26,17 @@ _Static_assert(VW_OCCUPANCY_CELLS == VW_OCCUPANCY_SIDE * VW_OCCUPANCY_SIDE * VW_
 _Static_assert(VW_OCCUPANCY_CELLS % VW_FIELD_GROUP == 0, "cells fill workgroups");
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
+    (void)padded_rays;
     const struct vw_specialization *s = &model->specialization;
     uint64_t rays = s->chunk_samples / s->samples; // the rays of a chunk
-    (void)padded_rays;
     const struct vw_effect_buffer listed[] = {
-        {.slot = VW_SLOT_OCCUPANCY,
-         .name = "occupancy",
-         .size_bytes = sizeof(float) * VW_OCCUPANCY_CELLS,
-         .carried = true,
-         .of_field = true},
-        {.slot = VW_SLOT_KEPT_BITS, .name = "kept_bits", .size_bytes = 4 * rays * VW_KEPT_WORDS(s->samples)},
-        {.slot = VW_SLOT_KEPT_BEGINS, .name = "kept_begins", .size_bytes = 4 * (rays + 1)},
-        {.slot = VW_SLOT_KEPT_SAMPLES, .name = "kept_samples", .size_bytes = 4 * (uint64_t)s->chunk_samples},
-        {.slot = VW_SLOT_KEPT, .name = "kept", .size_bytes = sizeof(struct vw_kept)},
+        {VW_SLOT_OCCUPANCY, "occupancy", sizeof(float) * VW_OCCUPANCY_CELLS, VW_EFFECT_CARRIED | VW_EFFECT_OF_FIELD},
+        {VW_SLOT_KEPT_BITS, "kept_bits", 4 * rays * VW_KEPT_WORDS(s->samples), VW_EFFECT_OF_STEP},
+        {VW_SLOT_KEPT_BEGINS, "kept_begins", 4 * (rays + 1), VW_EFFECT_OF_STEP},
+        {VW_SLOT_KEPT_SAMPLES, "kept_samples", 4 * (uint64_t)s->chunk_samples, VW_EFFECT_OF_STEP},
+        {VW_SLOT_KEPT, "kept", sizeof(struct vw_kept), VW_EFFECT_OF_STEP},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    memcpy(buffers, listed, sizeof listed);
     return VW_ARRAY_COUNT(listed);
 }
 

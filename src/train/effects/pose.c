@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
@@ -18,7 +19,7 @@
 #include "train/pass_costs.h"
 #include "train/trainer.h"
 
-enum { POSITIONS, GRADIENT, UPDATE };
+enum { POSITIONS, GRADIENT };
 
 static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
     vw_model_append_range(model, VW_SLOT_POSES, sizeof(struct vw_pose) * (uint64_t)model->view_count,
@@ -26,16 +27,14 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
 }
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
-    uint64_t samples = model->specialization.chunk_samples;
-    buffers[0] = (struct vw_effect_buffer){.slot = VW_SLOT_POSE_MOMENTS,
-                                           .name = "pose_moments",
-                                           .size_bytes = sizeof(struct vw_pose_moments) * (uint64_t)model->view_count,
-                                           .carried = true};
-    buffers[1] = (struct vw_effect_buffer){
-        .slot = VW_SLOT_D_POSITIONS, .name = "d_positions", .size_bytes = sizeof(vw_float4) * samples};
-    buffers[2] = (struct vw_effect_buffer){
-        .slot = VW_SLOT_D_POSES, .name = "d_poses", .size_bytes = sizeof(struct vw_pose) * (uint64_t)padded_rays};
-    return 3;
+    uint64_t samples = model->specialization.chunk_samples, rays = padded_rays, photos = model->view_count;
+    const struct vw_effect_buffer listed[] = {
+        {VW_SLOT_POSE_MOMENTS, "pose_moments", sizeof(struct vw_pose_moments) * photos, VW_EFFECT_CARRIED},
+        {VW_SLOT_D_POSITIONS, "d_positions", sizeof(vw_float4) * samples, VW_EFFECT_OF_STEP},
+        {VW_SLOT_D_POSES, "d_poses", sizeof(struct vw_pose) * rays, VW_EFFECT_OF_STEP},
+    };
+    memcpy(buffers, listed, sizeof listed);
+    return VW_ARRAY_COUNT(listed);
 }
 
 static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *const *passes,
@@ -46,11 +45,6 @@ static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *
                                         offsetof(struct vw_kept, field_groups));
     else vw_submission_dispatch(batch, passes[POSITIONS], NULL, 0, samples);
     vw_submission_dispatch(batch, passes[GRADIENT], chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
-}
-
-static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
-                          const struct vw_push_update *push) {
-    vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
@@ -72,13 +66,12 @@ const struct vw_effect_kind vw_effect_pose = {
     .adjoint = VW_ADJOINT_REFUSES, // it does not know how cameras move
     .training_alone = true,
     .shaders = {[POSITIONS] = {&vw_shader_gradient_positions, &vw_shader_gradient_positions_half},
-                [GRADIENT] = {&vw_shader_gradient_pose},
-                [UPDATE] = {&vw_shader_update_pose}},
+                [GRADIENT] = {&vw_shader_gradient_pose}},
+    .update = &vw_shader_update_pose,
     .ranges = {VW_SLOT_POSES},
     .lay_out_ranges = lay_out_ranges,
     .list_buffers = list_buffers,
     .record_chunk_gradient = record_chunk_gradient,
-    .record_update = record_update,
     .list_costs = list_costs,
 };
 

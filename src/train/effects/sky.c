@@ -14,8 +14,8 @@ static void lay_out_columns(const struct vw_config *config, struct vw_model *mod
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
     (void)model;
-    buffers[0] = (struct vw_effect_buffer){
-        .slot = VW_SLOT_D_SKY, .name = "d_sky", .size_bytes = sizeof(vw_float4) * (uint64_t)padded_rays};
+    *buffers =
+        (struct vw_effect_buffer){VW_SLOT_D_SKY, "d_sky", sizeof(vw_float4) * (uint64_t)padded_rays, VW_EFFECT_OF_STEP};
     return 1;
 }
 

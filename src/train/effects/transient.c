@@ -17,17 +17,10 @@ static void lay_out_ranges(struct vw_model *model, uint64_t trained_views) {
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
     (void)padded_rays;
-    buffers[0] =
-        (struct vw_effect_buffer){.slot = VW_SLOT_TRANSIENT_CODE_MOMENTS,
-                                  .name = "transient_code_moments",
-                                  .size_bytes = sizeof(struct vw_transient_moments) * (uint64_t)model->view_count,
-                                  .carried = true};
+    *buffers =
+        (struct vw_effect_buffer){VW_SLOT_TRANSIENT_CODE_MOMENTS, "transient_code_moments",
+                                  sizeof(struct vw_transient_moments) * (uint64_t)model->view_count, VW_EFFECT_CARRIED};
     return 1;
-}
-
-static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
-                          const struct vw_push_update *push) {
-    vw_submission_dispatch(batch, passes[0], push, sizeof *push, 1);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
@@ -40,10 +33,9 @@ const struct vw_effect_kind vw_effect_transient = {
     .constant = VW_EFFECT_CONSTANT(transient),
     .adjoint = VW_ADJOINT_REFUSES, // its loss has no curvature here
     .training_alone = true,
-    .shaders = {{&vw_shader_update_transient}},
+    .update = &vw_shader_update_transient,
     .ranges = {VW_SLOT_TRANSIENT_CODES},
     .lay_out_ranges = lay_out_ranges,
     .list_buffers = list_buffers,
-    .record_update = record_update,
     .list_costs = list_costs,
 };

@@ -8,6 +8,7 @@
 #include "train/effects/visibility.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "gpu/shaders.h"
@@ -15,7 +16,7 @@
 #include "train/pass_costs.h"
 #include "train/step_passes.h"
 
-enum { PREDICT, GRADIENT, REDUCE, UPDATE };
+enum { PREDICT, GRADIENT, REDUCE };
 
 // Trainable numbers of the network.
 enum { NETWORK_PARAMS = 913 };
@@ -59,22 +60,16 @@ static void initialise(const struct vw_model *model, const struct vw_drawn *draw
 static uint32_t groups_of(uint32_t rays) { return (rays + VISIBILITY_GROUP - 1) / VISIBILITY_GROUP; }
 
 static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays, struct vw_effect_buffer *buffers) {
-    uint64_t photos = model->view_count, rays = padded_rays;
+    uint64_t photos = model->view_count, rays = padded_rays, groups = groups_of(padded_rays);
     const struct vw_effect_buffer listed[] = {
-        {.slot = VW_SLOT_PHOTO_SCALES,
-         .name = "photo_scales",
-         .size_bytes = 2 * sizeof(float) * photos,
-         .of_field = true},
-        {.slot = VW_SLOT_VISIBILITY, .name = "visibility", .size_bytes = 2 * sizeof(float) * rays},
-        {.slot = VW_SLOT_VISIBILITY_PARTIALS,
-         .name = "visibility_partials",
-         .size_bytes = sizeof(vw_float4) * VISIBILITY_COLUMNS * (uint64_t)groups_of(padded_rays)},
-        {.slot = VW_SLOT_VISIBILITY_MOMENTS,
-         .name = "visibility_moments",
-         .size_bytes = sizeof(struct vw_visibility_moments) * photos,
-         .carried = true},
+        {VW_SLOT_PHOTO_SCALES, "photo_scales", 2 * sizeof(float) * photos, VW_EFFECT_OF_FIELD},
+        {VW_SLOT_VISIBILITY, "visibility", 2 * sizeof(float) * rays, VW_EFFECT_OF_STEP},
+        {VW_SLOT_VISIBILITY_PARTIALS, "visibility_partials", sizeof(vw_float4) * VISIBILITY_COLUMNS * groups,
+         VW_EFFECT_OF_STEP},
+        {VW_SLOT_VISIBILITY_MOMENTS, "visibility_moments", sizeof(struct vw_visibility_moments) * photos,
+         VW_EFFECT_CARRIED},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(listed); i++) buffers[i] = listed[i];
+    memcpy(buffers, listed, sizeof listed);
     return VW_ARRAY_COUNT(listed);
 }
 
@@ -109,11 +104,6 @@ static void record_gradient(const struct vw_step_passes *step, struct vw_pass *c
     vw_submission_dispatch(batch, passes[REDUCE], &reduce, sizeof reduce, VISIBILITY_COLUMNS);
 }
 
-static void record_update(struct vw_pass *const *passes, struct vw_submission *batch,
-                          const struct vw_push_update *push) {
-    vw_submission_dispatch(batch, passes[UPDATE], push, sizeof *push, 1);
-}
-
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     double rays = work->rays, network = NETWORK_PARAMS + 16 * VISIBILITY4 * VISIBILITY_CODE4,
            groups = rays / VISIBILITY_GROUP, columns = 16.0 * VISIBILITY_COLUMNS,
@@ -135,8 +125,8 @@ const struct vw_effect_kind vw_effect_visibility = {
     .of_rays = true,
     .shaders = {[PREDICT] = {&vw_shader_predict_visibility},
                 [GRADIENT] = {&vw_shader_gradient_visibility},
-                [REDUCE] = {&vw_shader_reduce_visibility},
-                [UPDATE] = {&vw_shader_update_visibility}},
+                [REDUCE] = {&vw_shader_reduce_visibility}},
+    .update = &vw_shader_update_visibility,
     .ranges = {VW_SLOT_VISIBILITY_CODES},
     .lay_out_columns = lay_out_columns,
     .lay_out_ranges = lay_out_ranges,
@@ -145,6 +135,5 @@ const struct vw_effect_kind vw_effect_visibility = {
     .fill = fill,
     .record_rays = record_rays,
     .record_gradient = record_gradient,
-    .record_update = record_update,
     .list_costs = list_costs,
 };

@@ -1,6 +1,6 @@
-// Measures of how near the field comes to whole views: the passes of validation, on all their usable pixels or an even
-// share of them, through an evaluator of its own. The errors are summed in double on the host, in the order of the
-// pixels.
+// Renders of whole views, and measures of how near the field comes to them: the passes of validation, on all their
+// usable pixels or an even share of them, through an evaluator of its own. The errors are summed in double on the host,
+// in the order of the pixels.
 #ifndef VIEWWORTH_TRAIN_VALIDATION_MEASURE_VIEWS_H
 #define VIEWWORTH_TRAIN_VALIDATION_MEASURE_VIEWS_H
 
@@ -20,5 +20,12 @@ enum vw_status vw_measure_views(const struct vw_measured_field *measured, const 
                                 uint32_t pixels_max, struct vw_view_error *errors);
 enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
                                      struct vw_whole_view *whole);
+
+// ---- Renders ----
+
+// Renders a view as rgb floats, width * height * 3, rows top to bottom, owned by the caller. `size_px` is at most the
+// view's width and height: a smaller render takes the photo's pixel in the middle of each of its own.
+enum vw_status vw_trainer_render_view(struct vw_radiance_field *field, const struct vw_scene *scene, uint32_t view,
+                                      const uint32_t size_px[2], float **rgb);
 
 #endif

@@ -3,7 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "detect/occupied_share.h"
+#include "detect/facts.h"
 #include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
