@@ -135,14 +135,18 @@ static enum vw_status read_point(struct bytes *bytes, struct colmap_builder *bui
 
 // ---- Files ----
 
-struct file_kind {
+static const struct file_kind {
     const char *count_field;
     size_t record_bytes_min;
     enum vw_status (*read)(struct bytes *bytes, struct colmap_builder *builder);
-    enum vw_status (*done)(struct colmap_builder *builder);
+} kinds[COLMAP_FILES] = {
+    {"num_cameras", CAMERA_BYTES_MIN, read_camera},
+    {"num_images", IMAGE_BYTES_MIN, read_image},
+    {"num_points3D", POINT_BYTES_MIN, read_point},
 };
 
-static enum vw_status read_file(const char *path, const struct file_kind *kind, struct colmap_builder *builder) {
+static enum vw_status read_file(const char *path, enum colmap_file file, struct colmap_builder *builder) {
+    const struct file_kind *kind = &kinds[file];
     void *data;
     size_t size_bytes;
     enum vw_status status = vw_scene_file_read(builder->scene_folder, path, FILE_LIMIT_BYTES, &data, &size_bytes);
@@ -155,23 +159,9 @@ static enum vw_status read_file(const char *path, const struct file_kind *kind, 
         status = vw_fail(VW_ERROR_INPUT,
                          "%zu bytes follow the %" PRIu64 " records that field %s states; export the file again",
                          left(&bytes), count, kind->count_field);
-    if (!status) status = kind->done(builder);
+    if (!status) status = colmap_file_done(builder, file);
     free(data);
     return status ? vw_fail_context(status, "%s", path) : VW_OK;
 }
 
-static enum vw_status read_cameras(const char *path, struct colmap_builder *builder) {
-    return read_file(path, &(struct file_kind){"num_cameras", CAMERA_BYTES_MIN, read_camera, colmap_cameras_done},
-                     builder);
-}
-
-static enum vw_status read_images(const char *path, struct colmap_builder *builder) {
-    return read_file(path, &(struct file_kind){"num_images", IMAGE_BYTES_MIN, read_image, colmap_images_done}, builder);
-}
-
-static enum vw_status read_points(const char *path, struct colmap_builder *builder) {
-    return read_file(path, &(struct file_kind){"num_points3D", POINT_BYTES_MIN, read_point, colmap_points_done},
-                     builder);
-}
-
-const struct colmap_file_reader colmap_binary_reader = {"bin", read_cameras, read_images, read_points};
+const struct colmap_file_reader colmap_binary_reader = {"bin", read_file};

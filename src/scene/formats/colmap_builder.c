@@ -59,7 +59,7 @@ enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, co
     return status;
 }
 
-enum vw_status colmap_cameras_done(struct colmap_builder *builder) {
+static enum vw_status cameras_done(struct colmap_builder *builder) {
     const struct vw_colmap_model *model = builder->model;
     if (!model->camera_count) return vw_fail(VW_ERROR_INPUT, "no cameras in it; export the model again");
     return index_ids("camera", &model->cameras->id, sizeof *model->cameras, model->camera_count, &builder->camera_ids);
@@ -160,7 +160,7 @@ static enum vw_status index_names(struct vw_colmap_model *model) {
     return status;
 }
 
-enum vw_status colmap_images_done(struct colmap_builder *builder) {
+static enum vw_status images_done(struct colmap_builder *builder) {
     struct vw_colmap_model *model = builder->model;
     if (!model->image_count) return vw_fail(VW_ERROR_INPUT, "no images in it; export the model again");
     enum vw_status status =
@@ -220,7 +220,7 @@ static int compare_numbers(const void *a, const void *b) {
     return (left > right) - (left < right);
 }
 
-enum vw_status colmap_points_done(struct colmap_builder *builder) {
+static enum vw_status points_done(struct colmap_builder *builder) {
     size_t count = builder->model->point_count;
     uint64_t *ids = builder->point_ids;
     if (count) qsort(ids, count, sizeof *ids, compare_numbers);
@@ -229,6 +229,12 @@ enum vw_status colmap_points_done(struct colmap_builder *builder) {
             return vw_fail(VW_ERROR_INPUT, "point %llu appears twice; ids must be unique, export the model again",
                            (unsigned long long)ids[i]);
     return VW_OK;
+}
+
+enum vw_status colmap_file_done(struct colmap_builder *builder, enum colmap_file file) {
+    return file == COLMAP_CAMERAS  ? cameras_done(builder)
+           : file == COLMAP_IMAGES ? images_done(builder)
+                                   : points_done(builder);
 }
 
 void colmap_builder_clear(struct colmap_builder *builder) {

@@ -7,6 +7,7 @@
 #include "scene/formats/colmap.h"
 
 enum { COLMAP_PARAMS_MAX = 12 };
+enum colmap_file { COLMAP_CAMERAS, COLMAP_IMAGES, COLMAP_POINTS, COLMAP_FILES };
 
 struct colmap_builder {
     struct vw_colmap_model *model;
@@ -46,21 +47,18 @@ enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_mo
 
 // Adds one record after another (colmap_builder.c). Features and tracks belong to the image or point added last.
 enum vw_status colmap_add_camera(struct colmap_builder *builder, uint32_t id, const struct vw_camera *camera);
-enum vw_status colmap_cameras_done(struct colmap_builder *builder);
 enum vw_status colmap_add_image(struct colmap_builder *builder, const struct colmap_image_fields *fields);
 enum vw_status colmap_add_feature(struct colmap_builder *builder, double x_px, double y_px);
-enum vw_status colmap_images_done(struct colmap_builder *builder);
 enum vw_status colmap_add_point(struct colmap_builder *builder, const struct colmap_point_fields *fields);
 enum vw_status colmap_add_track(struct colmap_builder *builder, uint32_t image_id, uint32_t feature);
-enum vw_status colmap_points_done(struct colmap_builder *builder);
+// Checks what only a whole file shows: that it has records, and that their ids differ.
+enum vw_status colmap_file_done(struct colmap_builder *builder, enum colmap_file file);
 void colmap_builder_clear(struct colmap_builder *builder); // its own memory, not the model's
 
-// colmap_binary.c and colmap_text.c: the readers of one file each.
+// colmap_binary.c and colmap_text.c: the readers of one file.
 struct colmap_file_reader {
     const char *extension;
-    enum vw_status (*cameras)(const char *path, struct colmap_builder *builder);
-    enum vw_status (*images)(const char *path, struct colmap_builder *builder);
-    enum vw_status (*points)(const char *path, struct colmap_builder *builder);
+    enum vw_status (*read)(const char *path, enum colmap_file file, struct colmap_builder *builder);
 };
 extern const struct colmap_file_reader colmap_binary_reader, colmap_text_reader;
 

@@ -8,7 +8,7 @@
 #include "scene/formats/colmap_builder.h"
 
 static const char *const folders[] = {"sparse/0", "sparse", "dense/sparse/0", "dense/sparse"};
-static const char *const files[] = {"cameras", "images", "points3D"};
+static const char *const files[COLMAP_FILES] = {"cameras", "images", "points3D"};
 static const struct colmap_file_reader *const readers[] = {&colmap_binary_reader,
                                                            &colmap_text_reader}; // in the order in which they are tried
 
@@ -40,12 +40,11 @@ char *vw_colmap_find(const char *scene_folder) {
     return NULL;
 }
 
-static enum vw_status read_file(const char *model_folder, const char *name, const char *extension,
-                                enum vw_status (*read)(const char *path, struct colmap_builder *builder),
-                                struct colmap_builder *builder) {
-    char *path = vw_format_text("%s/%s.%s", model_folder, name, extension);
+static enum vw_status read_file(const char *model_folder, const struct colmap_file_reader *reader,
+                                enum colmap_file file, struct colmap_builder *builder) {
+    char *path = vw_format_text("%s/%s.%s", model_folder, files[file], reader->extension);
     if (!path) return VW_ERROR_MEMORY;
-    enum vw_status status = read(path, builder);
+    enum vw_status status = reader->read(path, file, builder);
     free(path);
     return status;
 }
@@ -61,9 +60,9 @@ enum vw_status vw_colmap_read(const char *model_folder, const char *scene_folder
             model_folder);
     struct vw_colmap_model read = {0};
     struct colmap_builder builder = {.model = &read, .scene_folder = scene_folder};
-    enum vw_status status = read_file(model_folder, "cameras", reader->extension, reader->cameras, &builder);
-    if (!status) status = read_file(model_folder, "images", reader->extension, reader->images, &builder);
-    if (!status) status = read_file(model_folder, "points3D", reader->extension, reader->points, &builder);
+    enum vw_status status = VW_OK;
+    for (enum colmap_file file = 0; !status && file < COLMAP_FILES; file++)
+        status = read_file(model_folder, reader, file, &builder);
     colmap_builder_clear(&builder);
     if (status) vw_colmap_clear(&read);
     else *model = read;

@@ -156,9 +156,10 @@ static enum vw_status read_point(struct text *text, struct colmap_builder *build
 
 // ---- Files ----
 
-static enum vw_status read_file(const char *path, struct colmap_builder *builder,
-                                enum vw_status (*read)(struct text *text, struct colmap_builder *builder),
-                                enum vw_status (*done)(struct colmap_builder *builder)) {
+static enum vw_status (*const records[COLMAP_FILES])(struct text *text, struct colmap_builder *builder) = {
+    read_camera, read_image, read_point};
+
+static enum vw_status read_file(const char *path, enum colmap_file file, struct colmap_builder *builder) {
     void *data;
     size_t size_bytes;
     enum vw_status status = vw_scene_file_read(builder->scene_folder, path, FILE_LIMIT_BYTES, &data, &size_bytes);
@@ -166,24 +167,12 @@ static enum vw_status read_file(const char *path, struct colmap_builder *builder
     struct text text = {.next_line = data};
     if (strlen(data) < size_bytes)
         status = vw_fail(VW_ERROR_INPUT, "has zero bytes, so it is not a text file; export the file again");
-    while (!status && next_record(&text)) status = read(&text, builder);
+    while (!status && next_record(&text)) status = records[file](&text, builder);
     bool at_line = status && text.line;
-    if (!status) status = done(builder);
+    if (!status) status = colmap_file_done(builder, file);
     free(data);
     if (!status) return VW_OK;
     return at_line ? vw_fail_context(status, "%s:%d", path, text.line) : vw_fail_context(status, "%s", path);
 }
 
-static enum vw_status read_cameras(const char *path, struct colmap_builder *builder) {
-    return read_file(path, builder, read_camera, colmap_cameras_done);
-}
-
-static enum vw_status read_images(const char *path, struct colmap_builder *builder) {
-    return read_file(path, builder, read_image, colmap_images_done);
-}
-
-static enum vw_status read_points(const char *path, struct colmap_builder *builder) {
-    return read_file(path, builder, read_point, colmap_points_done);
-}
-
-const struct colmap_file_reader colmap_text_reader = {"txt", read_cameras, read_images, read_points};
+const struct colmap_file_reader colmap_text_reader = {"txt", read_file};
