@@ -5,7 +5,7 @@
 #include "base/random.h"
 #include "support/temporary_folder.h"
 
-// All records as text: fields in brackets, records behind their line number.
+// Returns all records as text: fields in brackets, records after their line number.
 static char *all_of(const char *path) {
     AUTO(vw_csv_close) struct vw_csv csv;
     bool found = false;

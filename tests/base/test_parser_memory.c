@@ -115,7 +115,7 @@ static const char *write_hostile(const char *folder, const struct hostile *hosti
     return path;
 }
 
-// The peak of a child, in bytes. With `hostile` NULL it reads nothing.
+// Returns the peak of a child, in bytes. With `hostile` NULL it reads nothing.
 static size_t measure(const struct hostile *hostile, const char *path) {
     struct rusage used;
     int result = 0;

@@ -1,4 +1,4 @@
-// What the program shows of a run's progress on stderr.
+// The lines that the program shows of a run's progress on stderr.
 #include "support/ledger_fixture.h"
 
 #include <fcntl.h>

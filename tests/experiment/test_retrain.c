@@ -34,7 +34,7 @@ static int tear_down(void **state) {
     return 0;
 }
 
-// The result of one retraining on the first `count` photos; 0 epochs: those of the config.
+// Returns the result of one retraining on the first `count` photos; 0 epochs: those of the config.
 static struct vw_retrain_result retrain(struct fixture *f, enum vw_equal equal, uint32_t averaged_epochs,
                                         uint32_t count, uint32_t epochs) {
     const struct vw_retrainer_params params = {.session = &f->session,

@@ -74,7 +74,7 @@ static const struct attempt attempts[] = {
     {"becomes dumpable", becomes_dumpable, true, false},
 };
 
-// The status of a process that is confined and then makes one attempt: its exit code is 0 if that succeeds.
+// Returns the status of a process that is confined and then makes one attempt: its exit code is 0 if that succeeds.
 static int attempt_confined(bool (*succeeds)(void), const struct vw_confinement *confinement) {
     pid_t child = fork();
     assert_true(child >= 0);

@@ -176,7 +176,7 @@ TEST_WITHIN(a_file_that_changes_while_it_is_read_is_refused, make_folder, remove
 
 // ---- Processes ------------------------------------------------------------------------------------------------------
 
-// A field of /proc/PROCESS/status; "" if it is not there.
+// Returns a field of /proc/PROCESS/status; "" if it is not there.
 static const char *status_field(const char *process, const char *name) {
     static char line[256];
     char path[300];
@@ -192,7 +192,7 @@ static const char *status_field(const char *process, const char *name) {
     return line + length + 1 + strspn(line + length + 1, " \t");
 }
 
-// The newest process whose parent has the id `parent`, as text; NULL: none.
+// Returns the newest process whose parent has the id `parent`, as text; NULL: none.
 static const char *child_of(long parent) {
     static char name[256];
     DIR *folder = opendir("/proc");

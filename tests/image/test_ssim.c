@@ -41,7 +41,7 @@ static struct pictures draw_pictures(void) {
     return pictures;
 }
 
-// The definition, window by window, with central moments.
+// Returns the definition, window by window, with central moments.
 static double slow_ssim(const float *a, const float *b, const uint8_t *usable, uint32_t width_px, uint32_t height_px) {
     double total = 0, windows = 0;
     for (uint32_t channel = 0; channel < 3; channel++)

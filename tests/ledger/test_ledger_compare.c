@@ -9,7 +9,7 @@ static struct test_recording *take_steps(void) {
     return recording;
 }
 
-// A finished run of all steps.
+// Returns a finished run of all steps.
 static struct vw_ledger *record_all(const char *folder, char **path) {
     *path = vw_path_join(folder, "ledger.db");
     AUTO_FREE struct test_recording *recording = take_steps();

@@ -42,7 +42,7 @@ static void set_pass(const char *path, bool by_view) {
     ASSERT_OK(vw_ledger_verify(ledger)); // also in the object that wrote it
 }
 
-// A finished run with a pass; its path is to be freed.
+// Returns a finished run with a pass; its path is to be freed.
 static char *record(const char *folder, bool by_view) {
     char *path = test_ledger_record(folder, "ledger.db", &test_four_epochs, 7);
     set_pass(path, by_view);

@@ -48,7 +48,7 @@ static void copy_original(const struct original *original) {
     copy_bytes(original->path, original->bytes, original->size_bytes);
 }
 
-// The outcome of opening and verifying a ledger.
+// Opens and verifies a ledger.
 static enum vw_status verify(const char *path) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -106,7 +106,7 @@ struct column {
     char table[16], name[32];
 };
 
-// All columns of all tables.
+// Lists all columns of all tables.
 static uint32_t list_columns(const char *path, struct column *columns, uint32_t most) {
     sqlite3 *raw = sql_open(path);
     uint32_t count = 0;
@@ -184,7 +184,7 @@ static uint32_t edit_column(const struct original *original, const struct column
     return done;
 }
 
-// The quick tests leave out the interrupted one, whose rows are those of the others.
+// Tells which states the quick tests edit: not the interrupted one, whose rows are those of the others.
 static bool is_edited(size_t state) { return test_is_full() || strcmp(states[state], "interrupted") != 0; }
 
 FOLDER_TEST(every_edit_is_found) {

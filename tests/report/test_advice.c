@@ -30,7 +30,7 @@ static struct vw_ledger_score *add(struct fixture *fixture, uint32_t photo, cons
     return score;
 }
 
-// The photos with a mark, as bits.
+// Returns the photos with a mark, as bits.
 static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark) {
     uint32_t bits = 0;
     for (uint32_t i = 0; i < PHOTOS; i++) bits |= advice->marks[i] & mark ? 1u << i : 0;

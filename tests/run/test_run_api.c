@@ -265,7 +265,7 @@ FOLDER_TEST(finishing_a_resumed_run_keeps_its_field) {
     }
 }
 
-// The last report says so if a rule stops a run early.
+// Keeps the last report, which says so if a rule stops a run early.
 static bool keep_last(void *context, const struct vw_run_state *state) {
     *(struct vw_run_state *)context = *state;
     return true;

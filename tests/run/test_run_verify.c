@@ -55,7 +55,7 @@ static void copy_file(const char *from_folder, const char *to_folder, const char
     ASSERT_OK(vw_file_write(temporary_path(to_folder, name), data, size_bytes));
 }
 
-// A fresh copy of the run.
+// Returns a fresh copy of the run.
 static struct fixture *renew(void **state) {
     static const char *const names[] = {"ledger.db",         "scores.csv",  "matrix.csv",     "providers.csv",
                                         "payout.csv",        "report.html", "field.vwf",      "duplicates.csv",

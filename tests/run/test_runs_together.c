@@ -89,7 +89,7 @@ static int tear_down(void **state) {
     return 0;
 }
 
-// All rows, with the hashes that chain them.
+// Returns all rows, with the hashes that chain them.
 static char *read_rows(const char *out) {
     char *ledger = vw_format_text("%s/ledger.db", out), *rows = NULL;
     AUTO_FREE char *command =

@@ -70,7 +70,7 @@ TEST(rays_of_fox_agree) { (void)state, check_same_rays("fox", 20); }
 TEST(rays_of_sacre_coeur_agree) { (void)state, check_same_rays("sacre_coeur", 11); }
 TEST(rays_of_statue_of_liberty_agree) { (void)state, check_same_rays("statue_of_liberty", 135); }
 
-// The mean distance between where a view sees a point and where its camera puts it, over all tracks.
+// Returns the mean distance between where a view sees a point and where its camera puts it, over all tracks.
 static double mean_error_px(const struct vw_scene *scene) {
     double sum = 0;
     for (uint32_t p = 0; p < scene->point_count; p++)

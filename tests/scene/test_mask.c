@@ -10,7 +10,7 @@
 #include "support/tiny_scene.h"
 #include "train/pixels.h"
 
-// A mask written as text: '#' is black, '+' is dark grey, '-' is light grey, '.' is white.
+// Writes a mask that is given as text: '#' is black, '+' is dark grey, '-' is light grey, '.' is white.
 static const char *write_mask(const char *folder, const char *name, uint32_t width_px, uint32_t height_px,
                               const char *text) {
     float *pixels = calloc(width_px * height_px * 3, sizeof *pixels);

@@ -16,8 +16,8 @@ enum { PHOTOS_MOST = 16 };
 
 #define HEADERS(...) SCENE_PARAMS(.headers_only = true, __VA_ARGS__)
 
-// The list of a scene as it is opened with these params: of the photos to train on those are chosen whose letter in
-// `chosen` is y.
+// Writes the list of a scene as it is opened with these params. Of the photos to train on those are chosen whose
+// letter in `chosen` is y.
 static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to,
                                  const char *format, bool opens) {
     struct vw_listed_photo photos[PHOTOS_MOST];

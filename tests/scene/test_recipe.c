@@ -163,7 +163,7 @@ TEST(the_seed_chooses_defective_views) {
     assert_true(different > 0);
 }
 
-// The angle of the rotation from one pose to the other.
+// Returns the angle of the rotation from one pose to the other.
 static double angle_between(const double a[3][4], const double b[3][4]) {
     double trace = 0;
     for (int i = 0; i < 3; i++)

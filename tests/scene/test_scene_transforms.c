@@ -7,7 +7,7 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-// The camera of the first view of a scene with these keys.
+// Returns the camera of the first view of a scene with these keys.
 static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
     AUTO(vw_scene_close)

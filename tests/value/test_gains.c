@@ -71,7 +71,7 @@ static double normal(uint32_t game, uint32_t use, uint32_t a) {
     return radius * cos(6.283185307179586 * words[1] / 4294967296.0);
 }
 
-// The gain of the list that is chosen in a game; `gains_db` has the true gains.
+// Returns the gain of the list that is chosen in a game; `gains_db` has the true gains.
 static double play(uint32_t game, const double gains_db[LISTS]) {
     static double psnr_db[LISTS * SEEDS * VIEWS];
     struct vw_gain gains[LISTS];
@@ -85,7 +85,7 @@ static double play(uint32_t game, const double gains_db[LISTS]) {
     return gains_db[vw_gains_choose(gains, LISTS)];
 }
 
-// The share of games in which a list of that gain is chosen.
+// Returns the share of games in which a list of that gain is chosen.
 static double share_of(const double gains_db[LISTS], double gain_db) {
     uint32_t chosen = 0;
     for (uint32_t game = 0; game < GAMES; game++) chosen += play(game, gains_db) == gain_db;

@@ -26,7 +26,7 @@ static struct vw_view_error error_of(uint32_t step, uint32_t view) {
     return (struct vw_view_error){0.01 + 0.05 * vw_random_unit(words[0]), 0.1 + 0.2 * vw_random_unit(words[1])};
 }
 
-// The ledger of the run as the validation photos with `validates` make it. One step is lost: it was not finite.
+// Returns the ledger of the run as the validation photos with `validates` make it. One step is lost: it was not finite.
 static struct vw_ledger *record(const char *folder, const bool validates[IMAGES], struct vw_value_input *input) {
     static struct vw_view_error errors[STEPS][VIEWS];
     static struct vw_step_record records[STEPS];

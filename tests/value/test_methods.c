@@ -35,8 +35,8 @@ static double leave_one_out(test_rule *rule, uint32_t photo, uint64_t with_seed)
     return played_value(rule, ALL, with_seed) - played_value(rule, ALL & ~(1u << photo), with_seed);
 }
 
-// The mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s! (n - 1 -
-// s)! / n!.
+// Returns the mean over all orders of joining of what the photo adds to those before it: subsets of s others weigh s!
+// (n - 1 - s)! / n!.
 static double shapley(test_rule *rule, uint32_t photo, uint64_t with_seed) {
     static const double factorial[] = {1, 1, 2, 6, 24, 120};
     double value = 0;
@@ -127,7 +127,7 @@ static double read_measure(const struct vw_step_record *record, bool loss) {
     return loss ? -record->val_l1 : record->val_psnr;
 }
 
-// The credit with which Adam's kernel makes `delta` of it and the credits before.
+// Returns the credit with which Adam's kernel makes `delta` of it and the credits before.
 static double solve_for_credit(double delta, const double *credits, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) delta -= (1 - beta1) * pow(beta1, count - i) * credits[i];
     return delta / (1 - beta1);

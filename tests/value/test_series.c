@@ -150,7 +150,7 @@ TEST(an_unknown_image_is_refused) {
 
 static const double beta1 = 0.9;
 
-// A step's delta is the mix that Adam's first moment makes of what this and all earlier steps earn.
+// Returns a step's delta: the mix that Adam's first moment makes of what this and all earlier steps earn.
 static double mix(const uint32_t *order, uint32_t step, uint64_t with_seed, double noise_db) {
     double sum = 0;
     for (uint32_t s = 1; s <= step; s++)
@@ -193,7 +193,7 @@ TEST(without_momentum_credits_are_deltas) {
     }
 }
 
-// A flagged step was not taken: it leaves the first moment as it is.
+// Leaves the first moment as it is at a flagged step, which was not taken.
 static double mixed_but_for_one(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
     (void)with_seed;

@@ -3,8 +3,8 @@
 
 #include "value/step_statistics.h"
 
-// The first step, counting from 1, after which a run whose step s is flagged as flagged(s) says is given up; 0 when it
-// never is.
+// Returns the first step, counting from 1, after which a run whose step s is flagged as flagged(s) says is given up; 0
+// when it never is.
 static uint64_t give_up_step(bool (*flagged)(uint64_t step), uint64_t steps) {
     struct vw_step_statistics statistics = vw_step_statistics_begin();
     for (uint64_t step = 0; step <= steps; step++) {

@@ -9,7 +9,7 @@ enum { RUNS = 150, RUNS_OF_ONE = 3000, EPOCHS_MOST = 80, PHOTOS_MOST = 60 };
 
 static uint64_t seed(void) { return getenv("SEED") ? strtoull(getenv("SEED"), NULL, 10) : 1; }
 
-// A normal number by a stream's seed and two counts (Box and Muller).
+// Returns a normal number by a stream's seed and two counts (Box and Muller).
 static double normal(uint64_t stream, uint32_t a, uint32_t b) {
     uint32_t words[4];
     vw_random_words(seed(), VW_RANDOM_RECIPE, stream, a, b, words);
@@ -56,7 +56,7 @@ static double play_photo(const struct game *game, uint32_t run, uint32_t photo, 
     return sum;
 }
 
-// The share of intervals that hold the mean over runs.
+// Returns the share of intervals that hold the mean over runs.
 static double cover(const struct game *game) {
     static double by_epoch[PHOTOS_MOST * EPOCHS_MOST], means[PHOTOS_MOST];
     struct vw_interval intervals[PHOTOS_MOST];

@@ -192,7 +192,7 @@ FOLDER_TEST(the_query_reproduces_dv_psnr) {
     }
 }
 
-// The number after `method` in a line of `output`, at `column` (0 = auc, 1 = r).
+// Returns the number after `method` in a line of `output`, at `column` (0 = auc, 1 = r).
 static double figure(const char *output, const char *method, int column) {
     AUTO_FREE char *line_start = vw_format_text("\n%s ", method);
     const char *line = strstr(output, line_start);
