@@ -20,8 +20,8 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "interface.h"
-#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
+#include "support/trainer_fixture.h"
 #include "train/shared_submissions.h"
 #include "train/trainer.h"
 #include "viewworth/train.h"
@@ -189,14 +189,14 @@ static double peak_resident_mib(void) {
 static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *scene, const struct setup *setup,
                                    bool validate, struct vw_submissions *submissions, struct vw_trainer **trainer) {
     const struct vw_device_choices choices = choose(setup, gpu);
-    return test_trainer_open((struct vw_trainer_params){.gpu = gpu,
-                                                        .scene = scene,
-                                                        .config = &setup->config,
-                                                        .validate = validate,
-                                                        .choices = &choices,
-                                                        .submissions = submissions,
-                                                        .steps_per_batch = setup->batch},
-                             trainer);
+    return test_trainer_try((struct vw_trainer_params){.gpu = gpu,
+                                                       .scene = scene,
+                                                       .config = &setup->config,
+                                                       .validate = validate,
+                                                       .choices = &choices,
+                                                       .submissions = submissions,
+                                                       .steps_per_batch = setup->batch},
+                            trainer);
 }
 
 // Trainings of the same configuration that take their steps together.

@@ -6,25 +6,15 @@
 #include "detect/decide.h"
 #include "detect/pilots.h"
 #include "support/detection_cases.h"
-#include "support/open_trainer.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
 
-static struct vw_scene *open_scene(const char *path) {
-    struct vw_scene *scene = NULL;
-    ASSERT_OK(vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene));
-    return scene;
-}
+static struct vw_scene *open_scene(const char *path) { return test_scene_open((struct vw_scene_params){.path = path}); }
 
-static struct vw_scene *open_recipe(const char *name) {
-    char *path = vw_path_join(scenes_folder, name);
-    struct vw_scene *scene = open_scene(path);
-    free(path);
-    return scene;
-}
+static struct vw_scene *open_recipe(const char *name) { return open_scene(temporary_path(scenes_folder, name)); }
 
 static struct vw_config small_config(void) {
     struct vw_config config = vw_config_default;
@@ -67,7 +57,6 @@ TEST(a_bright_sky_is_measured) {
     assert_true(isnan(verdict_of(verdicts, count, "unbounded")->evidence));
     const struct vw_effect_verdict *visibility = verdict_of(verdicts, count, "visibility");
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
-    vw_scene_close(&scene);
 }
 
 // Beside unbounded a sky is hidden, and not measured.
@@ -81,7 +70,6 @@ TEST(a_hidden_sky_goes) {
     ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
     const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
     assert_true(isnan(sky->evidence) && !sky->on);
-    vw_scene_close(&scene);
 }
 
 // Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
@@ -97,7 +85,6 @@ TEST(pose_is_beside_what_pilots_call_for) {
     assert_true(verdict_of(verdicts, count, "pose")->on);
     assert_true(isnan(unbounded->evidence) && !unbounded->on);
     assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
-    vw_scene_close(&scene);
 }
 
 // Nor do they try what a run switches off beside an effect that is named: all that they could measure is no gain.
@@ -118,7 +105,6 @@ TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
         const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, cases[i].not_tried);
         assert_true(isnan(not_tried->evidence) && !not_tried->on);
     }
-    vw_scene_close(&scene);
 }
 
 // Two searches have equal bits, whatever the seed of the run; a block that fills the box calls for nothing.
@@ -139,7 +125,6 @@ TEST(verdicts_repeat_bit_for_bit) {
     }
     assert_true(isfinite(verdict_of(verdicts[0], count, "sky")->evidence));
     assert_true(isnan(verdict_of(verdicts[0], count, "appearance_code")->evidence)); // not without appearance
-    vw_scene_close(&scene);
 }
 
 // Folds leave out different photos, evenly, and learn from none that judges them; photos of val and test are in
@@ -162,7 +147,6 @@ TEST(folds_share_no_photo) {
                 assert_int_not_equal(fold->train_views[j], fold->held_out[i]);
         }
     }
-    vw_scene_close(&scene);
 }
 
 // What the field mlp alone has is off in them.
@@ -194,7 +178,6 @@ TEST(pilots_keep_to_a_tenth) {
     assert_int_equal(vw_pilot_steps(scene, &config), 1024);
     config.pilot_steps = 8;
     assert_int_equal(vw_pilot_steps(scene, &config), 8);
-    vw_scene_close(&scene);
 }
 
 // The effect chooses the box that the field sees; beside unbounded it does nothing.
@@ -209,14 +192,12 @@ TEST(a_wide_box_is_seen) {
         struct vw_config config = test_config();
         struct vw_trainer *trainer = NULL;
         strcpy(config.effects, cases[i].effects);
-        ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config},
-                                    &trainer));
+        trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config});
         const struct vw_box *box = vw_trainer_effect_box(trainer);
         assert_int_equal(box != NULL, i);
         if (box) assert_true(box->half_extent_world == cases[i].widening * scene->box.half_extent_world);
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
-    vw_scene_close(&scene);
 }
 
 // Where there are no pilots, what only they could tell is unknown, and off.
@@ -239,8 +220,6 @@ TEST(no_pilots_where_they_cannot_tell) {
         assert_true(isnan(sky->evidence) && !sky->called_for && !sky->on);
     }
     assert_true(few->split_count[VW_SPLIT_TRAIN] < 8);
-    vw_scene_close(&scene);
-    vw_scene_close(&few);
 }
 
 // A scene that calls for nothing: `auto` and `none` are the same run, bit for bit.
@@ -252,26 +231,21 @@ TEST(auto_is_none_where_nothing_is_called_for) {
     for (int i = 0; i < 2; i++) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
         struct vw_config config = test_config();
-        struct vw_trainer *trainer = NULL;
         uint32_t count;
         strcpy(config.effects, choices[i]);
         ASSERT_OK(vw_effects_find_facts(scene, choices[i], verdicts, &count));
-        ASSERT_OK(vw_trainer_create(&(struct vw_trainer_params){.gpu = test_gpu(),
-                                                                .scene = scene,
-                                                                .config = &config,
-                                                                .effects = verdicts,
-                                                                .effect_count = count,
-                                                                .validate = true},
-                                    &trainer));
-        runs[i] = vw_allocate(1, sizeof **runs);
-        test_run_finish(trainer, runs[i]);
+        struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                                                  .scene = scene,
+                                                                                  .config = &config,
+                                                                                  .effects = verdicts,
+                                                                                  .effect_count = count,
+                                                                                  .validate = true});
+        runs[i] = test_run_of(trainer);
         ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
     assert_memory_equal(ids[0], ids[1], 32);
     test_run_assert_same(runs[0], runs[1]);
-    for (int i = 0; i < 2; i++) test_run_free(runs[i]);
-    vw_scene_close(&scene);
 }
 
 // With the effect off, masks are ignored; what no lens or file can give stays left out.
@@ -300,10 +274,6 @@ TEST(masks_are_ignored_with_the_effect_off) {
     unmasked = test_run(scene, &config, false, 0);
     test_run_assert_same(ignored, unmasked);
     assert_int_not_equal(memcmp(obeyed->params, ignored->params, 4 * obeyed->param_words), 0);
-    test_run_free(obeyed);
-    test_run_free(ignored);
-    test_run_free(unmasked);
-    vw_scene_close(&scene);
 }
 
 // ---- Real photos, where they are ------------------------------------------------------------------------------------
@@ -329,7 +299,6 @@ TEST(real_scenes_show_their_facts) {
             assert_int_equal(verdicts[e].called_for, strstr(real_scenes[i].called_for, word) != NULL);
             free(word);
         }
-        vw_scene_close(&scene);
     }
     if (!found) skip();
 }

@@ -57,9 +57,8 @@ static void mask(struct step_bench *bench) {
 
 static void take_gradients(struct step_bench *bench) {
     if (bench->step.d_grid) {
-        void *zeros = vw_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
+        void *zeros = test_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
         step_bench_write(bench, bench->step.d_grid, zeros);
-        free(zeros);
     }
     vw_submission_begin(bench->batch);
     vw_step_record_gradients(&bench->step, bench->batch, STEP, 0);
@@ -81,7 +80,7 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
     const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP);
     struct vw_ray *rays = step_bench_read(bench, it->rays);
     vw_float4 *samples = step_bench_read(bench, bench->step.samples);
-    struct reference_point *points = vw_allocate(s->samples, sizeof *points);
+    struct reference_point *points = test_allocate(s->samples, sizeof *points);
     double sky[VW_SKY_COLUMNS][3];
     reference_sky_read(&bench->model, bench->params, sky);
     for (uint32_t i = 0; i < it->ray_count; i++) {
@@ -95,9 +94,6 @@ static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
         reference_composite(points, s->samples, backdrop, colour);
         compare(bench, "colour", &colours[i].x, colour, 3, 2e-5);
     }
-    free(points);
-    free(samples);
-    free(rays);
 }
 
 static void read_thumbnail(struct step_bench *bench, struct reference_photo_encoding *encoding) {
@@ -106,13 +102,13 @@ static void read_thumbnail(struct step_bench *bench, struct reference_photo_enco
         const double values[4] = {found[i].x, found[i].y, found[i].z, found[i].w};
         memcpy(encoding->thumbnail[i], values, sizeof values);
     }
-    free((void *)found);
 }
 
 static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) {
     const struct vw_consistency_effect *it = bench->step.consistency;
-    double(*exact)[3] = vw_allocate(it->ray_count, sizeof *exact);
-    struct reference_photo_encoding *found = vw_allocate(1, sizeof *found), *expected = vw_allocate(1, sizeof *found);
+    double(*exact)[3] = test_allocate(it->ray_count, sizeof *exact);
+    struct reference_photo_encoding *found = test_allocate(1, sizeof *found),
+                                    *expected = test_allocate(1, sizeof *found);
     for (uint32_t i = 0; i < it->ray_count; i++) {
         const double colour[3] = {colours[i].x, colours[i].y, colours[i].z};
         memcpy(exact[i], colour, sizeof colour);
@@ -122,9 +118,6 @@ static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) 
     for (uint32_t i = 0; i < 4 * THUMBNAIL_PIXELS; i++)
         check_value(bench->where, "thumbnail", i, found->thumbnail[i / 4][i % 4], expected->thumbnail[i / 4][i % 4],
                     2e-6);
-    free(exact);
-    free(found);
-    free(expected);
 }
 
 // What the slopes and the encoder's gradients must be, given the codes that the device found.
@@ -135,8 +128,8 @@ static void check_back(struct step_bench *bench, const double *network, const st
     static double d_thumbnail[THUMBNAIL_PIXELS][4];
     float *own = step_bench_read(bench, it->d_weights),
           *of_encoder = own + 4 * (size_t)bench->model.specialization.encoder_column;
-    double *expected = vw_allocate(4 * ENCODER_SHIFT, sizeof *expected), d_code[REFERENCE_CODE],
-           (*d_colours)[3] = vw_allocate(it->ray_count, sizeof *d_colours), scale;
+    double *expected = test_allocate(4 * ENCODER_SHIFT, sizeof *expected), d_code[REFERENCE_CODE],
+           (*d_colours)[3] = test_allocate(it->ray_count, sizeof *d_colours), scale;
     struct vw_ray *rays = step_bench_read(bench, it->rays);
     for (int k = 0; k < REFERENCE_CODE; k++)
         d_code[k] = WEIGHT * bench->config.rays / REFERENCE_CODE * copysign(1.0, seen->code[k] - given->code[k]);
@@ -153,10 +146,6 @@ static void check_back(struct step_bench *bench, const double *network, const st
             check_value(bench->where, "slope", 3 * i + c, found[c], i < it->ray_count ? d_colours[i][c] : 0.0,
                         5e-4 * scale);
     }
-    free(rays);
-    free(own);
-    free(expected);
-    free(d_colours);
 }
 
 static void check_codes(struct step_bench *bench) {
@@ -164,32 +153,22 @@ static void check_codes(struct step_bench *bench) {
     float *params = step_bench_read(bench, bench->field.params), *seen_rows = step_bench_read(bench, it->encoder_rows),
           *given_rows = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double *network = encoder_network(bench, params);
-    struct reference_photo_encoding *seen = vw_allocate(1, sizeof *seen), *given;
+    struct reference_photo_encoding *seen = test_allocate(1, sizeof *seen), *given;
     read_thumbnail(bench, seen);
     reference_encode_photo(network, 4 * bench->model.specialization.width4, seen);
     given = encoder_reference(bench, network, vw_consistency_given_view(&bench->step, STEP));
     compare(bench, "code of the picture", seen_rows + 4 * ENCODER_ROW_CODE, seen->code, REFERENCE_CODE, 2e-5);
     compare(bench, "code given", given_rows + 4 * ENCODER_ROW_CODE, given->code, REFERENCE_CODE, 2e-5);
     check_back(bench, network, seen, given);
-    free(params);
-    free(seen_rows);
-    free(given_rows);
-    free(network);
-    free(seen);
-    free(given);
 }
 
-TEST(passes_are_the_references) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *bench = open_case(i, WEIGHT);
-        take_gradients(bench);
-        vw_float4 *colours = step_bench_read(bench, bench->step.consistency->colours);
-        if (!cases[i].importance_samples && !cases[i].occupancy) check_colours(bench, colours);
-        check_thumbnail(bench, colours);
-        check_codes(bench);
-        free(colours);
-        step_bench_close(bench);
-    }
+TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(i, WEIGHT);
+    take_gradients(bench);
+    vw_float4 *colours = step_bench_read(bench, bench->step.consistency->colours);
+    if (!cases[i].importance_samples && !cases[i].occupancy) check_colours(bench, colours);
+    check_thumbnail(bench, colours);
+    check_codes(bench);
 }
 
 // ---- Finite differences ---------------------------------------------------------------------------------------------
@@ -202,8 +181,6 @@ static double loss_of(struct step_bench *bench, const float *params) {
           *given = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_ENCODER_ROWS]);
     double sum = 0.0;
     for (uint32_t k = 4 * ENCODER_ROW_CODE; k < 4 * ENCODER_ROWS; k++) sum += fabs((double)seen[k] - given[k]);
-    free(seen);
-    free(given);
     return WEIGHT * bench->config.rays / REFERENCE_CODE * sum;
 }
 
@@ -211,7 +188,7 @@ static double loss_of(struct step_bench *bench, const float *params) {
 static void check_slope(struct step_bench *bench, const char *what, const double *gradient, size_t first, size_t end) {
     const double MOVED = 0.0002, TOLERANCE = 0.02; // of the loss; activations between passes are bfloats
     size_t count = bench->model.param_bytes / sizeof(float);
-    float *moved = vw_allocate(count, sizeof *moved);
+    float *moved = test_allocate(count, sizeof *moved);
     double here = loss_of(bench, bench->params), square = 0.0, sides[2];
     for (size_t i = first; i < end; i++) square += gradient[i] * gradient[i];
     assert_true(square > 0.0);
@@ -223,79 +200,62 @@ static void check_slope(struct step_bench *bench, const char *what, const double
     }
     print_message("%s, %s: %.4f of the slope\n", bench->where, what, (sides[0] - sides[1]) / (2.0 * MOVED * here));
     check_value(bench->where, what, 0, (sides[0] - sides[1]) / (2.0 * MOVED * here), 1.0, TOLERANCE);
-    free(moved);
 }
 
 static double *read_gradient(struct step_bench *bench) {
     const struct vw_model *model = &bench->model;
     size_t count = model->param_bytes / sizeof(float), features = 2 * (size_t)model->pair_count;
-    double *gradient = vw_allocate(count, sizeof *gradient);
+    double *gradient = test_allocate(count, sizeof *gradient);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     for (size_t i = 0; i < 4 * (size_t)model->moved_columns; i++)
         gradient[model->weights.offset_bytes / sizeof(float) + i] = d_weights[i];
-    free(d_weights);
     if (!bench->step.d_grid) return gradient;
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    int64_t *quanta = vw_allocate(features, sizeof *quanta);
+    int64_t *quanta = test_allocate(features, sizeof *quanta);
     reference_unpack_grid(model, words, quanta);
     for (size_t i = 0; i < features; i++)
         gradient[model->grid.offset_bytes / sizeof(float) + i] =
             (double)quanta[i] * model->specialization.gradient_quantum;
-    free(words);
-    free(quanta);
     return gradient;
 }
 
-TEST(gradients_are_slopes) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        if (cases[i].importance_samples) continue; // whose places move with the params
-        struct step_bench *bench = open_case(i, WEIGHT);
-        const struct vw_model *model = &bench->model;
-        const struct vw_param_range *of_sky = &model->ranges[VW_SLOT_SKY], encoder = vw_encoder_network(model);
-        size_t weights = model->weights.offset_bytes / 4,
-               sky = (of_sky->size_bytes ? of_sky->offset_bytes : encoder.offset_bytes) / 4,
-               sky_end = sky + of_sky->size_bytes / 4, shift = encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
-               shift_end = (encoder.offset_bytes + encoder.size_bytes) / 4;
-        mask(bench);
-        take_gradients(bench);
-        double *gradient = read_gradient(bench);
-        check_slope(bench, "weights", gradient, weights, sky);
-        if (sky_end > sky) check_slope(bench, "sky", gradient, sky, sky_end);
-        if (model->grid.size_bytes) check_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
-        check_slope(bench, "code to shift", gradient, shift, shift_end);
-        free(gradient);
-        step_bench_close(bench);
-    }
+TEST_CASES(gradients_are_slopes, i, VW_ARRAY_COUNT(cases)) {
+    if (cases[i].importance_samples) return; // whose places move with the params
+    struct step_bench *bench = open_case(i, WEIGHT);
+    const struct vw_model *model = &bench->model;
+    const struct vw_param_range *of_sky = &model->ranges[VW_SLOT_SKY], encoder = vw_encoder_network(model);
+    size_t weights = model->weights.offset_bytes / 4,
+           sky = (of_sky->size_bytes ? of_sky->offset_bytes : encoder.offset_bytes) / 4,
+           sky_end = sky + of_sky->size_bytes / 4, shift = encoder.offset_bytes / 4 + 4 * ENCODER_SHIFT,
+           shift_end = (encoder.offset_bytes + encoder.size_bytes) / 4;
+    mask(bench);
+    take_gradients(bench);
+    double *gradient = read_gradient(bench);
+    check_slope(bench, "weights", gradient, weights, sky);
+    if (sky_end > sky) check_slope(bench, "sky", gradient, sky, sky_end);
+    if (model->grid.size_bytes) check_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
+    check_slope(bench, "code to shift", gradient, shift, shift_end);
 }
 
 // ---- In the step ----------------------------------------------------------------------------------------------------
 
-TEST(it_is_added_to_the_step) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *with = open_case(i, WEIGHT), *without = open_case(i, 0.0), *alone = open_case(i, WEIGHT);
-        uint32_t count = 4 * with->model.moved_columns;
-        assert_null(without->step.consistency);
-        mask(alone);
-        take_gradients(with);
-        take_gradients(without);
-        take_gradients(alone);
-        float *both = step_bench_read(with, with->step.d_weights),
-              *one = step_bench_read(without, without->step.d_weights),
-              *other = step_bench_read(alone, alone->step.d_weights);
-        uint32_t differing = 0;
-        for (uint32_t k = 0; k < count; k++) {
-            float sum = one[k] + other[k];
-            assert_true(sum == both[k]);
-            differing += one[k] != both[k];
-        }
-        assert_true(differing > count / 10);
-        free(both);
-        free(one);
-        free(other);
-        step_bench_close(with);
-        step_bench_close(without);
-        step_bench_close(alone);
+TEST_CASES(it_is_added_to_the_step, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *with = open_case(i, WEIGHT), *without = open_case(i, 0.0), *alone = open_case(i, WEIGHT);
+    uint32_t count = 4 * with->model.moved_columns;
+    assert_null(without->step.consistency);
+    mask(alone);
+    take_gradients(with);
+    take_gradients(without);
+    take_gradients(alone);
+    float *both = step_bench_read(with, with->step.d_weights), *one = step_bench_read(without, without->step.d_weights),
+          *other = step_bench_read(alone, alone->step.d_weights);
+    uint32_t differing = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        float sum = one[k] + other[k];
+        assert_true(sum == both[k]);
+        differing += one[k] != both[k];
     }
+    assert_true(differing > count / 10);
 }
 
 // A picture of several chunks, which is rendered twice.
@@ -315,10 +275,8 @@ TEST(chunks_change_no_bit) {
         double *of_whole = read_gradient(whole), *of_parts = read_gradient(parts);
         check_same_bits(whole->where, "gradients", of_parts, of_whole,
                         whole->model.param_bytes / sizeof(float) * sizeof *of_whole);
-        free(of_whole);
-        free(of_parts);
-        step_bench_close(whole);
-        step_bench_close(parts);
+        test_release(whole);
+        test_release(parts);
     }
 }
 
@@ -331,7 +289,7 @@ TEST(words_of_the_grid_hold_both) {
         setup.consistency_weight = with ? WEIGHT : 0.0;
         struct step_bench *bench = step_bench_open(&setup);
         assert_int_equal(bench->model.specialization.wide_gradient, with);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -346,7 +304,6 @@ TEST(given_photos_are_those_of_earlier_steps) {
         seen |= 1u << view;
     }
     assert_int_equal(seen, 3);
-    step_bench_close(bench);
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

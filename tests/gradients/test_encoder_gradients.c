@@ -45,13 +45,10 @@ static struct step_bench *open_case(size_t index, bool with) {
     return step_bench_open(&setup);
 }
 
-TEST(passes_are_the_references) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *bench = open_case(i, true);
-        struct hard_finding finding = {.where = bench->where};
-        encoder_check(&finding, bench, 3);
-        step_bench_close(bench);
-    }
+TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(i, true);
+    struct hard_finding finding = {.where = bench->where};
+    encoder_check(&finding, bench, 3);
 }
 
 // ---- Thumbnails -----------------------------------------------------------------------------------------------------
@@ -75,7 +72,6 @@ static void check_thumbnail(uint32_t width_px, uint32_t height_px, bool masked) 
             check_value("thumbnail", "share that counts", i, found[i].w, expected[i][3], 1e-6);
         }
     }
-    vw_scene_close(&scene);
 }
 
 TEST(thumbnails_are_area_means) {
@@ -108,10 +104,10 @@ TEST(the_references_gradient_is_the_slope) {
     struct test_random random = {.seed = 77};
     uint32_t width = 4 * bench->model.specialization.width4, step = test_is_full() ? 1 : 13, skipped = 0, taken = 0;
     size_t count = 4 * (size_t)VW_ENCODER_COLUMNS(width / 4);
-    double *network = encoder_network(bench, bench->params), *gradient = vw_allocate(count, sizeof *gradient),
+    double *network = encoder_network(bench, bench->params), *gradient = test_allocate(count, sizeof *gradient),
            d_shift[REFERENCE_WIDTH_MAX];
     struct reference_photo_encoding *here = encoder_reference(bench, network, 1),
-                                    *moved = vw_allocate(1, sizeof *moved);
+                                    *moved = test_allocate(1, sizeof *moved);
     *moved = *here;
     for (uint32_t i = 0; i < width; i++) d_shift[i] = test_random_next(&random);
     reference_encode_photo_gradient(network, width, here, d_shift, gradient);
@@ -125,11 +121,6 @@ TEST(the_references_gradient_is_the_slope) {
     }
     print_message("%u of %u numbers at kinks\n", skipped, taken);
     assert_true(10 * skipped <= taken);
-    free(network);
-    free(gradient);
-    free(here);
-    free(moved);
-    step_bench_close(bench);
 }
 
 // ---- What the code does to a field ----------------------------------------------------------------------------------
@@ -143,7 +134,6 @@ static void fold_code(struct step_bench *with, struct step_bench *without) {
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++)
         params[4 * (s->shift_column + s->shift_stride * (unit / 4)) + unit % 4] += shift[unit];
     step_bench_write_params(without);
-    free(shift);
 }
 
 static void render(struct step_bench *bench, vw_float4 *colours) {
@@ -152,36 +142,28 @@ static void render(struct step_bench *bench, vw_float4 *colours) {
 }
 
 // Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.
-TEST(codes_shift_the_colour_network) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        if (cases[i].visibility || cases[i].transient) continue; // whose params lie elsewhere without the effect
-        struct step_bench *with = open_case(i, true), *without = open_case(i, false);
-        uint32_t rays = with->config.rays;
-        vw_float4 *seen = vw_allocate(rays, sizeof *seen), *expected = vw_allocate(rays, sizeof *expected);
-        memcpy(without->pixels, with->pixels, rays * sizeof *with->pixels);
-        memcpy(vw_buffer_map(without->pixel_buffer), with->pixels, rays * sizeof *with->pixels);
-        step_bench_gradients(with, 3);
+TEST_CASES(codes_shift_the_colour_network, i, VW_ARRAY_COUNT(cases)) {
+    if (cases[i].visibility || cases[i].transient) return; // whose params lie elsewhere without the effect
+    struct step_bench *with = open_case(i, true), *without = open_case(i, false);
+    uint32_t rays = with->config.rays;
+    vw_float4 *seen = test_allocate(rays, sizeof *seen), *expected = test_allocate(rays, sizeof *expected);
+    memcpy(without->pixels, with->pixels, rays * sizeof *with->pixels);
+    memcpy(vw_buffer_map(without->pixel_buffer), with->pixels, rays * sizeof *with->pixels);
+    step_bench_gradients(with, 3);
+    fold_code(with, without);
+    step_bench_gradients(without, 3);
+    float *losses = step_bench_read(with, with->step.ray_loss),
+          *losses_without = step_bench_read(without, without->step.ray_loss);
+    check_same_bits(with->where, "losses", losses, losses_without, rays * sizeof *losses);
+    render(with, seen); // ends with photo 0's code
+    for (uint32_t view = 0; view < 2; view++) {
         fold_code(with, without);
-        step_bench_gradients(without, 3);
-        float *losses = step_bench_read(with, with->step.ray_loss),
-              *losses_without = step_bench_read(without, without->step.ray_loss);
-        check_same_bits(with->where, "losses", losses, losses_without, rays * sizeof *losses);
-        render(with, seen); // ends with photo 0's code
-        for (uint32_t view = 0; view < 2; view++) {
-            fold_code(with, without);
-            render(without, expected);
-            for (uint32_t ray = 0; ray < rays; ray++)
-                if (with->pixels[ray].view == view)
-                    check_same_bits(with->where, "colour", &seen[ray], &expected[ray], sizeof *seen);
-            step_bench_gradients(with, 3); // photo 1's code
-        }
-        free(seen);
-        free(expected);
-        free(losses);
-        free(losses_without);
-        step_bench_close(with);
-        step_bench_close(without);
+        render(without, expected);
+        for (uint32_t ray = 0; ray < rays; ray++)
+            if (with->pixels[ray].view == view)
+                check_same_bits(with->where, "colour", &seen[ray], &expected[ray], sizeof *seen);
+        step_bench_gradients(with, 3); // photo 1's code
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

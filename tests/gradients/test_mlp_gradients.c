@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "reference/mlp_field.h"
 #include "reference/step_bench.h"
+#include "support/gpu_fixture.h"
 #include "train/fields/registry.h"
 
 enum { STEP = 3 };
@@ -85,10 +86,10 @@ struct mlp_step { // the reference of a step
 static uint32_t sample_count(const struct mlp_step *step) { return step->rays->ray_count * step->s.samples; }
 
 static struct reference_params *read_others(const struct vw_model *model, const float *params) {
-    struct reference_params *others = vw_allocate(1, sizeof *others);
+    struct reference_params *others = test_allocate(1, sizeof *others);
     reference_sky_read(model, params, others->sky);
     uint32_t photos = reference_photo_count(model);
-    if (photos) others->photos = vw_allocate(photos, sizeof *others->photos);
+    if (photos) others->photos = test_allocate(photos, sizeof *others->photos);
     for (uint32_t i = 0; i < photos; i++) others->photos[i] = reference_photo_of(model, params, i);
     for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof *params; i++)
         others->code_weights[i] = params[model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof *params + i];
@@ -109,7 +110,7 @@ static void take_step(struct step_bench *bench, bool coarse) {
 
 // Of the rays that the device has made for its last step.
 static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
-    struct mlp_step *step = vw_allocate(1, sizeof *step);
+    struct mlp_step *step = test_allocate(1, sizeof *step);
     step->bench = bench;
     step->coarse = coarse;
     step->s = bench->model.specialization;
@@ -123,24 +124,13 @@ static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
     assert_int_equal(step->mlp.param_count, 4 * bench->model.weight_columns);
     step->rays = step_bench_reference(bench);
     step->samples = reference_mlp_samples(&step->mlp, sample_count(step));
-    step->params = vw_allocate(step->mlp.param_count, sizeof(double));
-    step->d_params = vw_allocate(step->mlp.param_count, sizeof(double));
-    step->shift = vw_allocate(bench->config.width, sizeof(double));
+    step->params = test_allocate(step->mlp.param_count, sizeof(double));
+    step->d_params = test_allocate(step->mlp.param_count, sizeof(double));
+    step->shift = test_allocate(bench->config.width, sizeof(double));
     step->others = read_others(&bench->model, bench->params);
     const float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
     for (uint32_t i = 0; i < step->mlp.param_count; i++) step->params[i] = weights[step->first + i];
     return step;
-}
-
-static void close_step(struct mlp_step *step) {
-    reference_mlp_samples_free(step->samples, &step->mlp, sample_count(step));
-    reference_step_destroy(step->rays);
-    free(step->others->photos);
-    free(step->others);
-    free(step->params);
-    free(step->d_params);
-    free(step->shift);
-    free(step);
 }
 
 // Where the importance samples of a ray are; NULL where samples are even.
@@ -228,31 +218,25 @@ static struct step_bench *open_case(size_t index) {
 // ---- Encoding -------------------------------------------------------------------------------------------------------
 
 // What encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by much.
-TEST(encodings_match_the_reference) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        take_step(bench, false);
-        struct mlp_step *step = open_step(bench, false);
-        forward(step, true);
-        float *rows = step_bench_read(bench, bench->field.rows);
-        uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies,
-                 position4 = VW_ENCODED4(frequencies);
-        for (uint32_t i = 0; i < sample_count(step); i++) {
-            for (uint32_t k = 0; k < 4 * position4; k++) {
-                float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, k / 4, i) + k % 4];
-                // The position is a float, off by 2^-24 and more after its way; a frequency multiplies that.
-                double scale = k < 3 ? 1.0 : ldexp(M_PI, (int)(k - 3) / 6);
-                check_value(bench->where, "encoded position", k, number,
-                            k < count ? step->samples[i].encodings[k] : 0.0, 3e-7 + 6e-7 * scale);
-            }
-            for (uint32_t k = 0; k < 27; k++) {
-                float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, position4 + k / 4, i) + k % 4];
-                check_value(bench->where, "encoded direction", k, number, step->samples[i].encodings[count + k], 6e-6);
-            }
+TEST_CASES(encodings_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    take_step(bench, false);
+    struct mlp_step *step = open_step(bench, false);
+    forward(step, true);
+    float *rows = step_bench_read(bench, bench->field.rows);
+    uint32_t frequencies = bench->config.frequencies, count = 3 + 6 * frequencies, position4 = VW_ENCODED4(frequencies);
+    for (uint32_t i = 0; i < sample_count(step); i++) {
+        for (uint32_t k = 0; k < 4 * position4; k++) {
+            float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, k / 4, i) + k % 4];
+            // The position is a float, off by 2^-24 and more after its way; a frequency multiplies that.
+            double scale = k < 3 ? 1.0 : ldexp(M_PI, (int)(k - 3) / 6);
+            check_value(bench->where, "encoded position", k, number, k < count ? step->samples[i].encodings[k] : 0.0,
+                        3e-7 + 6e-7 * scale);
         }
-        free(rows);
-        close_step(step);
-        step_bench_close(bench);
+        for (uint32_t k = 0; k < 27; k++) {
+            float number = rows[4 * (size_t)VW_ROW_PLACE(bench->model.row_count, position4 + k / 4, i) + k % 4];
+            check_value(bench->where, "encoded direction", k, number, step->samples[i].encodings[count + k], 6e-6);
+        }
     }
 }
 
@@ -279,7 +263,6 @@ static void adopt_gates(struct mlp_step *step) {
             row += (step->mlp.layers[l].out + 3) / 4;
         }
     }
-    free(rows);
 }
 
 static void check_gradients(struct step_bench *bench, bool coarse) {
@@ -301,16 +284,13 @@ static void check_gradients(struct step_bench *bench, bool coarse) {
         for (uint32_t i = layer->first_at; i < end; i++)
             check_value(bench->where, layer->name, i, d_weights[step->first + i], step->d_params[i], tolerance * most);
     }
-    free(d_weights);
-    free(scalars);
-    close_step(step);
 }
 
 static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) {
     for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
         struct step_bench *bench = open_case(c);
         for (int coarse = 0; coarse <= (int)cases[c].own_coarse; coarse++) check(bench, coarse);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -340,36 +320,27 @@ static void check_slopes(struct step_bench *bench, bool coarse) {
         check_value(bench->where, layer->name, l, magnitudes, (losses[1] - losses[0]) / (2.0 * distance),
                     0.01 * magnitudes);
     }
-    free(all);
-    close_step(step);
 }
 
 TEST(the_loss_changes_as_the_gradients_say) { in_every_case(check_slopes); }
 
 // ---- Rendering and chunks -------------------------------------------------------------------------------------------
 
-TEST(rendering_matches_the_reference) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-        vw_float4 *colours = vw_allocate(bench->config.rays, sizeof *colours);
-        step_bench_gradients(bench, STEP); // makes the rays, too
-        assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
-        struct mlp_step *step = open_step(bench, false);
-        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-        free(step->rays->sample_places);
-        step->rays->sample_places = step_bench_sample_places(bench, evaluator->places);
-        for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
-        forward(step, false);
-        for (uint32_t ray = 0; ray < bench->config.rays; ray++)
-            for (int i = 0; i < 3; i++)
-                check_value(bench->where, "rendered", ray, (&colours[ray].x)[i], step->rays->colours[ray][i],
-                            tolerance_of(bench) * 0.1);
-        free(rays);
-        free(colours);
-        close_step(step);
-        step_bench_close(bench);
-    }
+TEST_CASES(rendering_matches_the_reference, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    vw_float4 *colours = test_allocate(bench->config.rays, sizeof *colours);
+    step_bench_gradients(bench, STEP); // makes the rays, too
+    assert_int_equal(vw_evaluator_render(evaluator, bench->pixels, bench->config.rays, colours), VW_OK);
+    struct mlp_step *step = open_step(bench, false);
+    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+    step->rays->sample_places = step_bench_sample_places(bench, evaluator->places);
+    for (uint32_t i = 0; i < bench->config.rays; i++) step->rays->rays[i] = reference_ray_of(&rays[i]);
+    forward(step, false);
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++)
+        for (int i = 0; i < 3; i++)
+            check_value(bench->where, "rendered", ray, (&colours[ray].x)[i], step->rays->colours[ray][i],
+                        tolerance_of(bench) * 0.1);
 }
 
 static float *gradient_in_chunks(uint32_t importance_samples, uint32_t chunk_samples, size_t *bytes) {
@@ -387,7 +358,6 @@ static float *gradient_in_chunks(uint32_t importance_samples, uint32_t chunk_sam
     step_bench_step(bench, STEP);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     *bytes = vw_buffer_size_bytes(bench->step.d_weights);
-    step_bench_close(bench);
     return d_weights;
 }
 
@@ -397,8 +367,6 @@ TEST(the_bits_do_not_depend_on_the_chunk) {
         float *whole = gradient_in_chunks(importance_samples, 0, &bytes),
               *parts = gradient_in_chunks(importance_samples, importance_samples ? 512 : 256, &bytes);
         check_same_bits("chunks", "d_weights", parts, whole, bytes);
-        free(whole);
-        free(parts);
     }
 }
 
@@ -412,7 +380,7 @@ TEST(what_is_not_finite_marks_the_step) {
         struct step_bench *bench = step_bench_open(&setup);
         for (uint32_t k = 0; k < 64; k++) bench->params[k] = wrong[i];
         step_bench_check_skipped(bench, STEP);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -422,4 +390,4 @@ TEST(every_field_has_a_name_of_its_own) {
     assert_string_equal(vw_field_kind_of(VW_FIELD_MLP)->name, vw_field_name(VW_FIELD_MLP));
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

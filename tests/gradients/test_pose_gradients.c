@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "reference/effects/pose.h"
 #include "reference/step_bench.h"
+#include "support/gpu_fixture.h"
 
 enum { STEP = VW_OCCUPANCY_WARM_UP + 44, SAMPLES_MAX = 64 }; // where samples are skipped
 static const double DIFFERENCE = 1e-7;                       // of a number
@@ -98,16 +99,7 @@ static struct taken take(struct step_bench *bench) {
     it.rows = step_bench_read_rows(bench);
     it.d_positions = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSITIONS]);
     it.d_poses = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_POSES]);
-    free(params);
     return it;
-}
-
-static void let_go(struct taken *it) {
-    reference_params_destroy(it->params);
-    reference_step_destroy(it->step);
-    free(it->rows);
-    free(it->d_positions);
-    free(it->d_poses);
 }
 
 static const struct vw_pixel *pixel_of(const struct taken *it, uint32_t ray) {
@@ -196,19 +188,15 @@ static void check_sums(const struct taken *it, uint32_t ray) {
     }
 }
 
-TEST(gradients_are_those_of_the_reference) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *bench = open_case(i);
-        struct taken it = take(bench);
-        for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
-            check_line(&it, ray);
-            check_sums(&it, ray);
-        }
-        for (uint32_t k = 0; k < bench->padded_samples; k++)
-            if (it.step->slots[k] != REFERENCE_SKIPPED) check_position(&it, it.step->slots[k]);
-        let_go(&it);
-        step_bench_close(bench);
+TEST_CASES(gradients_are_those_of_the_reference, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(i);
+    struct taken it = take(bench);
+    for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) {
+        check_line(&it, ray);
+        check_sums(&it, ray);
     }
+    for (uint32_t k = 0; k < bench->padded_samples; k++)
+        if (it.step->slots[k] != REFERENCE_SKIPPED) check_position(&it, it.step->slots[k]);
 }
 
 // ---- Finite differences ---------------------------------------------------------------------------------------------
@@ -301,8 +289,7 @@ TEST(the_gradient_is_the_slope_of_the_loss) {
                 check_value(bench->where, "gradient by the pose", REFERENCE_POSE * ray + k, found[k], slopes[k],
                             GRADIENT_TOLERANCE * scale);
         }
-        let_go(&it);
-        step_bench_close(bench);
+        test_release(bench);
     }
     if (10 * skipped > all) fail_msg("%u of %u rays stand at kinks", skipped, all);
 }
@@ -347,11 +334,6 @@ static void check_move(struct step_bench *bench, uint64_t number) {
     memcpy(&moments_after[bench->view], &moments[bench->view], sizeof *moments);
     check_same_bits(bench->where, "other photos' moments", moments_after, moments,
                     vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]));
-    free(before);
-    free(after);
-    free(d_poses);
-    free(moments);
-    free(moments_after);
 }
 
 static void check_stays(struct step_bench *bench, uint64_t number) {
@@ -365,24 +347,17 @@ static void check_stays(struct step_bench *bench, uint64_t number) {
                     bench->model.ranges[VW_SLOT_POSES].size_bytes);
     check_same_bits(bench->where, "moments", moments_after, moments,
                     vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_POSE_MOMENTS]));
-    free(before);
-    free(after);
-    free(moments);
-    free(moments_after);
 }
 
-TEST(cameras_move_once_the_field_has_come) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        struct step_bench *bench = open_case(i);
-        check_stays(bench, 1);
-        check_stays(bench, REFERENCE_POSE_WARM_UP);
-        for (uint64_t number = 1; number <= 3; number++) check_move(bench, REFERENCE_POSE_WARM_UP + number);
-        check_move(bench, UINT64_C(1) << 33); // saturated, not wrapped to the beginning
-        bench->pixels[1].rgba.x = INFINITY;   // a step that is not finite is not taken
-        memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
-        check_stays(bench, REFERENCE_POSE_WARM_UP + 4);
-        step_bench_close(bench);
-    }
+TEST_CASES(cameras_move_once_the_field_has_come, i, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(i);
+    check_stays(bench, 1);
+    check_stays(bench, REFERENCE_POSE_WARM_UP);
+    for (uint64_t number = 1; number <= 3; number++) check_move(bench, REFERENCE_POSE_WARM_UP + number);
+    check_move(bench, UINT64_C(1) << 33); // saturated, not wrapped to the beginning
+    bench->pixels[1].rgba.x = INFINITY;   // a step that is not finite is not taken
+    memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, bench->config.rays * sizeof *bench->pixels);
+    check_stays(bench, REFERENCE_POSE_WARM_UP + 4);
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

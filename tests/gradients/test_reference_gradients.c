@@ -105,7 +105,7 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
              (unsigned long long)setup->seed, vw_loss_name(loss), choice);
     make_model(setup, loss, choice, &f->model);
     make_rays(setup->seed, &f->model.specialization, rays);
-    float *params = vw_allocate(f->model.param_bytes, 1);
+    float *params = test_allocate(f->model.param_bytes, 1);
     vw_model_initialise(&f->model, setup->seed, params);
     size_t grid = f->model.grid.size_bytes / sizeof *params;
     for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
@@ -114,7 +114,6 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     for (size_t i = grid; i < sky; i++) params[i] *= (float)setup->weight_scale;
     for (size_t i = sky; i < sky_end; i++) params[i] = (float)draw(setup->seed, 200 + (uint32_t)(i - sky));
     f->params = reference_params_create(&f->model, params);
-    free(params);
     draw_photos(setup->seed, f->params, reference_photo_count(&f->model));
     f->step = reference_step_create(&f->model, rays, RAYS);
     f->moved = reference_step_create(&f->model, rays, RAYS);
@@ -123,12 +122,6 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
         f->step->places[i / 2][i % 2] = f->moved->places[i / 2][i % 2] = draw(setup->seed, 4000 + i);
     reference_step_forward(f->step, f->params, true, 1);
     reference_step_backward(f->step, f->params);
-}
-
-static void close_fixture(struct fixture *f) {
-    reference_params_destroy(f->params);
-    reference_step_destroy(f->step);
-    reference_step_destroy(f->moved);
 }
 
 static bool same_decisions(const struct reference_step *a, const struct reference_step *b) {
@@ -267,7 +260,6 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     compare_visibility(&f, &skipped);
     int taken = PER_RANGE * (int)(REFERENCE_MATRICES + f.model.specialization.levels) + compare_photos(&f, &skipped);
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
-    close_fixture(&f);
 }
 
 // transient has a loss and a reference of its own: see test_transient_gradients; pose has test_pose_gradients, and

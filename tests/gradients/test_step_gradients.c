@@ -8,6 +8,7 @@
 #include "reference/reference.h"
 #include "reference/step_bench.h"
 #include "support/full.h"
+#include "support/gpu_fixture.h"
 
 // Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to
 // 4e-4 of its entries; coarser levels are better. These bounds are about ten times what was seen over the cases.
@@ -58,19 +59,18 @@ static void check_sky_gradient(const struct step_bench *bench, const struct refe
 static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *reference) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
-    int64_t *quanta = vw_allocate(features, sizeof *quanta);
-    double *gradient = vw_allocate(features, sizeof *gradient);
+    int64_t *quanta = test_allocate(features, sizeof *quanta);
+    double *gradient = test_allocate(features, sizeof *gradient);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         reference_grid_scatter_fixed(s, reference->samples[i].position, reference->d_samples[i].encoding, quanta);
     for (uint64_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
-    free(quanta);
     return gradient;
 }
 
 static void check_grid_gradients(const struct step_bench *bench, const struct reference_step *reference,
                                  const uint64_t *words) {
     const struct vw_specialization *s = &bench->model.specialization;
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     double *expected = fixed_point_gradient(bench, reference);
     reference_unpack_grid(&bench->model, words, quanta);
     for (uint32_t level = 0; level < s->levels; level++) {
@@ -83,8 +83,6 @@ static void check_grid_gradients(const struct step_bench *bench, const struct re
                         (double)quanta[i] * s->gradient_quantum, expected[i],
                         GRID_TOLERANCE * scale + FLIPPED_QUANTA * s->gradient_quantum);
     }
-    free(expected);
-    free(quanta);
 }
 
 static void refuse_kinks(const struct step_bench *bench, const struct reference_step *reference) {
@@ -105,7 +103,6 @@ static struct reference_step *run_reference(struct step_bench *bench, const stru
     if (wrong) fail_msg("%s: %llu hidden units are on the wrong side of 0", bench->where, (unsigned long long)wrong);
     refuse_kinks(bench, reference);
     reference_step_backward(reference, params);
-    free(relu);
     return reference;
 }
 
@@ -125,7 +122,6 @@ static void check_photo_gradient(struct step_bench *bench, const struct referenc
         check_value(bench->where, "d_gain", c, gain[c], reference->d_photo.gain[c], PHOTO_TOLERANCE * scale);
         check_value(bench->where, "d_bias", c, bias[c], reference->d_photo.bias[c], PHOTO_TOLERANCE * scale);
     }
-    free(rays);
 }
 
 // Of the network, and by the sums in its first layer, whose biases have an input of 1, of the photo's code.
@@ -139,30 +135,22 @@ static void check_visibility_gradient(const struct step_bench *bench, const stru
         check_value(bench->where, "visibility", i, d_network[i], reference->d_visibility[i], tolerance);
 }
 
-TEST(gradients_match_the_reference) {
-    for (uint32_t i = 0; i < step_case_count; i++) {
-        if (!ordinary(&step_cases[i])) continue;
-        struct step_bench *bench = step_bench_open(&step_cases[i]);
-        step_bench_gradients(bench, STEP);
-        struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *reference = run_reference(bench, params, STEP);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
-        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, reference->loss,
-                    LOSS_TOLERANCE * reference->loss);
-        check_weight_gradients(bench, reference, d_weights);
-        check_sky_gradient(bench, reference, d_weights);
-        check_visibility_gradient(bench, reference, d_weights);
-        check_grid_gradients(bench, reference, words);
-        check_photo_gradient(bench, reference);
-        free(d_weights);
-        free(words);
-        free(scalars);
-        reference_step_destroy(reference);
-        reference_params_destroy(params);
-        step_bench_close(bench);
-    }
+TEST_CASES(gradients_match_the_reference, i, step_case_count) {
+    if (!ordinary(&step_cases[i])) return;
+    struct step_bench *bench = step_bench_open(&step_cases[i]);
+    step_bench_gradients(bench, STEP);
+    struct reference_params *params = reference_params_create(&bench->model, bench->params);
+    struct reference_step *reference = run_reference(bench, params, STEP);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    check_value(bench->where, "loss", 0, (double)scalars->x + scalars->y, reference->loss,
+                LOSS_TOLERANCE * reference->loss);
+    check_weight_gradients(bench, reference, d_weights);
+    check_sky_gradient(bench, reference, d_weights);
+    check_visibility_gradient(bench, reference, d_weights);
+    check_grid_gradients(bench, reference, words);
+    check_photo_gradient(bench, reference);
 }
 
 // ---- The slope of the loss ------------------------------------------------------------------------------------------
@@ -181,7 +169,7 @@ static double moved_loss(struct reference_step *reference, const struct referenc
 static void check_slope(const struct step_bench *bench, struct reference_step *reference,
                         const struct reference_params *params, const char *range, double *values,
                         const double *gradient, size_t count) {
-    double *direction = vw_allocate(count, sizeof *direction), magnitudes = 0.0;
+    double *direction = test_allocate(count, sizeof *direction), magnitudes = 0.0;
     for (size_t i = 0; i < count; i++) direction[i] = gradient[i] > 0.0 ? 1.0 : gradient[i] < 0.0 ? -1.0 : 0.0;
     for (size_t i = 0; i < count; i++) magnitudes += fabs(gradient[i]);
     double higher = moved_loss(reference, params, values, direction, count, SLOPE_STEP),
@@ -189,7 +177,6 @@ static void check_slope(const struct step_bench *bench, struct reference_step *r
     assert_true(magnitudes > 0.0);
     check_value(bench->where, range, 0, magnitudes, (higher - lower) / (2.0 * SLOPE_STEP),
                 SLOPE_TOLERANCE * magnitudes);
-    free(direction);
 }
 
 // From the device's gradients by what is seen of each ray, and by the weights of the colour network's input 0.
@@ -207,7 +194,6 @@ static void check_photo_slopes(struct step_bench *bench, struct reference_step *
             }
         check_slope(bench, reference, params, "gain", photo->gain, gain, 3);
         check_slope(bench, reference, params, "bias", photo->bias, bias, 3);
-        free(rays);
     }
     if (!s->effect_appearance_code) return;
     double d_shift[REFERENCE_WIDTH_MAX], d_code[REFERENCE_CODE], d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
@@ -223,8 +209,8 @@ static void check_slopes(struct step_bench *bench, struct reference_step *refere
     size_t features = 2 * (size_t)bench->model.pair_count;
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    int64_t *quanta = vw_allocate(features, sizeof *quanta);
-    double *gradient = vw_allocate(features + REFERENCE_WIDTH_MAX * REFERENCE_ENCODING_MAX, sizeof *gradient);
+    int64_t *quanta = test_allocate(features, sizeof *quanta);
+    double *gradient = test_allocate(features + REFERENCE_WIDTH_MAX * REFERENCE_ENCODING_MAX, sizeof *gradient);
     struct reference_matrix values[REFERENCE_MATRICES];
     reference_matrices(s, &params->weights, values);
     for (uint32_t m = 0; m < REFERENCE_MATRICES; m++) {
@@ -244,26 +230,17 @@ static void check_slopes(struct step_bench *bench, struct reference_step *refere
     for (size_t i = 0; i < features; i++) gradient[i] = (double)quanta[i] * s->gradient_quantum;
     check_slope(bench, reference, params, "grid", params->grid, gradient, features);
     check_photo_slopes(bench, reference, params, d_weights);
-    free(d_weights);
-    free(words);
-    free(quanta);
-    free(gradient);
 }
 
 // From the device's gradients to the differences of the reference's loss, without the reference's own gradient between
 // them. The quick tests take every second case.
-TEST(the_loss_changes_as_the_gradients_say) {
-    for (uint32_t i = 0; i < step_case_count; i++) {
-        if (!ordinary(&step_cases[i]) || (i % 2 == 0 && !test_is_full())) continue;
-        struct step_bench *bench = step_bench_open(&step_cases[i]);
-        step_bench_gradients(bench, STEP);
-        struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *reference = step_bench_reference(bench);
-        check_slopes(bench, reference, params);
-        reference_step_destroy(reference);
-        reference_params_destroy(params);
-        step_bench_close(bench);
-    }
+TEST_CASES(the_loss_changes_as_the_gradients_say, i, step_case_count) {
+    if (!ordinary(&step_cases[i]) || (i % 2 == 0 && !test_is_full())) return;
+    struct step_bench *bench = step_bench_open(&step_cases[i]);
+    step_bench_gradients(bench, STEP);
+    struct reference_params *params = reference_params_create(&bench->model, bench->params);
+    struct reference_step *reference = step_bench_reference(bench);
+    check_slopes(bench, reference, params);
 }
 
 // ---- Descent and rendering ------------------------------------------------------------------------------------------
@@ -345,13 +322,7 @@ static void descend(bool photos) {
                         params->sky[i / 3][i % 3] - rate * reference->d_sky[i / 3][i % 3],
                         PHOTO_TOLERANCE * rate * largest(reference->d_sky[0], 3 * VW_SKY_COLUMNS) + 0x1p-22);
         check_photos_moved(bench, number, reference, params, after);
-        free(expected);
-        free(before);
-        free(after);
-        reference_step_destroy(reference);
-        reference_params_destroy(params);
     }
-    step_bench_close(bench);
 }
 
 TEST(gradient_descent_follows_the_reference) {
@@ -360,33 +331,26 @@ TEST(gradient_descent_follows_the_reference) {
 }
 
 // Validation: bin-centre samples, other passes, the same field.
-TEST(rendering_matches_the_reference) {
-    for (uint32_t i = 0; i < step_case_count; i++) {
-        if (!ordinary(&step_cases[i])) continue;
-        struct step_bench *bench = step_bench_open(&step_cases[i]);
-        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-        assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-        vw_submission_begin(bench->batch);
-        vw_evaluator_record(evaluator, bench->batch);
-        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
-        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-        vw_float4 *colours = step_bench_read(bench, evaluator->colours);
-        struct reference_params *params = reference_params_create(&bench->model, bench->params);
-        struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
-        reference_step_forward(reference, params, false, 0);
-        for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
-            const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
-            for (int c = 0; c < 3; c++)
-                check_value(bench->where, "rendered", ray, rgb[c], reference->colours[ray][c], COLOUR_TOLERANCE);
-            check_value(bench->where, "transmittance", ray, colours[ray].w, reference->left[ray], COLOUR_TOLERANCE);
-        }
-        free(rays);
-        free(colours);
-        reference_step_destroy(reference);
-        reference_params_destroy(params);
-        step_bench_close(bench);
+TEST_CASES(rendering_matches_the_reference, i, step_case_count) {
+    if (!ordinary(&step_cases[i])) return;
+    struct step_bench *bench = step_bench_open(&step_cases[i]);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    vw_submission_begin(bench->batch);
+    vw_evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    struct reference_params *params = reference_params_create(&bench->model, bench->params);
+    struct reference_step *reference = reference_step_create(&bench->model, rays, bench->config.rays);
+    reference_step_forward(reference, params, false, 0);
+    for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
+        const double rgb[3] = {colours[ray].x, colours[ray].y, colours[ray].z};
+        for (int c = 0; c < 3; c++)
+            check_value(bench->where, "rendered", ray, rgb[c], reference->colours[ray][c], COLOUR_TOLERANCE);
+        check_value(bench->where, "transmittance", ray, colours[ray].w, reference->left[ray], COLOUR_TOLERANCE);
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "reference/effects/transient.h"
 #include "reference/step_bench.h"
+#include "support/gpu_fixture.h"
 
 enum { STEP = 3, SAMPLES_MAX = 32 };
 
@@ -133,8 +134,6 @@ static void read_samples(struct transient_step *step) {
             .density = samples[i].w,
             .length = reference_stratum_length(s, &step->rays->rays[i / s->samples], i % s->samples)};
     }
-    free(rows);
-    free(samples);
 }
 
 static void read_rays(struct transient_step *step) {
@@ -160,29 +159,20 @@ static void find_outputs(struct transient_step *step) {
 
 // Of the step that the device has taken last.
 static struct transient_step *open_step(struct step_bench *bench) {
-    struct transient_step *step = vw_allocate(1, sizeof *step);
+    struct transient_step *step = test_allocate(1, sizeof *step);
     *step = (struct transient_step){.bench = bench, .rays = step_bench_reference(bench)};
     lay_out_head(bench, &step->head);
     step->sample_count = step->rays->ray_count * bench->config.samples;
     step->feature_count = step->head.features;
-    step->params = vw_allocate(step->head.end_at, sizeof(double));
+    step->params = test_allocate(step->head.end_at, sizeof(double));
     for (uint32_t i = 0; i < step->head.end_at; i++) step->params[i] = weights_of(bench)[i];
-    step->features = vw_allocate((size_t)step->sample_count * step->feature_count, sizeof(double));
-    step->points = vw_allocate(step->sample_count, sizeof *step->points);
-    step->outputs = vw_allocate(step->sample_count, sizeof *step->outputs);
+    step->features = test_allocate((size_t)step->sample_count * step->feature_count, sizeof(double));
+    step->points = test_allocate(step->sample_count, sizeof *step->points);
+    step->outputs = test_allocate(step->sample_count, sizeof *step->outputs);
     read_samples(step);
     read_rays(step);
     find_outputs(step);
     return step;
-}
-
-static void close_step(struct transient_step *step) {
-    reference_step_destroy(step->rays);
-    free(step->params);
-    free(step->features);
-    free(step->points);
-    free(step->outputs);
-    free(step);
 }
 
 static double ray_loss(const struct transient_step *step, uint32_t ray) {
@@ -249,45 +239,35 @@ static void find_slopes(struct transient_step *step, uint32_t sample, double slo
     for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_of_ray(step, ray, &step->outputs[sample][k]);
 }
 
-TEST(gradients_of_rays_match_differences) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        const struct vw_specialization *s = &bench->model.specialization;
-        step_bench_gradients(bench, STEP);
-        struct transient_step *step = open_step(bench);
-        float *losses = step_bench_read(bench, bench->step.ray_loss),
-              *d_samples = step_bench_read(bench, bench->step.d_samples),
-              *d_rows = step_bench_read(bench, bench->field.d_rows);
-        vw_float4 *scalars = step_bench_read(bench, bench->scalars);
-        double(*slopes)[SLOPES] = vw_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
-        assert_true(scalars->z == 0.0f);
-        for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
-            check_value(bench->where, "loss", ray, losses[ray], ray_loss(step, ray),
-                        2e-5 * (1.0 + ray_loss(step, ray)));
-        for (uint32_t i = 0; i < step->sample_count; i++) {
-            find_slopes(step, i, slopes[i]);
-            for (int k = 0; k < SLOPES; k++) most[k] = fmax(most[k], fabs(slopes[i][k]));
-        }
-        for (uint32_t i = 0; i < step->sample_count; i++) {
-            const float *d_outputs = row_of(d_rows, s->d_layer_rows, s->d_transient_row, i),
-                        *d_uncertainty = row_of(d_rows, s->d_layer_rows, s->d_transient_row + 1, i);
-            for (int k = 0; k < SLOPES; k++) {
-                float found = k < 4 ? d_samples[4 * i + (uint32_t)k] : k < 8 ? d_outputs[k - 4] : d_uncertainty[0];
-                check_value(bench->where, k < 4 ? "d_sample" : "d_output", SLOPES * i + (uint32_t)k, found,
-                            slopes[i][k], 1e-4 * most[k] + 1e-9);
-            }
-            for (int k = 1; k < 4; k++) assert_true(d_uncertainty[k] == 0.0f);
-        }
-        if (cases[c].density == 0.0f)
-            for (int k = 0; k < SLOPES; k++) assert_true(most[k] > 1e-7);
-        free(losses);
-        free(d_samples);
-        free(d_rows);
-        free(scalars);
-        free(slopes);
-        close_step(step);
-        step_bench_close(bench);
+TEST_CASES(gradients_of_rays_match_differences, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    const struct vw_specialization *s = &bench->model.specialization;
+    step_bench_gradients(bench, STEP);
+    struct transient_step *step = open_step(bench);
+    float *losses = step_bench_read(bench, bench->step.ray_loss),
+          *d_samples = step_bench_read(bench, bench->step.d_samples),
+          *d_rows = step_bench_read(bench, bench->field.d_rows);
+    vw_float4 *scalars = step_bench_read(bench, bench->scalars);
+    double(*slopes)[SLOPES] = test_allocate(step->sample_count, sizeof *slopes), most[SLOPES] = {0};
+    assert_true(scalars->z == 0.0f);
+    for (uint32_t ray = 0; ray < step->rays->ray_count; ray++)
+        check_value(bench->where, "loss", ray, losses[ray], ray_loss(step, ray), 2e-5 * (1.0 + ray_loss(step, ray)));
+    for (uint32_t i = 0; i < step->sample_count; i++) {
+        find_slopes(step, i, slopes[i]);
+        for (int k = 0; k < SLOPES; k++) most[k] = fmax(most[k], fabs(slopes[i][k]));
     }
+    for (uint32_t i = 0; i < step->sample_count; i++) {
+        const float *d_outputs = row_of(d_rows, s->d_layer_rows, s->d_transient_row, i),
+                    *d_uncertainty = row_of(d_rows, s->d_layer_rows, s->d_transient_row + 1, i);
+        for (int k = 0; k < SLOPES; k++) {
+            float found = k < 4 ? d_samples[4 * i + (uint32_t)k] : k < 8 ? d_outputs[k - 4] : d_uncertainty[0];
+            check_value(bench->where, k < 4 ? "d_sample" : "d_output", SLOPES * i + (uint32_t)k, found, slopes[i][k],
+                        1e-4 * most[k] + 1e-9);
+        }
+        for (int k = 1; k < 4; k++) assert_true(d_uncertainty[k] == 0.0f);
+    }
+    if (cases[c].density == 0.0f)
+        for (int k = 0; k < SLOPES; k++) assert_true(most[k] > 1e-7);
 }
 
 // Without transient density, and with any at its floor, this is the squared loss of a step without the effect.
@@ -309,12 +289,6 @@ TEST(without_density_it_is_the_squared_loss) {
         check_value(bench->where, "d_sample", i, d_samples[i], expected[i], 1e-6 * most);
     for (uint32_t i = 0; i < bench->step.padded_rays; i++)
         check_value(bench->where, "loss", i, losses[i], expected_losses[i], 1e-6);
-    free(d_samples);
-    free(expected);
-    free(losses);
-    free(expected_losses);
-    step_bench_close(bench);
-    step_bench_close(without);
 }
 
 // ---- The head -------------------------------------------------------------------------------------------------------
@@ -343,45 +317,35 @@ static void check_layer(struct transient_step *step, const struct reference_laye
                     d_weights[i] == 0.0f ? 0.0 : slope_of_step(step, &step->params[i]), 0.01 * most + 1e-9);
 }
 
-TEST(the_loss_changes_as_the_head_s_gradients_say) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        step_bench_gradients(bench, STEP);
-        struct transient_step *step = open_step(bench);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
-        for (uint32_t l = 0; l < step->head.count; l++) {
-            const struct reference_layer *layer = &step->head.layers[l];
-            check_layer(step, layer, l + 1 < step->head.count ? layer[1].first_at : step->head.end_at, d_weights);
-        }
-        free(d_weights);
-        close_step(step);
-        step_bench_close(bench);
+TEST_CASES(the_loss_changes_as_the_head_s_gradients_say, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    step_bench_gradients(bench, STEP);
+    struct transient_step *step = open_step(bench);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    for (uint32_t l = 0; l < step->head.count; l++) {
+        const struct reference_layer *layer = &step->head.layers[l];
+        check_layer(step, layer, l + 1 < step->head.count ? layer[1].first_at : step->head.end_at, d_weights);
     }
 }
 
 // Plain descent moves the code by its gradient and a ridge; those of other photos stay.
-TEST(the_code_moves_as_the_loss_says) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        struct step_bench *bench = open_case(c);
-        const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_TRANSIENT_CODES];
-        step_bench_step(bench, STEP);
-        struct transient_step *step = open_step(bench);
-        float *after = step_bench_read(bench, bench->field.params);
-        double slopes[REFERENCE_TRANSIENT_CODE], rate = 20.0 * bench->config.learning_rate;
-        for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
-            slopes[k] = slope_of_step(step, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
-        double most = largest(slopes, REFERENCE_TRANSIENT_CODE);
-        for (uint32_t i = 0; i < codes->size_bytes / sizeof(float); i++) {
-            size_t at = codes->offset_bytes / sizeof(float) + i;
-            uint32_t view = i / REFERENCE_TRANSIENT_CODE;
-            double expected = view == bench->view ? slopes[i % REFERENCE_TRANSIENT_CODE] : 0.0;
-            if (view != bench->view) assert_true(after[at] == bench->params[at]);
-            check_value(bench->where, "code", i, ((double)bench->params[at] - after[at]) / rate, expected,
-                        0.01 * most + 1e-6);
-        }
-        free(after);
-        close_step(step);
-        step_bench_close(bench);
+TEST_CASES(the_code_moves_as_the_loss_says, c, VW_ARRAY_COUNT(cases)) {
+    struct step_bench *bench = open_case(c);
+    const struct vw_param_range *codes = &bench->model.ranges[VW_SLOT_TRANSIENT_CODES];
+    step_bench_step(bench, STEP);
+    struct transient_step *step = open_step(bench);
+    float *after = step_bench_read(bench, bench->field.params);
+    double slopes[REFERENCE_TRANSIENT_CODE], rate = 20.0 * bench->config.learning_rate;
+    for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
+        slopes[k] = slope_of_step(step, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
+    double most = largest(slopes, REFERENCE_TRANSIENT_CODE);
+    for (uint32_t i = 0; i < codes->size_bytes / sizeof(float); i++) {
+        size_t at = codes->offset_bytes / sizeof(float) + i;
+        uint32_t view = i / REFERENCE_TRANSIENT_CODE;
+        double expected = view == bench->view ? slopes[i % REFERENCE_TRANSIENT_CODE] : 0.0;
+        if (view != bench->view) assert_true(after[at] == bench->params[at]);
+        check_value(bench->where, "code", i, ((double)bench->params[at] - after[at]) / rate, expected,
+                    0.01 * most + 1e-6);
     }
 }
 
@@ -401,41 +365,35 @@ static double slope_by_feature(struct transient_step *step, uint32_t sample, uin
 }
 
 // The features of the field hash have the head's gradient beside that of the colour network.
-TEST(features_of_the_hash_take_the_head_s_gradient) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        if (cases[c].setup.field != VW_FIELD_HASH) continue;
-        struct step_bench *bench = open_case(c);
-        const struct vw_specialization *s = &bench->model.specialization;
-        const struct step_rows at = step_bench_rows(bench);
-        step_bench_gradients(bench, STEP);
-        struct transient_step *step = open_step(bench);
-        float *d_rows = step_bench_read(bench, bench->field.d_rows), *rows = step_bench_read_rows(bench);
-        const float *weights = weights_of(bench);
-        double most = 0.0, most_all = 0.0;
-        for (uint32_t i = 0; i < step->sample_count; i++)
-            for (uint32_t k = 1; k < 16; k++) {
-                most = fmax(most, fabs(row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4]));
-                most_all = fmax(most_all, fabs(step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4]));
-            }
-        for (uint32_t i = 0; i < step->sample_count; i++) {
-            for (uint32_t k = 1; k < 16; k++) {
-                double by_colour = 0.0, by_head = row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4];
-                for (uint32_t unit = 0; unit < bench->config.width; unit++)
-                    by_colour += step_bench_row(bench, rows, at.d_hidden2 + unit / 4, i)[unit % 4] *
-                                 weights[reference_block_index(s, 2, unit, k)];
-                check_value(bench->where, "d_geo", 16 * i + k, step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4],
-                            by_colour + by_head, 4.0 * BFLOAT_ROUNDING * most_all);
-                if ((i + k) % 61 == 0)
-                    check_value(bench->where, "d_feature", 16 * i + k, by_head, slope_by_feature(step, i, k),
-                                0.01 * most + 1e-9);
-            }
+TEST_CASES(features_of_the_hash_take_the_head_s_gradient, c, VW_ARRAY_COUNT(cases)) {
+    if (cases[c].setup.field != VW_FIELD_HASH) return;
+    struct step_bench *bench = open_case(c);
+    const struct vw_specialization *s = &bench->model.specialization;
+    const struct step_rows at = step_bench_rows(bench);
+    step_bench_gradients(bench, STEP);
+    struct transient_step *step = open_step(bench);
+    float *d_rows = step_bench_read(bench, bench->field.d_rows), *rows = step_bench_read_rows(bench);
+    const float *weights = weights_of(bench);
+    double most = 0.0, most_all = 0.0;
+    for (uint32_t i = 0; i < step->sample_count; i++)
+        for (uint32_t k = 1; k < 16; k++) {
+            most = fmax(most, fabs(row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4]));
+            most_all = fmax(most_all, fabs(step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4]));
         }
-        if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
-        free(d_rows);
-        free(rows);
-        close_step(step);
-        step_bench_close(bench);
+    for (uint32_t i = 0; i < step->sample_count; i++) {
+        for (uint32_t k = 1; k < 16; k++) {
+            double by_colour = 0.0, by_head = row_of(d_rows, s->d_layer_rows, s->d_feature_row + k / 4, i)[k % 4];
+            for (uint32_t unit = 0; unit < bench->config.width; unit++)
+                by_colour += step_bench_row(bench, rows, at.d_hidden2 + unit / 4, i)[unit % 4] *
+                             weights[reference_block_index(s, 2, unit, k)];
+            check_value(bench->where, "d_geo", 16 * i + k, step_bench_row(bench, rows, at.d_geo + k / 4, i)[k % 4],
+                        by_colour + by_head, 4.0 * BFLOAT_ROUNDING * most_all);
+            if ((i + k) % 61 == 0)
+                check_value(bench->where, "d_feature", 16 * i + k, by_head, slope_by_feature(step, i, k),
+                            0.01 * most + 1e-9);
+        }
     }
+    if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
 }
 
 // The trunk of the field mlp: its params moved along the device's gradient, with all that follows found again.
@@ -460,50 +418,38 @@ static double mlp_loss(struct transient_step *step, const struct reference_mlp *
 static void find_shift(const struct step_bench *bench, double *shift) {
     const struct vw_model *model = &bench->model;
     double *code_weights =
-        vw_allocate(model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof(float), sizeof *code_weights);
+        test_allocate(model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof(float), sizeof *code_weights);
     const float *values = bench->params + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof(float);
     for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof(float); i++)
         code_weights[i] = values[i];
     struct reference_photo photo = reference_photo_of(model, bench->params, bench->view);
     reference_mix_code(4 * model->specialization.width4, code_weights, photo.code, shift);
-    free(code_weights);
 }
 
-TEST(the_trunk_of_the_mlp_takes_the_head_s_gradient) {
-    for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-        if (cases[c].setup.field != VW_FIELD_MLP) continue;
-        struct step_bench *bench = open_case(c);
-        struct reference_mlp mlp;
-        reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
-        struct reference_mlp_sample *sample = reference_mlp_samples(&mlp, 1);
-        double *shift = vw_allocate(bench->config.width, sizeof *shift);
-        if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, shift);
-        step_bench_gradients(bench, STEP);
-        struct transient_step *step = open_step(bench);
-        float *d_weights = step_bench_read(bench, bench->step.d_weights);
-        for (uint32_t l = 0; l < mlp.count; l++) {
-            uint32_t first = mlp.layers[l].first_at,
-                     end = l + 1 < mlp.count ? mlp.layers[l + 1].first_at : mlp.param_count;
-            const double distance = 1e-7;
-            double norm = 0.0, losses[2];
-            for (uint32_t i = first; i < end; i++) norm += fabs(d_weights[i]);
-            for (int ahead = 0; ahead < 2; ahead++) {
-                double by = ahead ? distance : -distance;
-                for (uint32_t i = first; i < end; i++)
-                    step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-                losses[ahead] = mlp_loss(step, &mlp, sample, shift);
-                for (uint32_t i = first; i < end; i++)
-                    step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-            }
-            assert_true(norm > 0.0);
-            check_value(bench->where, mlp.layers[l].name, l, norm, (losses[1] - losses[0]) / (2.0 * distance),
-                        0.01 * norm);
+TEST_CASES(the_trunk_of_the_mlp_takes_the_head_s_gradient, c, VW_ARRAY_COUNT(cases)) {
+    if (cases[c].setup.field != VW_FIELD_MLP) return;
+    struct step_bench *bench = open_case(c);
+    struct reference_mlp mlp;
+    reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
+    struct reference_mlp_sample *sample = reference_mlp_samples(&mlp, 1);
+    double *shift = test_allocate(bench->config.width, sizeof *shift);
+    if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, shift);
+    step_bench_gradients(bench, STEP);
+    struct transient_step *step = open_step(bench);
+    float *d_weights = step_bench_read(bench, bench->step.d_weights);
+    for (uint32_t l = 0; l < mlp.count; l++) {
+        uint32_t first = mlp.layers[l].first_at, end = l + 1 < mlp.count ? mlp.layers[l + 1].first_at : mlp.param_count;
+        const double distance = 1e-7;
+        double norm = 0.0, losses[2];
+        for (uint32_t i = first; i < end; i++) norm += fabs(d_weights[i]);
+        for (int ahead = 0; ahead < 2; ahead++) {
+            double by = ahead ? distance : -distance;
+            for (uint32_t i = first; i < end; i++) step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
+            losses[ahead] = mlp_loss(step, &mlp, sample, shift);
+            for (uint32_t i = first; i < end; i++) step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
         }
-        free(d_weights);
-        free(shift);
-        reference_mlp_samples_free(sample, &mlp, 1);
-        close_step(step);
-        step_bench_close(bench);
+        assert_true(norm > 0.0);
+        check_value(bench->where, mlp.layers[l].name, l, norm, (losses[1] - losses[0]) / (2.0 * distance), 0.01 * norm);
     }
 }
 
@@ -528,10 +474,8 @@ TEST(the_bits_do_not_depend_on_the_chunk) {
         void *expected = step_bench_read(whole, whole->field.params),
              *params = step_bench_read(chunks, chunks->field.params);
         check_same_bits(chunks->where, "params", params, expected, whole->model.param_bytes);
-        free(expected);
-        free(params);
-        step_bench_close(whole);
-        step_bench_close(chunks);
+        test_release(whole);
+        test_release(chunks);
     }
 }
 
@@ -542,8 +486,8 @@ TEST(what_is_not_finite_marks_the_step) {
         lay_out_head(bench, &head);
         weights_of(bench)[head.layers[head.count - 1].bias_at + 3] = infinite ? INFINITY : NAN;
         step_bench_check_skipped(bench, STEP);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

@@ -3,10 +3,10 @@
 
 #include "base/memory.h"
 #include "reference/step_bench.h"
+#include "support/gpu_fixture.h"
 
 struct row {
     const struct hard_case *hard_case;
-    void (*tear_down)(void);
     struct hard_finding finding;
 };
 
@@ -19,8 +19,8 @@ static void run_row(void **state) {
 }
 
 static int tear_down_row(void **state) {
-    const struct row *row = *state;
-    if (row->tear_down) row->tear_down();
+    (void)state;
+    test_release_to(0);
     return 0;
 }
 
@@ -50,19 +50,15 @@ static void print_table(const char *group, const struct row *rows, size_t count)
     fflush(stdout);
 }
 
-int hard_cases_run(const char *group, const struct hard_case *cases, size_t count, void (*tear_down)(void)) {
+int hard_cases_run(const char *group, const struct hard_case *cases, size_t count) {
     struct row *rows = vw_allocate(count, sizeof *rows);
     struct CMUnitTest *tests = vw_allocate(count, sizeof *tests);
-    int failed = 1;
-    if (rows && tests) {
-        for (size_t i = 0; i < count; i++) {
-            rows[i] = (struct row){.hard_case = &cases[i], .tear_down = tear_down};
-            tests[i] = (struct CMUnitTest){
-                .name = cases[i].name, .test_func = run_row, .teardown_func = tear_down_row, .initial_state = &rows[i]};
-        }
-        failed = _cmocka_run_group_tests(group, tests, count, NULL, step_bench_teardown);
-        print_table(group, rows, count);
+    for (size_t i = 0; i < count; i++) {
+        rows[i].hard_case = &cases[i];
+        tests[i] = (struct CMUnitTest){cases[i].name, run_row, NULL, tear_down_row, &rows[i]};
     }
+    int failed = _cmocka_run_group_tests(group, tests, count, NULL, test_gpu_close);
+    print_table(group, rows, count);
     free(rows);
     free(tests);
     return failed;

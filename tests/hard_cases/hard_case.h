@@ -22,10 +22,9 @@ struct hard_case {
     void (*run)(struct hard_finding *finding);
 };
 
-// Runs the cases in order as one cmocka group, closes what benches and devices they opened, and prints the table.
-// Returns how many failed, for main(). A case that compares nothing fails. `tear_down` runs after every case, also
-// after one that failed; NULL: nothing is left to do.
-int hard_cases_run(const char *group, const struct hard_case *cases, size_t count, void (*tear_down)(void));
+// Runs the cases in order as one cmocka group, closes the device, and prints the table.
+// Returns how many failed, for main(). A case that compares nothing fails. What a case owns is released after it.
+int hard_cases_run(const char *group, const struct hard_case *cases, size_t count);
 
 // Fails the case unless |device - expected| <= tolerance * scale; anything not finite fails. With scale 0 only equality
 // passes.

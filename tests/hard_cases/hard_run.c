@@ -6,7 +6,7 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
-#include "support/open_trainer.h"
+#include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
@@ -16,8 +16,6 @@ static const double ERROR_TOLERANCE = 1e-5;
 static const double PSNR_TOLERANCE_DB = 1e-12; // the same formula in double
 
 static struct vw_trainer *trainer; // of the run under way
-
-void hard_run_close(void) { vw_trainer_destroy(&trainer); }
 
 struct vw_config hard_run_config(void) {
     struct vw_config config = vw_config_default;
@@ -34,7 +32,7 @@ struct vw_config hard_run_config(void) {
 
 static void *read_whole(struct vw_buffer *buffer) {
     uint64_t size_bytes = vw_buffer_size_bytes(buffer);
-    void *data = vw_allocate(size_bytes, 1);
+    void *data = test_allocate(size_bytes, 1);
     ASSERT_OK(vw_buffer_read(buffer, 0, data, size_bytes));
     return data;
 }
@@ -64,7 +62,8 @@ static void file_record(struct hard_run *run, const struct vw_step_record *recor
 // The view's gain and bias by the reference, from what the reference rendered; 0 where nothing is fitted.
 static struct reference_photo fit(const struct reference_step *reference, struct vw_ray_range range) {
     struct reference_photo photo = {0};
-    double *rendered = vw_allocate(range.count, sizeof *rendered), *target = vw_allocate(range.count, sizeof *target);
+    double *rendered = test_allocate(range.count, sizeof *rendered),
+           *target = test_allocate(range.count, sizeof *target);
     for (int c = 0; c < 3 && range.count; c++) {
         uint32_t count = 0;
         for (uint32_t ray = range.first; ray < range.first + range.count; ray++) {
@@ -74,8 +73,6 @@ static struct reference_photo fit(const struct reference_step *reference, struct
         }
         reference_fit_channel(rendered, target, count, &photo.gain[c], &photo.bias[c]);
     }
-    free(rendered);
-    free(target);
     return photo;
 }
 
@@ -111,11 +108,6 @@ static void compare_validation(struct hard_finding *finding, const float *params
         struct reference_photo photo = fit(reference, fit_ranges ? fit_ranges[i] : (struct vw_ray_range){0});
         compare_view(finding, reference, ranges[i], &photo, i, &run->views[i]);
     }
-    free(fit_ranges);
-    reference_step_destroy(reference);
-    reference_params_destroy(reference_params);
-    free(rays);
-    free(ranges);
 }
 
 static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
@@ -134,8 +126,8 @@ static void run_to_the_end(struct hard_finding *finding, struct hard_run *run) {
 static struct hard_run train(struct hard_finding *finding, const struct vw_scene *scene, const struct vw_config *config,
                              bool well) {
     struct hard_run run = {0};
-    ASSERT_OK(test_trainer_open(
-        (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true}, &trainer));
+    trainer = test_trainer_open(
+        (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = config, .validate = true});
     float *before = read_whole(trainer->field.params);
     run_to_the_end(finding, &run);
     float *params = read_whole(trainer->field.params);
@@ -149,9 +141,7 @@ static struct hard_run train(struct hard_finding *finding, const struct vw_scene
         hard_require(finding, run.flagged_steps == 0, "no step is flagged");
         compare_validation(finding, params, &run);
     }
-    free(before);
-    free(params);
-    hard_run_close();
+    test_release(trainer);
     return run;
 }
 

@@ -27,7 +27,4 @@ struct hard_run hard_train(struct hard_finding *finding, const struct vw_scene *
 // from the params.
 struct hard_run hard_train_well(struct hard_finding *finding, const struct vw_scene *scene,
                                 const struct vw_config *config);
-// A tear_down for cases with runs: destroys the trainer that a failed case left.
-void hard_run_close(void);
-
 #endif

@@ -30,19 +30,7 @@ struct hard_state hard_state_read(struct step_bench *bench) {
                                .weight_moments = step_bench_read(bench, bench->step.weight_moments),
                                .scalars = scalars[0],
                                .skipped = flags->nonfinite != 0};
-    free(scalars);
-    free(flags);
     return state;
-}
-
-void hard_state_free(struct hard_state *state) {
-    grid_free(&state->grid);
-    free(state->weight_moments);
-}
-
-void hard_gradients_free(struct hard_gradients *gradients) {
-    free(gradients->weights);
-    free(gradients->quanta);
 }
 
 void hard_write_pixels(struct step_bench *bench) {
@@ -60,8 +48,6 @@ static void compare_losses(struct hard_finding *finding, struct step_bench *benc
     hard_compare(finding, "loss", 0, (double)scalars->x + scalars->y, reference->loss,
                  reference->loss + COLOUR_TOLERANCE / LOSS_TOLERANCE, LOSS_TOLERANCE);
     hard_equal(finding, "flag", 0, scalars->z, 0.0);
-    free(losses);
-    free(scalars);
 }
 
 static void compare_weight_gradients(struct hard_finding *finding, const struct step_bench *bench,
@@ -101,7 +87,7 @@ static void compare_grid_gradients(struct hard_finding *finding, const struct st
                                    const struct reference_step *reference, const int64_t *quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
     size_t features = 2 * (size_t)bench->model.pair_count;
-    int64_t *expected = vw_allocate(features, sizeof *expected);
+    int64_t *expected = test_allocate(features, sizeof *expected);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         reference_grid_scatter_fixed(s, reference->samples[i].position, reference->d_samples[i].encoding, expected);
     for (uint32_t level = 0; level < s->levels; level++) {
@@ -111,7 +97,6 @@ static void compare_grid_gradients(struct hard_finding *finding, const struct st
         for (size_t i = first; i < end; i++)
             hard_compare(finding, "grid gradient", i, (double)quanta[i], (double)expected[i], scale, GRID_TOLERANCE);
     }
-    free(expected);
 }
 
 static void refuse_kinks(struct hard_finding *finding, const struct step_bench *bench,
@@ -140,9 +125,6 @@ static struct reference_step *run_reference(struct hard_finding *finding, struct
                (double)reference_adopt_gates(reference, relu, GATE_TOLERANCE * sizes), 0.0);
     refuse_kinks(finding, bench, reference);
     reference_step_backward(reference, reference_params);
-    reference_params_destroy(reference_params);
-    free(relu);
-    free(params);
     return reference;
 }
 
@@ -150,11 +132,10 @@ struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t num
     step_bench_gradients(bench, number);
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
     struct hard_gradients gradients = {step_bench_read(bench, bench->step.d_weights),
-                                       vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *gradients.quanta)};
+                                       test_allocate(2 * (size_t)bench->model.pair_count, sizeof *gradients.quanta)};
     reference_unpack_grid(&bench->model, words, gradients.quanta);
     memset(words, 0, vw_buffer_size_bytes(bench->step.d_grid));
     step_bench_write(bench, bench->step.d_grid, words);
-    free(words);
     return gradients;
 }
 
@@ -166,7 +147,6 @@ void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench
     compare_sky_gradients(finding, bench, reference, gradients->weights);
     compare_visibility_gradients(finding, bench, reference, gradients->weights);
     compare_grid_gradients(finding, bench, reference, gradients->quanta);
-    reference_step_destroy(reference);
 }
 
 // ---- Updates --------------------------------------------------------------------------------------------------------
@@ -282,9 +262,6 @@ void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uin
     hard_equal(finding, "flag", 0, after.scalars.z, 0.0);
     hard_same_bits(finding, "loss of the same step again", &after.scalars, &before.scalars, 2 * sizeof(float));
     hard_check_update(finding, bench, number, &gradients, &before, &after);
-    hard_state_free(&before);
-    hard_state_free(&after);
-    hard_gradients_free(&gradients);
 }
 
 // ---- Rendering ------------------------------------------------------------------------------------------------------
@@ -309,9 +286,4 @@ void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench
             hard_compare(finding, "rendered colour", ray, rgb[c], reference->colours[ray][c], 1.0, COLOUR_TOLERANCE);
         hard_compare(finding, "light that is left", ray, colours[ray].w, reference->left[ray], 1.0, COLOUR_TOLERANCE);
     }
-    reference_step_destroy(reference);
-    reference_params_destroy(reference_params);
-    free(rays);
-    free(colours);
-    free(params);
 }

@@ -16,14 +16,12 @@ struct hard_state {
     bool skipped;           // the last step was not finite before its update
 };
 struct hard_state hard_state_read(struct step_bench *bench);
-void hard_state_free(struct hard_state *state);
 
 // The gradients on the device of one step: of the sum over rays.
 struct hard_gradients {
     float *weights;  // in the order of the params block, then the sky's
     int64_t *quanta; // per feature of the grid
 };
-void hard_gradients_free(struct hard_gradients *gradients);
 
 // Puts bench->pixels, changed by the test, where the device reads them.
 void hard_write_pixels(struct step_bench *bench);

@@ -7,8 +7,8 @@
 #include "hard_cases/hard_run.h"
 #include "hard_cases/hard_step.h"
 #include "support/gpu_fixture.h"
-#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
+#include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/validation/view_fit.h"
 
@@ -35,11 +35,6 @@ static const struct step_case setup = {.name = "photos of their own",
                                        .appearance_code = true};
 
 static struct vw_scene *scene;
-
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
 
 static void open_scene(uint32_t width_px) {
     scene = synthetic_scene(&(struct synthetic_scene_params){
@@ -98,28 +93,25 @@ static void fill(struct view_reduction *r, vw_float4 colour, vw_float4 target) {
 
 static void flat_halves(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
-    struct view_reduction r;
+    struct view_reduction *r = reduction_open(bench->gpu, true);
     struct vw_appearance fit;
-    reduction_open(bench->gpu, true, &r);
-    fill(&r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f},
+    fill(r, (vw_float4){0.5f, 0.0f, 1.0f, 0.0f},
          (vw_float4){0.3f, 0.4f, 1.0f, 1.0f}); // red differs, green is rendered black, blue fits
-    check_fit(finding, &r, bench, &fit);
+    check_fit(finding, r, bench, &fit);
     hard_require(finding, fabsf(fit.gain.x) < 0.2f && fabsf((1.0f + fit.gain.x) * 0.5f + fit.bias.x - 0.3f) < 1e-3f,
                  "a flat half is met, with a gain near 1");
     hard_require(finding, fit.gain.y == 0.0f && fabsf(fit.bias.y - 0.4f) < 1e-3f,
                  "where black is rendered, only a bias can help");
     hard_require(finding, fit.gain.z == 0.0f && fit.bias.z == 0.0f, "what fits is left as it is");
-    fill(&r, (vw_float4){0.5f, 0.5f, 0.5f, 0.0f}, (vw_float4){0.3f, 0.4f, 0.6f, 0.0f}); // no ray counts
-    check_fit(finding, &r, bench, &fit);
+    fill(r, (vw_float4){0.5f, 0.5f, 0.5f, 0.0f}, (vw_float4){0.3f, 0.4f, 0.6f, 0.0f}); // no ray counts
+    check_fit(finding, r, bench, &fit);
     hard_require(finding, fit.gain.x == 0.0f && fit.bias.x == 0.0f, "without a ray nothing is fitted");
-    r.ray_data[2000].target_weight.w = 1.0f;
-    check_fit(finding, &r, bench, &fit);
-    fill(&r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f},
+    r->ray_data[2000].target_weight.w = 1.0f;
+    check_fit(finding, r, bench, &fit);
+    fill(r, (vw_float4){1.0f, 1.0f, 1.0f, 0.0f},
          (vw_float4){1.0f, 0.0f, 1.0f, 1.0f}); // saturated, but for half of the rays
-    for (uint32_t i = 0; i < REDUCED_RAYS; i += 2) r.colour_data[i] = (vw_float4){1e-7f, 0.999999f, 1e3f, 0.0f};
-    check_fit(finding, &r, bench, &fit);
-    reduction_close(&r);
-    step_bench_close(bench);
+    for (uint32_t i = 0; i < REDUCED_RAYS; i += 2) r->colour_data[i] = (vw_float4){1e-7f, 0.999999f, 1e3f, 0.0f};
+    check_fit(finding, r, bench, &fit);
 
     open_scene(WIDTH_PX);
     for (uint32_t view = TRAIN_VIEWS; view < VIEWS; view++)
@@ -151,12 +143,11 @@ static void few_columns(struct hard_finding *finding) {
         hard_equal(finding, "columns in both halves or none", width_px, right.begin - left.end, width_px % 2);
         hard_equal(finding, "columns in all", width_px, left.begin == 0 && right.end == width_px, 1.0);
         if (width_px == 2 || width_px == 3) train_well(finding);
-        vw_scene_close(&scene);
     }
     open_scene(1);
     struct vw_config config = config_with("appearance");
     struct vw_trainer *trainer = NULL;
-    enum vw_status status = test_trainer_open(
+    enum vw_status status = test_trainer_try(
         (struct vw_trainer_params){.gpu = test_gpu(), .scene = scene, .config = &config, .validate = true}, &trainer);
     hard_require(finding,
                  status == VW_ERROR_INPUT && strstr(vw_error_message(), "view_005") &&
@@ -184,7 +175,6 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
         hard_compare(finding, i < 4 ? "gain after the step" : "bias after the step", i % 4, after[first + i],
                      before[first + i] - moved, fabs(moved) + 0x1p-8, 2e-3);
     }
-    free(shares);
 }
 
 // Steps from photos whose gains and biases are these, on pixels of this colour and weight.
@@ -209,12 +199,7 @@ static void step_from(struct hard_finding *finding, float gain, float bias, floa
         hard_equal(finding, "visits", number, moments_after[bench->view].visits, (double)number);
         hard_equal(finding, "visits of another photo", number, moments_after[1 - bench->view].visits, 0.0);
         check_photo(finding, bench, before, after, moments, moments_after);
-        free(before);
-        free(after);
-        free(moments);
-        free(moments_after);
     }
-    step_bench_close(bench);
 }
 
 static void paint(uint32_t view, uint8_t value) {
@@ -263,10 +248,7 @@ static void huge_gains(struct hard_finding *finding) {
         hard_require(finding, after.skipped == (fabsf(gains[i]) > 1e9f),
                      "the step is skipped where its loss is infinite");
         hard_check_update(finding, bench, 1, &gradients, &before, &after);
-        hard_state_free(&before);
-        hard_state_free(&after);
-        hard_gradients_free(&gradients);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -280,4 +262,4 @@ static const struct hard_case cases[] = {
     {"gains of 10^8 to 10^38", "infinite losses that no flag tells", huge_gains},
 };
 
-int main(void) { return hard_cases_run("appearance", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("appearance", cases, VW_ARRAY_COUNT(cases)); }

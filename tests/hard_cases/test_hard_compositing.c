@@ -41,8 +41,8 @@ struct inputs {
 static struct inputs make_inputs(const struct step_bench *bench, thickness *medium) {
     struct inputs in = {.rays = bench->step.padded_rays, .samples = bench->config.samples};
     struct test_random random = {.seed = bench->config.seed};
-    in.ray = vw_allocate(in.rays, sizeof *in.ray);
-    in.field = vw_allocate((size_t)in.rays * in.samples, sizeof *in.field);
+    in.ray = test_allocate(in.rays, sizeof *in.ray);
+    in.field = test_allocate((size_t)in.rays * in.samples, sizeof *in.field);
     for (uint32_t ray = 0; ray < in.rays; ray++) {
         float stride = exp2f(-(float)(ray % 8));
         in.ray[ray].direction_stride.w = stride;
@@ -76,7 +76,7 @@ static void check_colour(struct hard_finding *finding, uint32_t ray, const vw_fl
 static void check_gradient(struct hard_finding *finding, const struct inputs *in, const struct reference_point *points,
                            const double d_colour[3], const vw_float4 *device, double tolerance) {
     static const double black[3];
-    struct reference_d_point *expected = vw_allocate(in->samples, sizeof *expected);
+    struct reference_d_point *expected = test_allocate(in->samples, sizeof *expected);
     double before = 0.0;
     reference_composite_gradient(points, in->samples, black, d_colour, expected);
     for (uint32_t i = 0; i < in->samples; i++) {
@@ -90,13 +90,12 @@ static void check_gradient(struct hard_finding *finding, const struct inputs *in
         hard_compare(finding, "gradient by a density", i, device[i].w, expected[i].raw, size * tau * light, tolerance);
         before += tau;
     }
-    free(expected);
 }
 
 static void check_medium(struct hard_finding *finding, struct step_bench *bench, thickness *medium, double tolerance) {
     struct inputs in = make_inputs(bench, medium);
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-    struct reference_point *points = vw_allocate(in.samples, sizeof *points);
+    struct reference_point *points = test_allocate(in.samples, sizeof *points);
     struct vw_push_samples push = step_bench_push(bench, STEP);
     assert_true(push.ray_count <= evaluator->chunk_rays);
     step_bench_write(bench, bench->step.ray_buffer, in.ray);
@@ -119,11 +118,6 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
         }
         check_gradient(finding, &in, points, d_colour, &d_field[(size_t)ray * in.samples], tolerance);
     }
-    free(colours);
-    free(d_field);
-    free(points);
-    free(in.ray);
-    free(in.field);
 }
 
 // From 10^-12 to 10^4 over the rays, the same along each.
@@ -140,7 +134,6 @@ static void optical_thickness(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     check_medium(finding, bench, even_thickness, MEDIUM_TOLERANCE);
     check_medium(finding, bench, mixed_thickness, MEDIUM_TOLERANCE);
-    step_bench_close(bench);
 }
 
 // A wall as thick as walls get (DENSITY_MAX through the whole box), then anything.
@@ -149,7 +142,6 @@ static double wall_first(uint32_t ray, uint32_t i) { return i == 0 ? 3e6 : mixed
 static void opaque_first_sample(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     check_medium(finding, bench, wall_first, MEDIUM_TOLERANCE);
-    step_bench_close(bench);
 }
 
 // ---- Whole steps ----------------------------------------------------------------------------------------------------
@@ -166,7 +158,6 @@ static void check_densities(struct hard_finding *finding, struct step_bench *ben
     vw_float4 *samples = step_bench_read(bench, bench->step.samples);
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
-    free(samples);
 }
 
 // From just above the largest density to beyond the floats.
@@ -179,7 +170,6 @@ static void density_beyond_exp(struct hard_finding *finding) {
         check_densities(finding, bench, reference_density_max, 0.0);
         hard_check_rendering(finding, bench);
     }
-    step_bench_close(bench);
 }
 
 // Empty space: what is seen is the background alone, and no gradient comes back.
@@ -195,9 +185,7 @@ static void no_density_anywhere(struct hard_finding *finding) {
         hard_check_rendering(finding, bench);
         float *params = step_bench_read(bench, bench->field.params);
         hard_same_bits(finding, "params that no light met", params, bench->params, bench->model.param_bytes);
-        free(params);
     }
-    step_bench_close(bench);
 }
 
 // ---- 4,096 samples --------------------------------------------------------------------------------------------------
@@ -222,7 +210,6 @@ static void many_samples(struct hard_finding *finding) {
     hard_check_rendering(finding, bench);
     check_medium(finding, bench, thin_fog, LONG_MEDIUM_TOLERANCE);
     check_medium(finding, bench, wall_at_the_end, LONG_MEDIUM_TOLERANCE);
-    step_bench_close(bench);
 }
 
 static const struct hard_case cases[] = {
@@ -234,4 +221,4 @@ static const struct hard_case cases[] = {
     {"4,096 samples on a ray", "loops cut short by the driver; sums that lose the small", many_samples},
 };
 
-int main(void) { return hard_cases_run("compositing", cases, VW_ARRAY_COUNT(cases), NULL); }
+int main(void) { return hard_cases_run("compositing", cases, VW_ARRAY_COUNT(cases)); }

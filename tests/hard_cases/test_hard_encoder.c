@@ -22,11 +22,6 @@ static const struct step_case setup = {.name = "encoder",
 
 static struct vw_scene *scene;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
-
 static void make_scene(uint32_t width_px, uint32_t height_px) {
     scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 4, .val_views = 2, .width_px = width_px, .height_px = height_px});
@@ -38,7 +33,6 @@ static void check_photo(struct hard_finding *finding) {
     const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, 1), true};
     assert_int_equal(vw_encoder_set_thumbnail(&bench->field, scene, 1, &whole), VW_OK);
     encoder_check(finding, bench, 1);
-    step_bench_close(bench);
     struct vw_config config = hard_run_config();
     strcpy(config.effects, "appearance_encoder");
     struct hard_run run = hard_train(finding, scene, &config);
@@ -89,8 +83,7 @@ static void dead_units(struct hard_finding *finding) {
         for (uint32_t i = 0; i < 4 * biases[layer]; i++) hard_equal(finding, "gradient before it", i, own[i], 0.0);
         for (uint32_t k = 0; k < REFERENCE_CODE; k++) most = fmax(most, fabs(own[4 * ENCODER_CODE_BIAS + k]));
         hard_require(finding, most > 0.0, "biases of the code have a gradient");
-        free(d_weights);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -106,8 +99,6 @@ static void check_infinite_codes(struct hard_finding *finding, struct step_bench
     hard_require(finding, after.skipped, "the step is skipped");
     hard_require(finding, after.scalars.z != 0.0f, "the step is flagged");
     hard_same_bits(finding, "params of a skipped step", after.grid.grid, bench->params, bench->model.param_bytes);
-    hard_state_free(&after);
-    step_bench_close(bench);
 }
 
 static void infinite_codes(struct hard_finding *finding) { check_infinite_codes(finding, step_bench_open(&setup)); }
@@ -139,7 +130,6 @@ static void rays_beside_a_picture(struct hard_finding *finding) {
 static void picture_finer_than_its_photo(struct hard_finding *finding) {
     make_scene(5, 3);
     train_consistently(finding, 64);
-    vw_scene_close(&scene);
     make_scene(1, 1);
     train_consistently(finding, 16);
 }
@@ -172,9 +162,6 @@ static void equal_codes(struct hard_finding *finding) {
     struct vw_ray *rays = step_bench_read(bench, it->rays);
     for (uint32_t i = 0; i < 4 * bench->model.moved_columns; i++) hard_equal(finding, "gradient", i, own[i], 0.0);
     for (uint32_t i = 0; i < it->padded_rays; i++) hard_equal(finding, "slope", i, rays[i].target_weight.x, 0.0);
-    free(own);
-    free(rays);
-    step_bench_close(bench);
 }
 
 static void infinite_codes_of_pictures(struct hard_finding *finding) {
@@ -195,4 +182,4 @@ static const struct hard_case cases[] = {
     {"codes beyond the floats, of pictures", "a step that no flag tells", infinite_codes_of_pictures},
 };
 
-int main(void) { return hard_cases_run("encoder", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("encoder", cases, VW_ARRAY_COUNT(cases)); }

@@ -20,11 +20,6 @@ static const double QUANTUM = 0x1p-22; // of the mean gradient, with these rays 
 
 static struct vw_scene *scene;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
-
 static size_t feature_count(const struct step_bench *bench) { return 2 * (size_t)bench->model.pair_count; }
 
 // Plain gradient descent, so that a feature moves by quanta * QUANTUM * learning_rate.
@@ -66,7 +61,6 @@ static void check_exactly(struct hard_finding *finding, struct step_bench *bench
         any_left |= leaves;
     }
     hard_equal(finding, "flag", 0, step_bench_take_overflows(bench), any_left);
-    grid_free(&after);
 }
 
 // ---- Rounding -------------------------------------------------------------------------------------------------------
@@ -87,13 +81,11 @@ static void rounding_to_halves(struct hard_finding *finding) {
     for (size_t k = 0; k < VW_ARRAY_COUNT(learning_rates); k++) {
         struct step_bench *bench = open_plain(finding, learning_rates[k]);
         struct test_random random = {.seed = setup.seed + k};
-        float *zeros = vw_allocate(feature_count(bench), sizeof *zeros);
-        int64_t *quanta = vw_allocate(feature_count(bench), sizeof *quanta);
+        float *zeros = test_allocate(feature_count(bench), sizeof *zeros);
+        int64_t *quanta = test_allocate(feature_count(bench), sizeof *quanta);
         for (size_t i = 0; i < feature_count(bench); i++) quanta[i] = draw_near_middle(&random, i);
         check_exactly(finding, bench, zeros, quanta);
-        free(zeros);
-        free(quanta);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -102,16 +94,13 @@ static void rounding_to_halves(struct hard_finding *finding) {
 // From the largest half by up to 64 either way, where neighbours are 32 apart: 65520 would round to infinity.
 static void entries_near_the_largest(struct hard_finding *finding) {
     struct step_bench *bench = open_plain(finding, 1.0);
-    float *features = vw_allocate(feature_count(bench), sizeof *features);
-    int64_t *quanta = vw_allocate(feature_count(bench), sizeof *quanta);
+    float *features = test_allocate(feature_count(bench), sizeof *features);
+    int64_t *quanta = test_allocate(feature_count(bench), sizeof *quanta);
     for (size_t i = 0; i < feature_count(bench); i++) {
         features[i] = i % 2 ? -65504.0f : 65504.0f;
         quanta[i] = i % 11 == 4 ? 0 : ((int64_t)(i % 257) - 128) * (INT64_C(1) << 21); // halves of 1
     }
     check_exactly(finding, bench, features, quanta);
-    free(features);
-    free(quanta);
-    step_bench_close(bench);
 }
 
 // ---- The smallest steps ---------------------------------------------------------------------------------------------
@@ -124,8 +113,8 @@ static void steps_below_half_a_unit(struct hard_finding *finding) {
     struct step_case slow = setup;
     slow.learning_rate = 1e-4;
     struct step_bench *bench = step_bench_open(&slow);
-    float *features = vw_allocate(feature_count(bench), sizeof *features);
-    int64_t *quanta = vw_allocate(feature_count(bench), sizeof *quanta);
+    float *features = test_allocate(feature_count(bench), sizeof *features);
+    int64_t *quanta = test_allocate(feature_count(bench), sizeof *quanta);
     for (size_t i = 0; i < feature_count(bench); i++) {
         features[i] = i / 2 % 2 ? 0.01f : 1.0f;
         quanta[i] = i % 2 ? 100000 : -100000;
@@ -142,11 +131,6 @@ static void steps_below_half_a_unit(struct hard_finding *finding) {
         hard_equal(finding, "visits", i / 2, after.visits[i / 2], SMALL_STEPS);
     }
     hard_equal(finding, "flag", 0, step_bench_take_overflows(bench), 0.0);
-    grid_free(&before);
-    grid_free(&after);
-    free(features);
-    free(quanta);
-    step_bench_close(bench);
 }
 
 // ---- Whole steps and trainings --------------------------------------------------------------------------------------
@@ -156,11 +140,9 @@ static void steps_of_halves(struct hard_finding *finding) {
     for (uint64_t number = 1; number <= 3; number++) {
         struct hard_gradients gradients = hard_take_gradients(bench, number);
         hard_check_gradients(finding, bench, number, &gradients);
-        hard_gradients_free(&gradients);
         step_bench_step(bench, number);
     }
     hard_check_rendering(finding, bench);
-    step_bench_close(bench);
 }
 
 static void trainings_on_halves(struct hard_finding *finding) {
@@ -181,4 +163,4 @@ static const struct hard_case cases[] = {
     {"trainings on halves", "params that are not finite; steps that no flag tells", trainings_on_halves},
 };
 
-int main(void) { return hard_cases_run("halves", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("halves", cases, VW_ARRAY_COUNT(cases)); }

@@ -34,7 +34,7 @@ static double beyond_exp(uint32_t ray, uint32_t i) { return i == ray % 7 ? 1e30 
 static double unknown(uint32_t ray, uint32_t i) { return i == ray % 7 ? NAN : 1.0; }
 
 static struct vw_ray *make_rays(const struct step_bench *bench, uint32_t count) {
-    struct vw_ray *rays = vw_allocate(count, sizeof *rays);
+    struct vw_ray *rays = test_allocate(count, sizeof *rays);
     for (uint32_t ray = 0; ray < count; ray++) {
         rays[ray].direction_stride = (vw_float4){1.0f, 0.0f, 0.0f, exp2f(-(float)(ray % 8))};
         rays[ray].target_weight.w = 1.0f;
@@ -71,8 +71,8 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
     struct vw_ray *rays = make_rays(bench, push.ray_count);
     s.training = training;
     assert_int_equal(s.samples, 20);
-    vw_float4 *field = vw_allocate((size_t)push.ray_count * s.samples, sizeof *field);
-    double *taus = vw_allocate((size_t)push.ray_count * s.strata, sizeof *taus);
+    vw_float4 *field = test_allocate((size_t)push.ray_count * s.samples, sizeof *field);
+    double *taus = test_allocate((size_t)push.ray_count * s.strata, sizeof *taus);
     for (uint32_t i = 0; i < push.ray_count * s.strata; i++) {
         struct reference_ray ray = reference_ray_of(&rays[i / s.strata]);
         double length = reference_stratum_length(&s, &ray, i % s.strata);
@@ -86,10 +86,6 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
     float *device = step_bench_read(bench, places);
     for (uint32_t ray = 0; ray < push.ray_count; ray++)
         check_ray(finding, &s, ray, &taus[ray * s.strata], push.key, &device[ray * s.samples]);
-    free(rays);
-    free(field);
-    free(taus);
-    free(device);
 }
 
 static void place(struct hard_finding *finding, thickness *medium) {
@@ -99,7 +95,7 @@ static void place(struct hard_finding *finding, thickness *medium) {
         struct step_bench *bench = step_bench_open(&bounds);
         check_placing(finding, bench, medium, true);
         check_placing(finding, bench, medium, false);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -110,8 +106,6 @@ static void no_matter(struct hard_finding *finding) {
     float *device = step_bench_read(bench, step_bench_evaluator(bench)->places);
     for (uint32_t i = 0; i < 20; i++) // the quantiles of the whole ray
         hard_compare(finding, "even place", i, device[i], (i + 0.5) / 20.0 * 7.0, 7.0, PLACE_TOLERANCE);
-    free(device);
-    step_bench_close(bench);
 }
 static void spike(struct hard_finding *finding) { place(finding, one_spike); }
 static void opaque(struct hard_finding *finding) { place(finding, opaque_at_once); }
@@ -136,10 +130,8 @@ static void whole_steps(struct hard_finding *finding) {
         float *params = step_bench_read(bench, bench->field.params),
               *same = step_bench_read(parts, parts->field.params);
         hard_same_bits(finding, "params of a step in chunks", same, params, bench->model.param_bytes);
-        free(params);
-        free(same);
-        step_bench_close(bench);
-        step_bench_close(parts);
+        test_release(bench);
+        test_release(parts);
     }
 }
 
@@ -177,8 +169,6 @@ static void check_places(struct hard_finding *finding, struct step_bench *bench,
         for (uint32_t i = 0; i < 7; i++) taus[i] = density * reference_stratum_length(s, &line, i);
         check_ray(finding, s, ray, taus, push.key, &places[ray * s->samples]);
     }
-    free(rays);
-    free(places);
 }
 
 static void coarse_network_of(struct hard_finding *finding, float bias, bool learns) {
@@ -195,9 +185,6 @@ static void coarse_network_of(struct hard_finding *finding, float bias, bool lea
     bool learned = memcmp(after + coarse->offset_bytes, before + coarse->offset_bytes, coarse->size_bytes) != 0;
     hard_require(finding, learned == learns, "the coarse network learns where it has matter");
     hard_require(finding, memcmp(after, before, field->size_bytes) != 0, "the field learns");
-    free(scalars);
-    free(after);
-    step_bench_close(bench);
 }
 
 static void coarse_zeros(struct hard_finding *finding) { coarse_network_of(finding, 0.0f, true); }
@@ -214,7 +201,6 @@ static void off(struct hard_finding *finding) {
     for (int i = 0; i < FIELD_PASSES_MAX; i++)
         hard_require(finding, !bench->step.gradient.importance.even.passes[i], "no pass renders even samples");
     hard_equal(finding, "samples", 0, bench->model.specialization.samples, bench->model.specialization.strata);
-    step_bench_close(bench);
 }
 
 static const struct hard_case cases[] = {
@@ -230,4 +216,4 @@ static const struct hard_case cases[] = {
     {"no importance samples", "buffers or passes that are not needed", off},
 };
 
-int main(void) { return hard_cases_run("importance", cases, VW_ARRAY_COUNT(cases), NULL); }
+int main(void) { return hard_cases_run("importance", cases, VW_ARRAY_COUNT(cases)); }

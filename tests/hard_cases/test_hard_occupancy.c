@@ -22,23 +22,20 @@ static const struct step_case setup = {.name = "occupancy",
 
 // Believes `density` of all cells but one.
 static void believe(struct step_bench *bench, float density, uint32_t other_cell, float other_density) {
-    float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
+    float *densities = test_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = i == other_cell ? other_density : density;
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
-    free(densities);
 }
 
 static uint32_t kept_count(struct step_bench *bench) {
     uint32_t *begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]),
              count = begins[bench->step.padded_rays];
-    free(begins);
     return count;
 }
 
 static uint32_t slot_count(struct step_bench *bench) {
     struct vw_kept *kept = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT]);
     uint32_t slots = kept->slots;
-    free(kept);
     return slots;
 }
 
@@ -49,27 +46,24 @@ static void nothing_kept(struct hard_finding *finding) {
         struct step_case empty = setup;
         empty.scatter = scatter;
         struct step_bench *bench = step_bench_open(&empty);
-        float *zeros = vw_allocate(bench->model.param_bytes, 1);
+        float *zeros = test_allocate(bench->model.param_bytes, 1);
         believe(bench, 0.0f, 0, 0.0f);
         struct hard_gradients gradients = hard_take_gradients(bench, STEP);
         hard_equal(finding, "slots", 0, slot_count(bench), 0.0);
         hard_same_bits(finding, "gradients of the weights", gradients.weights, zeros,
                        16 * (size_t)bench->model.weight_columns);
-        hard_gradients_free(&gradients);
         hard_check_step(finding, bench, STEP);
         float *params = step_bench_read(bench, bench->field.params);
         hard_same_bits(finding, "params", params, bench->params, bench->model.param_bytes);
         hard_check_rendering(finding, bench); // nothing is skipped there
-        free(zeros);
-        free(params);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
 // A cell in which a single sample of the step lies.
 static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *bench) {
     const struct vw_specialization *s = &bench->model.specialization;
-    uint32_t *visits = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *visits), lonely = UINT32_MAX;
+    uint32_t *visits = test_allocate(VW_OCCUPANCY_CELLS, sizeof *visits), lonely = UINT32_MAX;
     struct vw_ray *rays = rays_make(bench);
     for (uint32_t i = 0; i < bench->padded_samples; i++) {
         struct reference_ray ray = reference_ray_of(&rays[i / s->samples]);
@@ -83,8 +77,6 @@ static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *ben
     for (uint32_t cell = VW_OCCUPANCY_CELLS / 2; cell < VW_OCCUPANCY_CELLS && lonely == UINT32_MAX; cell++)
         if (visits[cell] == 1) lonely = cell;
     hard_require(finding, lonely != UINT32_MAX, "some cell holds one sample");
-    free(visits);
-    free(rays);
     return lonely;
 }
 
@@ -94,7 +86,6 @@ static void one_kept(struct hard_finding *finding) {
     hard_check_step(finding, bench, STEP);
     hard_equal(finding, "kept samples", 0, kept_count(bench), 1.0);
     hard_equal(finding, "slots", 0, slot_count(bench), VW_FIELD_GROUP);
-    step_bench_close(bench);
 }
 
 // With and without the effect: the params and the loss after two steps.
@@ -112,12 +103,6 @@ static void compare_with_off(struct hard_finding *finding, const struct step_cas
     hard_require(finding, memcmp(params_on, on->params, on->model.param_bytes) != 0, "the steps move the params");
     hard_same_bits(finding, "params", params_on, params_off, on->model.param_bytes);
     hard_same_bits(finding, "loss and flags", loss_on, loss_off, 16);
-    free(params_on);
-    free(params_off);
-    free(loss_on);
-    free(loss_off);
-    step_bench_close(on);
-    step_bench_close(off);
 }
 
 static void everything_kept(struct hard_finding *finding) {
@@ -139,7 +124,7 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
         step_bench_gradients(bench, STEP);
         hard_equal(finding, "kept samples", 0, kept_count(bench), 1.0);
     }
-    float *params = vw_allocate(bench->model.param_bytes, 1);
+    float *params = test_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     for (size_t i = bench->model.grid.size_bytes / 4; i < bench->model.param_bytes / 4; i++)
         params[i] = NAN; // the networks
@@ -151,10 +136,6 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
     hard_equal(finding, "kept samples", 0, kept_count(bench), bench->padded_samples);
     hard_require(finding, scalars->z != 0.0f, "a field that is no number is noticed, although all was believed empty");
     hard_same_bits(finding, "params of a skipped step", after, params, bench->model.param_bytes);
-    free(params);
-    free(after);
-    free(scalars);
-    step_bench_close(bench);
 }
 
 // ---- Rays -----------------------------------------------------------------------------------------------------------
@@ -163,15 +144,12 @@ static void rays_that_miss(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     const double outside[3] = {-2.0, 0.5, 0.5}, away[3] = {-4.0, 0.5, 0.5};
     rays_look(&bench->scene->views[0], &bench->scene->box, outside, away); // view 1 still looks at the box
-    free(rays_make(bench));
+    rays_make(bench);
     hard_check_step(finding, bench, STEP);
-    uint32_t *slots = step_bench_slots(bench), missing = 0;
+    uint32_t missing = 0;
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     for (uint32_t i = 0; i < bench->config.rays; i++) missing += rays[i].direction_stride.w == 0.0f;
     hard_require(finding, missing >= bench->config.rays / 2, "half of the rays miss the box");
-    free(rays);
-    free(slots);
-    step_bench_close(bench);
 }
 
 // As many as a step may have; each invocation of the prefix sum walks 256 of them. In one chunk, and in four.
@@ -191,8 +169,6 @@ static void rays_65536(struct hard_finding *finding) {
     hard_check_gradients(finding, bench, STEP, &gradients);
     uint32_t kept = kept_count(bench);
     hard_require(finding, kept > many.rays / 4 && kept < many.rays / 4 * 3, "about half of the samples are kept");
-    hard_gradients_free(&gradients);
-    step_bench_close(bench);
     many.chunk_samples = 16384;
     compare_with_off(finding, &many);
 }
@@ -206,4 +182,4 @@ static const struct hard_case cases[] = {
     {"65,536 rays", "a prefix sum that ends early", rays_65536},
 };
 
-int main(void) { return hard_cases_run("occupancy", cases, VW_ARRAY_COUNT(cases), NULL); }
+int main(void) { return hard_cases_run("occupancy", cases, VW_ARRAY_COUNT(cases)); }

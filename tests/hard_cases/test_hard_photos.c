@@ -21,16 +21,10 @@ enum {
     VIEWS = TRAIN_VIEWS + VAL_VIEWS
 };
 
-// What the cases leave open when they fail.
-static struct vw_scene *scene;
+static struct vw_scene *scene; // of the case that runs
 static char *folder;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-    if (folder) temporary_folder_remove(folder);
-    folder = NULL;
-}
+static void remove_folder(void *it) { temporary_folder_remove(it); }
 
 static void open_scene(bool alpha) {
     scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = TRAIN_VIEWS,
@@ -65,7 +59,6 @@ static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4],
     hard_write_pixels(bench);
     for (uint64_t number = 1; number <= 3; number++) hard_check_step(finding, bench, number);
     hard_check_rendering(finding, bench);
-    step_bench_close(bench);
 
     struct vw_config config = hard_run_config();
     config.loss = loss;
@@ -73,7 +66,6 @@ static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4],
     for (uint32_t view = 0; view < VIEWS; view++) paint(view, rgba);
     struct hard_run run = hard_train_well(finding, scene, &config);
     hard_require(finding, run.last.train_loss < run.first.val_l1, "training comes closer to the colour");
-    vw_scene_close(&scene);
 }
 
 static void black_photos(struct hard_finding *finding) {
@@ -91,7 +83,7 @@ static void single_colour_photos(struct hard_finding *finding) {
 // ---- One pixel, and no colours --------------------------------------------------------------------------------------
 
 static void photos_of_one_pixel(struct hard_finding *finding) {
-    folder = temporary_folder_create();
+    folder = test_own(temporary_folder_create(), remove_folder);
     tiny_scene_write(folder, &(struct tiny_scene){0});
     for (int i = 0; i < 8; i++) {
         const float rgb[3] = {(float)i / 8.0f, 0.5f, 1.0f};
@@ -100,7 +92,7 @@ static void photos_of_one_pixel(struct hard_finding *finding) {
         assert_int_equal(vw_image_save(temporary_path(folder, name), 1, 1, 3, rgb), VW_OK);
     }
     struct vw_config config = hard_run_config();
-    scene = tiny_scene_open(SCENE_PARAMS(.path = folder));
+    scene = test_scene_open((struct vw_scene_params){.path = folder});
     hard_equal(finding, "pixels of a photo", 0, scene->views[0].image.width_px * scene->views[0].image.height_px, 1.0);
     hard_train_well(finding, scene, &config);
 }
@@ -149,7 +141,7 @@ static void check_float_photo(struct hard_finding *finding, const struct vw_view
 // Up to 2 of 48 pixels may be bad; a third is more than 5 %.
 static void floats_that_are_no_colours(struct hard_finding *finding) {
     static float rgb[TINY_PIXELS * 3];
-    folder = temporary_folder_create();
+    folder = test_own(temporary_folder_create(), remove_folder);
     tiny_scene_write(folder, &(struct tiny_scene){.name_suffix = ".pfm"});
     for (uint32_t i = 0; i < 8; i++) {
         char name[32];
@@ -158,7 +150,7 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
         write_float_photo(name, rgb);
     }
     struct vw_config config = hard_run_config();
-    scene = tiny_scene_open(SCENE_PARAMS(.path = folder));
+    scene = test_scene_open((struct vw_scene_params){.path = folder});
     for (uint32_t i = 0; i < scene->view_count; i++) {
         make_float_photo(i % 3, rgb);
         check_float_photo(finding, &scene->views[i], i % 3, rgb);
@@ -210,8 +202,6 @@ static void match_a_grey_wall(struct hard_finding *finding, enum vw_loss loss) {
     struct hard_state state = hard_state_read(bench);
     hard_equal(finding, "loss", 0, state.scalars.x, 0.0);
     hard_same_bits(finding, "params that match", state.grid.grid, bench->params, bench->model.param_bytes);
-    hard_state_free(&state);
-    step_bench_close(bench);
 }
 
 static void perfect_match(struct hard_finding *finding) {
@@ -239,7 +229,6 @@ static void identical_photos(struct hard_finding *finding) {
     for (uint32_t i = 1; i < bench->config.rays; i++) bench->pixels[i] = bench->pixels[0];
     hard_write_pixels(bench);
     for (uint64_t number = 1; number <= 3; number++) hard_check_step(finding, bench, number);
-    step_bench_close(bench);
 }
 
 // ---- Next to nothing to see -----------------------------------------------------------------------------------------
@@ -284,4 +273,4 @@ static const struct hard_case cases[] = {
     {"validation views of which one pixel is usable", "means over pixels that do not count", nearly_all_masked},
 };
 
-int main(void) { return hard_cases_run("photos", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("photos", cases, VW_ARRAY_COUNT(cases)); }

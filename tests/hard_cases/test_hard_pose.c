@@ -22,11 +22,6 @@ enum { LATE = REFERENCE_POSE_WARM_UP + 1 };
 
 static struct vw_scene *scene;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
-
 // All rays of one photo, whose camera stands at `position` and looks at the box's middle (NULL: as it is).
 static struct step_bench *open_at(const double position[3], float size) {
     struct step_bench *bench = step_bench_open(&setup);
@@ -43,14 +38,12 @@ static struct step_bench *open_at(const double position[3], float size) {
     struct vw_gpu_camera *cameras = step_bench_read(bench, bench->field.cameras);
     cameras[bench->view] = vw_field_camera(&bench->model, view, &bench->model.box);
     step_bench_write(bench, bench->field.cameras, cameras);
-    free(cameras);
     return bench;
 }
 
 static void pose_now(struct step_bench *bench, double pose[REFERENCE_POSE]) {
     float *params = step_bench_read(bench, bench->field.params);
     reference_pose_of(&bench->model, params, bench->view, pose);
-    free(params);
 }
 
 // How far the device's rays pass from the reference's lines, near the box. Returns how many hit it.
@@ -75,7 +68,6 @@ static uint32_t compare_rays(struct hard_finding *finding, struct step_bench *be
                          origin[k] + along * direction[k], 1.0, 4e-6);
         hits++;
     }
-    free(rays);
     return hits;
 }
 
@@ -102,8 +94,6 @@ static void compare_move(struct hard_finding *finding, struct step_bench *bench,
         hard_compare(finding, "number of a pose", (uint64_t)i, after[i], before[i] - by,
                      1e-4 * fabs(before[i]) + s->learning_rate, 2e-3);
     }
-    free(moments);
-    free(d_poses);
 }
 
 static void far_cameras(struct hard_finding *finding) {
@@ -114,7 +104,7 @@ static void far_cameras(struct hard_finding *finding) {
         hard_require(finding, compare_rays(finding, bench) > bench->config.rays / 4, "rays hit the box");
         compare_move(finding, bench, LATE);
         compare_move(finding, bench, LATE + 1);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -125,7 +115,7 @@ static void large_corrections(struct hard_finding *finding) {
         step_bench_gradients(bench, 1);
         compare_rays(finding, bench);
         compare_move(finding, bench, LATE);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -137,7 +127,6 @@ static void rays_that_miss(struct hard_finding *finding) {
     struct vw_gpu_camera *cameras = step_bench_read(bench, bench->field.cameras);
     cameras[bench->view] = vw_field_camera(&bench->model, view, &bench->model.box);
     step_bench_write(bench, bench->field.cameras, cameras);
-    free(cameras);
     double before[REFERENCE_POSE], after[REFERENCE_POSE];
     pose_now(bench, before);
     compare_move(finding, bench, LATE);
@@ -147,8 +136,6 @@ static void rays_that_miss(struct hard_finding *finding) {
         hard_same_bits(finding, "what a ray says", &d_poses[i], &zero, sizeof zero);
     for (int i = 0; i < REFERENCE_POSE; i++)
         hard_require(finding, fabs(after[i]) < fabs(before[i]), "the ridge pulls to 0");
-    free(d_poses);
-    step_bench_close(bench);
 }
 
 static void photos_without_pixels(struct hard_finding *finding) {
@@ -164,9 +151,6 @@ static void photos_without_pixels(struct hard_finding *finding) {
     for (uint32_t view = 0; view < 3; view++)
         if (view != bench->view)
             hard_same_bits(finding, "moments of a photo never visited", &moments[view], &unvisited, sizeof unvisited);
-    hard_state_free(&state);
-    free(moments);
-    step_bench_close(bench);
 }
 
 static void infinite_losses(struct hard_finding *finding) {
@@ -177,8 +161,6 @@ static void infinite_losses(struct hard_finding *finding) {
     struct hard_state state = hard_state_read(bench);
     hard_require(finding, state.skipped, "the step is skipped");
     hard_same_bits(finding, "params", state.grid.grid, bench->params, bench->model.param_bytes);
-    hard_state_free(&state);
-    step_bench_close(bench);
 }
 
 static void photos_of_one_pixel(struct hard_finding *finding) {
@@ -198,4 +180,4 @@ static const struct hard_case cases[] = {
     {"photos of one pixel", "numbers that are not finite", photos_of_one_pixel},
 };
 
-int main(void) { return hard_cases_run("pose", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("pose", cases, VW_ARRAY_COUNT(cases)); }

@@ -27,7 +27,6 @@ struct reduction {
     struct vw_submission *batch;
     uint32_t capacity; // pixels
 };
-static struct reduction reduction; // of the case that runs
 
 static struct vw_buffer *make_buffer(const char *name, uint64_t size_bytes) {
     struct vw_buffer *buffer = NULL;
@@ -38,8 +37,20 @@ static struct vw_buffer *make_buffer(const char *name, uint64_t size_bytes) {
 
 enum { VIEWS_MAX = 16 };
 
+static void close_reduction(void *opened) {
+    struct reduction *r = opened;
+    vw_submission_destroy(&r->batch);
+    vw_pass_destroy(&r->reduce);
+    vw_pass_destroy(&r->generate);
+    vw_buffer_destroy(&r->rays);
+    vw_buffer_destroy(&r->colours);
+    vw_buffer_destroy(&r->views);
+    vw_buffer_destroy(&r->scalars);
+    free(r);
+}
+
 static struct reduction *open_reduction(uint32_t capacity) {
-    struct reduction *r = &reduction;
+    struct reduction *r = test_own(vw_allocate(1, sizeof *r), close_reduction);
     *r = (struct reduction){.rays = make_buffer("rays", (uint64_t)capacity * sizeof(struct vw_ray)),
                             .colours = make_buffer("colours", (uint64_t)capacity * sizeof(vw_float4)),
                             .views = make_buffer("views", VIEWS_MAX * sizeof(struct vw_ray_range)),
@@ -57,17 +68,6 @@ static struct reduction *open_reduction(uint32_t capacity) {
     ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->reduce));
     ASSERT_OK(vw_submission_create(test_gpu(), &r->batch));
     return r;
-}
-
-static void close_reduction(void) {
-    struct reduction *r = &reduction;
-    vw_submission_destroy(&r->batch);
-    vw_pass_destroy(&r->reduce);
-    vw_pass_destroy(&r->generate);
-    vw_buffer_destroy(&r->rays);
-    vw_buffer_destroy(&r->colours);
-    vw_buffer_destroy(&r->views);
-    vw_buffer_destroy(&r->scalars);
 }
 
 // Makes the errors and sums them as `view_count` views of equal size.
@@ -185,4 +185,4 @@ static const struct hard_case cases[] = {
     {"millions of equal errors", "each addition is rounded the same way", millions_of_equal_errors},
 };
 
-int main(void) { return hard_cases_run("sums", cases, VW_ARRAY_COUNT(cases), close_reduction); }
+int main(void) { return hard_cases_run("sums", cases, VW_ARRAY_COUNT(cases)); }

@@ -23,11 +23,6 @@ static const double STEP_TOLERANCE =
 
 static struct vw_scene *scene;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
-
 static void open_scene(void) {
     scene = synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = 2, .width_px = 12, .height_px = 8});
@@ -41,7 +36,6 @@ static void table_of_one_entry(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&one);
     for (uint64_t number = 1; number <= 3; number++) hard_check_step(finding, bench, number);
     hard_check_rendering(finding, bench);
-    step_bench_close(bench);
 
     struct vw_config config = hard_run_config();
     config.log2_table = 0;
@@ -62,9 +56,6 @@ static uint32_t follow_steps(struct hard_finding *finding, struct step_bench *be
         struct hard_state after = hard_state_read(bench);
         hard_check_update(finding, bench, number, &gradients, &before, &after);
         flagged += after.scalars.z != 0.0f;
-        hard_state_free(&before);
-        hard_state_free(&after);
-        hard_gradients_free(&gradients);
     }
     return flagged;
 }
@@ -75,7 +66,6 @@ static uint32_t diverge(struct hard_finding *finding, enum vw_optimizer optimize
     wild.learning_rate = learning_rate;
     struct step_bench *bench = step_bench_open(&wild);
     uint32_t flagged = follow_steps(finding, bench, 6);
-    step_bench_close(bench);
     return flagged;
 }
 
@@ -88,7 +78,6 @@ static void learning_rates_that_diverge(struct hard_finding *finding) {
         config.learning_rate = 1e6; // the largest that a user may set
         open_scene();
         hard_train(finding, scene, &config);
-        vw_scene_close(&scene);
         diverge(finding, optimizers[i], 1e6);
         flagged += diverge(finding, optimizers[i], 1e30);
     }
@@ -110,7 +99,6 @@ static void gradients_with_infinite_squares(struct hard_finding *finding) {
     scale_matrix(bench, 1, REFERENCE_GEO, bench->config.width, 1e22f);
     step_bench_write_params(bench);
     hard_equal(finding, "flagged steps", 0, follow_steps(finding, bench, 1), 1.0);
-    step_bench_close(bench);
 }
 
 // ---- The fixed-point clamp ------------------------------------------------------------------------------------------
@@ -145,7 +133,6 @@ static void check_clamped_update(struct hard_finding *finding, struct step_bench
     hard_compare(finding, "step at the clamp", 0, bench->params[0] - (double)after.grid[0], moved, s->learning_rate,
                  STEP_TOLERANCE);
     hard_compare(finding, "second moment at the clamp", 0, after.moment2[0], moment2, moment2, 1e-6);
-    grid_free(&after);
 }
 
 static void check_clamped_sums(struct hard_finding *finding, struct step_bench *bench, float sign) {
@@ -154,7 +141,7 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     struct vw_step_state flags;
     scatter_run(bench, rows, &flags);
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
     double sum = sign * (double)bench->padded_samples * s->gradient_clamp / s->gradient_quantum;
     for (uint32_t level = 0; level < s->levels; level++)
@@ -165,9 +152,6 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
                (double)((bench->padded_samples + 2) / 3 * bench->config.levels * bench->config.features));
     hard_equal(finding, "flag", 0, flags.nonfinite, 0.0);
     check_clamped_update(finding, bench, sum);
-    free(rows);
-    free(words);
-    free(quanta);
 }
 
 // 30,720 samples, about as many as narrow words take, and 61,440, which take wide ones.
@@ -182,7 +166,7 @@ static void gradients_at_the_clamp(struct hard_finding *finding) {
             hard_require(finding, bench->model.specialization.wide_gradient == (rays > 1024),
                          "the larger crowd takes wide words");
             check_clamped_sums(finding, bench, negative ? -1.0f : 1.0f);
-            step_bench_close(bench);
+            test_release(bench);
         }
     }
 }
@@ -220,7 +204,7 @@ struct reference_entry {
 static void speak(struct hard_finding *finding, struct step_bench *bench, const int64_t gradients[VOICES],
                   uint32_t step, struct reference_entry references[VOICES]) {
     const struct vw_specialization *s = &bench->model.specialization;
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     struct grid_state before = grid_read(bench);
     for (int v = 0; v < VOICES; v++) quanta[voices[v].feature] = gradients[v];
     grid_write_gradient(bench, quanta);
@@ -236,9 +220,6 @@ static void speak(struct hard_finding *finding, struct step_bench *bench, const 
                      expected, rate, STEP_TOLERANCE);
         hard_require(finding, fabs(moved) <= 1.1 * rate, "no step is longer than 1.1 learning rates (decision 4)");
     }
-    grid_free(&before);
-    grid_free(&after);
-    free(quanta);
 }
 
 static void entry_long_silent(struct hard_finding *finding) {
@@ -256,9 +237,6 @@ static void entry_long_silent(struct hard_finding *finding) {
     hard_same_bits(finding, "params in silence", after.grid, before.grid, bench->model.param_bytes);
     hard_same_bits(finding, "moments in silence", after.moment2, before.moment2, 8 * (size_t)bench->model.pair_count);
     speak(finding, bench, last, SPOKEN_STEPS + SILENT_STEPS + 1, references);
-    grid_free(&before);
-    grid_free(&after);
-    step_bench_close(bench);
 }
 
 // ---- Seeds and step numbers -----------------------------------------------------------------------------------------
@@ -271,12 +249,11 @@ static void extreme_seeds(struct hard_finding *finding) {
         seeded.seed = seeds[i];
         struct step_bench *bench = step_bench_open(&seeded);
         for (uint64_t number = 1; number <= 2; number++) hard_check_step(finding, bench, number);
-        step_bench_close(bench);
+        test_release(bench);
         struct vw_config config = hard_run_config();
         config.seed = seeds[i];
         open_scene();
         last[i] = hard_train_well(finding, scene, &config).last;
-        vw_scene_close(&scene);
     }
     hard_require(finding, last[0].val_l1 != last[1].val_l1, "the seeds make two runs");
 }
@@ -287,10 +264,9 @@ static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       U
                                    UINT64_C(1) << 32, (UINT64_C(1) << 32) + 1, UINT64_C(0x123456789ab)};
 
 static void set_visits(struct step_bench *bench, uint32_t visits) {
-    uint32_t *all = vw_allocate(bench->model.pair_count, sizeof *all);
+    uint32_t *all = test_allocate(bench->model.pair_count, sizeof *all);
     for (uint32_t i = 0; i < bench->model.pair_count; i++) all[i] = visits;
     step_bench_write(bench, bench->step.grid_visits, all);
-    free(all);
 }
 
 static void steps_past_2_31(struct hard_finding *finding) {
@@ -305,7 +281,7 @@ static void steps_past_2_31(struct hard_finding *finding) {
                                                       : (uint32_t)numbers[i]); // an entry that every step has touched
             hard_check_step(finding, bench, numbers[i]);
         }
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -320,4 +296,4 @@ static const struct hard_case cases[] = {
     {"step counts past 2^31", "counts that wrap: jitter repeats, bias correction 0/0", steps_past_2_31},
 };
 
-int main(void) { return hard_cases_run("training", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("training", cases, VW_ARRAY_COUNT(cases)); }

@@ -33,12 +33,11 @@ static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     step_bench_write(bench, bench->step.ray_buffer, rays);
     step_bench_dispatch(bench, bench->step.gradient.field.passes[HASH_FORWARD], &push, sizeof push,
                         bench->padded_samples);
-    float *rows = step_bench_read_rows(bench), *positions = vw_allocate(RAYS, 4 * sizeof *positions);
+    float *rows = step_bench_read_rows(bench), *positions = test_allocate(RAYS, 4 * sizeof *positions);
     for (uint32_t ray = 0; ray < RAYS; ray++)
         memcpy(positions + 4 * ray,
                step_bench_row(bench, rows, step_bench_rows(bench).position, ray * bench->config.samples),
                4 * sizeof *positions);
-    free(rows);
     return positions;
 }
 
@@ -61,7 +60,6 @@ static void check_points(struct hard_finding *finding, struct step_bench *bench,
             hard_compare(finding, "contracted position", i, positions[4 * i + axis], expected[axis], 1.0,
                          POSITION_TOLERANCE);
     }
-    free(positions);
 }
 
 // In all 26 directions to the neighbours of a cell.
@@ -79,7 +77,6 @@ static void contraction_at_all_distances(struct hard_finding *finding) {
         }
         check_points(finding, bench, (const double(*)[3])points, 27);
     }
-    step_bench_close(bench);
 }
 
 // Neighbouring floats on both sides of the sphere fall on neighbouring places.
@@ -100,8 +97,6 @@ static void contraction_across_the_sphere(struct hard_finding *finding) {
         hard_compare(finding, "place next to the sphere", i, positions[4 * i + 1], 0.25 + 0.5 * rays[i].origin_near.y,
                      1.0, 8.0 * 0x1p-24);
     }
-    free(positions);
-    step_bench_close(bench);
 }
 
 // ---- Strata ---------------------------------------------------------------------------------------------------------
@@ -138,8 +133,6 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
                      LIGHT_TOLERANCE + DISTANCE_TOLERANCE * thickness[i]);
         if (length[i] == 0.0) hard_equal(finding, "light that nothing holds up", i, colours[i].w, 1.0);
     }
-    free(colours);
-    step_bench_close(bench);
 }
 
 // ---- Cameras --------------------------------------------------------------------------------------------------------
@@ -177,7 +170,6 @@ static void cameras_in_and_around_the_ball(struct hard_finding *finding) {
         bench->pixels[0].y_px = (float)view->camera.centre_y_px;
         check_camera(finding, bench);
     }
-    step_bench_close(bench);
 }
 
 static void look_from(struct step_bench *bench, double distance_edges) {
@@ -203,7 +195,6 @@ static void cameras_far_away(struct hard_finding *finding) {
         view->far_world = (distances[i] + 0.5) * edge_world;
         check_camera(finding, bench);
     }
-    step_bench_close(bench);
 }
 
 // Near and far the same, next to nothing, and farther than the far distance would be without them.
@@ -218,7 +209,6 @@ static void depths_of_any_size(struct hard_finding *finding) {
         view->far_world = depths_edges[i][1] * edge_world;
         check_camera(finding, bench);
     }
-    step_bench_close(bench);
 }
 
 // World coordinates of 10^6 m, where a double is good to 10^-10 m, and boxes of a millimetre and of a kilometre.
@@ -238,9 +228,7 @@ static void worlds_anywhere_and_of_any_size(struct hard_finding *finding) {
                      "every ray has samples");
         hard_check_step(finding, bench, STEP);
         bench->scene = kept;
-        vw_scene_close(&moved);
     }
-    step_bench_close(bench);
 }
 
 // ---- Runs -----------------------------------------------------------------------------------------------------------
@@ -253,7 +241,6 @@ static void whole_runs(struct hard_finding *finding) {
     hard_train_well(finding, scene, &config);
     scene->views[1].camera_to_world[0][3] = 1e7; // one was placed wrongly
     hard_train_well(finding, scene, &config);
-    vw_scene_close(&scene);
 }
 
 static const struct hard_case cases[] = {
@@ -270,4 +257,4 @@ static const struct hard_case cases[] = {
     {"whole runs, also with a camera that is lost", "one camera pulls the box away from all others", whole_runs},
 };
 
-int main(void) { return hard_cases_run("unbounded", cases, VW_ARRAY_COUNT(cases), hard_run_close); }
+int main(void) { return hard_cases_run("unbounded", cases, VW_ARRAY_COUNT(cases)); }

@@ -19,11 +19,6 @@ static const struct step_case setup = {.name = "visibility",
 
 static struct vw_scene *scene;
 
-static void tear_down(void) {
-    hard_run_close();
-    vw_scene_close(&scene);
-}
-
 // A bench whose pixels are visible as the logistic function of about `logit` says.
 static struct step_bench *open_with(const struct step_case *c, float logit) {
     struct step_bench *bench = step_bench_open(c);
@@ -52,9 +47,8 @@ static void nothing_visible(struct hard_finding *finding) {
             hard_compare(finding, "penalty of leaving all out", number, state.scalars.x, weight * total_weight(bench),
                          weight * total_weight(bench), 1e-5);
             hard_same_bits(finding, "the field's grid", state.grid.grid, bench->params, bench->model.grid.size_bytes);
-            hard_state_free(&state);
         }
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -67,9 +61,6 @@ static void all_visible(struct hard_finding *finding) {
         hard_equal(finding, "visibility", ray, of_rays[2 * ray], 1.0);
         hard_equal(finding, "gradient by it", ray, of_rays[2 * ray + 1], losses[ray]);
     }
-    free(of_rays);
-    free(losses);
-    step_bench_close(bench);
 }
 
 // The network and the photo's code stay as they are, to the bit; the visit counts.
@@ -85,9 +76,6 @@ static void masked_photo(struct hard_finding *finding) {
     hard_equal(finding, "loss", 0, state.scalars.x, 0.0);
     hard_equal(finding, "visits", 0, moments[bench->view].visits, 1.0);
     hard_equal(finding, "visits of another photo", 0, moments[1 - bench->view].visits, 0.0);
-    hard_state_free(&state);
-    free(moments);
-    step_bench_close(bench);
 
     scene = synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 4, .val_views = 2, .width_px = 12, .height_px = 8});
@@ -111,10 +99,7 @@ static void infinite_losses(struct hard_finding *finding) {
         struct hard_state after = hard_state_read(bench);
         hard_require(finding, after.skipped, "the step is skipped");
         hard_check_update(finding, bench, 1, &gradients, &before, &after);
-        hard_state_free(&before);
-        hard_state_free(&after);
-        hard_gradients_free(&gradients);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -128,7 +113,6 @@ static void late_steps(struct hard_finding *finding) {
         hard_compare(finding, "weight of size", i, reference_size_weight(&bench->model.specialization, numbers[i]),
                      6e-3, 6e-3, 1e-3);
     }
-    step_bench_close(bench);
 }
 
 static void photos_of_one_pixel(struct hard_finding *finding) {
@@ -148,4 +132,4 @@ static const struct hard_case cases[] = {
     {"photos of one pixel", "places that are 0/0", photos_of_one_pixel},
 };
 
-int main(void) { return hard_cases_run("visibility", cases, VW_ARRAY_COUNT(cases), tear_down); }
+int main(void) { return hard_cases_run("visibility", cases, VW_ARRAY_COUNT(cases)); }

@@ -40,10 +40,6 @@ static struct outcome run(struct step_bench *bench) {
     return outcome;
 }
 
-static void free_outcome(struct outcome *outcome) {
-    for (int i = 0; i < 5; i++) free(outcome->buffers[i]);
-}
-
 static const struct step_case *const setups[] = {&base_case, &momentum_case, &half_case};
 enum { SETUPS = 3 };
 static struct outcome undisturbed[SETUPS]; // without any fallback
@@ -54,14 +50,9 @@ static int run_setups(void **state) {
         struct step_bench *bench = step_bench_open(setups[i]);
         undisturbed[i] = run(bench);
         assert_true(memcmp(undisturbed[i].buffers[0], bench->params, bench->model.param_bytes) != 0); // it did move
-        step_bench_close(bench);
+        test_release(bench);
     }
     return 0;
-}
-
-static int forget_setups(void **state) {
-    for (int i = 0; i < SETUPS; i++) free_outcome(&undisturbed[i]);
-    return step_bench_teardown(state);
 }
 
 // Runs a variant of setups[`setup`], compares, and closes it.
@@ -71,8 +62,7 @@ static void expect_same(size_t setup, struct step_bench *other) {
         assert_int_equal(found.sizes_bytes[i], undisturbed[setup].sizes_bytes[i]);
         check_same_bits(other->where, names[i], found.buffers[i], undisturbed[setup].buffers[i], found.sizes_bytes[i]);
     }
-    free_outcome(&found);
-    step_bench_close(other);
+    test_release(other);
 }
 
 TEST(storage_buffers_instead_of_texels_change_no_bit) {
@@ -101,16 +91,14 @@ TEST(windows_of_the_grid_change_no_bit) {
 }
 
 // On lavapipe all choices but the length of slices give equal bits: without texels, and with a branch around zeros.
-TEST(the_choices_for_gpus_change_no_bit) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
-        struct step_case on_gpus = *setups[i];
-        on_gpus.as_on_gpus = true;
-        on_gpus.slice_samples = 128;
-        struct step_bench *bench = step_bench_open(&on_gpus);
-        const struct vw_specialization *s = &bench->model.specialization;
-        assert_true(s->skip_zeros && !s->grid_texel && !s->rows_texel);
-        expect_same(i, bench);
-    }
+TEST_CASES(the_choices_for_gpus_change_no_bit, i, VW_ARRAY_COUNT(setups)) {
+    struct step_case on_gpus = *setups[i];
+    on_gpus.as_on_gpus = true;
+    on_gpus.slice_samples = 128;
+    struct step_bench *bench = step_bench_open(&on_gpus);
+    const struct vw_specialization *s = &bench->model.specialization;
+    assert_true(s->skip_zeros && !s->grid_texel && !s->rows_texel);
+    expect_same(i, bench);
 }
 
 TEST(the_chunk_size_changes_no_bit) {
@@ -145,13 +133,10 @@ TEST(rendering_in_chunks_changes_no_bit) {
     vw_float4 *expected = render(bench, &part, bench->pixels + BEHIND, many.rays - BEHIND);
     vw_float4 *found = render(bench, whole, bench->pixels, many.rays);
     check_same_bits(bench->where, "colours", found + BEHIND, expected, (many.rays - BEHIND) * sizeof *found);
-    free(expected);
-    free(found);
     vw_evaluator_destroy(&part);
-    step_bench_close(bench);
 }
 
 // The same steps twice on one device.
 TEST(a_second_run_gives_the_same_bits) { expect_same(1, step_bench_open(&momentum_case)); }
 
-TEST_GROUP(run_setups, forget_setups)
+TEST_GROUP(run_setups, test_gpu_close)

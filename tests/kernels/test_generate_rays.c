@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "kernels/checks/check.h"
+#include "support/gpu_fixture.h"
 
 static const double LINE_TOLERANCE = 1e-6;  // box edges, as in check_rays.c
 static const double REPROJECTION_PX = 0.01; // what generate_rays is held to
@@ -38,7 +39,7 @@ TEST(cameras_in_and_around_the_box) {
         for (uint32_t k = 0; k < bench->config.rays; k++) bench->pixels[k].view = 0;
         uint32_t hits = rays_check(bench, 2.0);
         if ((hits > 0) != cameras[i].hits) fail_msg("camera %zu: %u rays hit", i, hits);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -62,8 +63,7 @@ TEST(rays_along_axes_and_in_faces_are_finite) {
             if (offsets[i] == 0.5 || offsets[i] == 0.3)
                 check_value(bench->where, "length within the box", 0, ray.stride * bench->config.samples, 1.0, 2e-6);
             if (offsets[i] < 0.0 || offsets[i] > 1.0) assert_true(ray.stride == 0.0);
-            free(rays);
-            step_bench_close(bench);
+            test_release(bench);
         }
     }
 }
@@ -81,7 +81,7 @@ TEST(far_cameras_lose_no_bits) {
         view->camera.focal_x_px = view->camera.focal_y_px = 12.0 * distances[i]; // the box fills the photo
         for (uint32_t k = 0; k < bench->config.rays; k++) bench->pixels[k].view = 0;
         assert_true(rays_check(bench, 1.0) > 100);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -101,10 +101,8 @@ TEST(the_world_may_be_anywhere_and_of_any_size) {
         // The double position itself is only good to 1e6 * 2^-53 metres.
         uint32_t hits = rays_check(bench, 1.0 + 1e6 * 0x1p-53 / scales[i] / LINE_TOLERANCE);
         bench->scene = kept;
-        vw_scene_close(&moved);
         assert_true(hits > 100);
     }
-    step_bench_close(bench);
 }
 
 // Distortion undone: the direction projects back to the pixel, over the whole photo and for strong lenses.
@@ -141,9 +139,8 @@ TEST(undistorted_rays_reproject_to_their_pixel) {
             check_value(bench->where, "reprojected x_px", k, x_px, bench->pixels[k].x_px, REPROJECTION_PX);
             check_value(bench->where, "reprojected y_px", k, y_px, bench->pixels[k].y_px, REPROJECTION_PX);
         }
-        free(rays);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

@@ -17,19 +17,16 @@ static uint32_t count_loops(const uint32_t *code, size_t words, uint32_t control
     return count;
 }
 
-TEST(every_loop_that_asks_to_be_unrolled_asks_to_be_kept) {
-    for (uint32_t i = 0; i < vw_shader_count; i++) {
-        const struct vw_shader *shader = vw_shaders[i];
-        size_t words = shader->code_bytes / 4;
-        uint32_t *code = vw_allocate(words, 4);
-        assert_non_null(code);
-        memcpy(code, shader->code, shader->code_bytes);
-        uint32_t unrolled = count_loops(code, words, UNROLL), kept = count_loops(code, words, DONT_UNROLL);
-        vw_spirv_keep_loops(code, shader->code_bytes);
-        if (count_loops(code, words, UNROLL) || count_loops(code, words, DONT_UNROLL) != unrolled + kept)
-            fail_msg("%s: %u loops still ask to be unrolled", shader->name, count_loops(code, words, UNROLL));
-        free(code);
-    }
+TEST_CASES(every_loop_that_asks_to_be_unrolled_asks_to_be_kept, i, vw_shader_count) {
+    const struct vw_shader *shader = vw_shaders[i];
+    size_t words = shader->code_bytes / 4;
+    uint32_t *code = test_allocate(words, 4);
+    assert_non_null(code);
+    memcpy(code, shader->code, shader->code_bytes);
+    uint32_t unrolled = count_loops(code, words, UNROLL), kept = count_loops(code, words, DONT_UNROLL);
+    vw_spirv_keep_loops(code, shader->code_bytes);
+    if (count_loops(code, words, UNROLL) || count_loops(code, words, DONT_UNROLL) != unrolled + kept)
+        fail_msg("%s: %u loops still ask to be unrolled", shader->name, count_loops(code, words, UNROLL));
 }
 
 TEST(passes_that_keep_their_loops_meet_the_reference) {
@@ -44,7 +41,7 @@ TEST(passes_that_keep_their_loops_meet_the_reference) {
             step_bench_keep_all(bench);
             checks[k](bench, INPUT_ORDINARY);
         }
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 

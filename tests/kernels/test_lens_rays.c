@@ -128,23 +128,21 @@ static void point_in_camera(const struct vw_view *view, const struct vw_box *box
 
 static const struct vw_box box = {.centre_world = {10, -20, 5}, .half_extent_world = 3};
 
-TEST(rays_reproject_through_every_lens) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
-        for (uint32_t distortion = lenses[i].distortion; distortion <= DISTORTION_ANY_LENS;
-             distortion++) { // the richer undo it as well
-            struct vw_view view = view_of(&lenses[i].camera, 0.1, &box);
-            struct vw_ray rays[RAYS];
-            generate(&view, &box, distortion, rays);
-            for (uint32_t k = 0; k < RAYS; k++) {
-                double ahead[3], x_px, y_px;
-                float given_x_px, given_y_px;
-                pixel_position(&view.camera, k, &given_x_px, &given_y_px);
-                point_in_camera(&view, &box, &rays[k], 1, ahead);
-                assert_true(vw_camera_project(&view.camera, ahead, &x_px, &y_px));
-                if (!(hypot(x_px - given_x_px, y_px - given_y_px) < REPROJECTION_PX))
-                    fail_msg("%s, EFFECT_DISTORTION %u: (%g, %g) px comes back as (%g, %g)", lenses[i].name, distortion,
-                             given_x_px, given_y_px, x_px, y_px);
-            }
+TEST_CASES(rays_reproject_through_every_lens, i, VW_ARRAY_COUNT(lenses)) {
+    for (uint32_t distortion = lenses[i].distortion; distortion <= DISTORTION_ANY_LENS;
+         distortion++) { // the richer undo it as well
+        struct vw_view view = view_of(&lenses[i].camera, 0.1, &box);
+        struct vw_ray rays[RAYS];
+        generate(&view, &box, distortion, rays);
+        for (uint32_t k = 0; k < RAYS; k++) {
+            double ahead[3], x_px, y_px;
+            float given_x_px, given_y_px;
+            pixel_position(&view.camera, k, &given_x_px, &given_y_px);
+            point_in_camera(&view, &box, &rays[k], 1, ahead);
+            assert_true(vw_camera_project(&view.camera, ahead, &x_px, &y_px));
+            if (!(hypot(x_px - given_x_px, y_px - given_y_px) < REPROJECTION_PX))
+                fail_msg("%s, EFFECT_DISTORTION %u: (%g, %g) px comes back as (%g, %g)", lenses[i].name, distortion,
+                         given_x_px, given_y_px, x_px, y_px);
         }
     }
 }
@@ -201,17 +199,15 @@ TEST(wide_ranges_change_nothing) {
     assert_memory_equal(without, with, sizeof with);
 }
 
-TEST(the_cheapest_sufficient_variant_is_chosen) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(lenses); i++) {
-        struct vw_view views[2] = {{.camera = lenses[0].camera}, {.camera = lenses[i].camera}};
-        const struct vw_scene scene = {.views = views, .view_count = 2};
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        struct vw_specialization specialization = {0};
-        uint32_t count;
-        assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
-        vw_effects_specialize(verdicts, &scene, &specialization);
-        assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
-    }
+TEST_CASES(the_cheapest_sufficient_variant_is_chosen, i, VW_ARRAY_COUNT(lenses)) {
+    struct vw_view views[2] = {{.camera = lenses[0].camera}, {.camera = lenses[i].camera}};
+    const struct vw_scene scene = {.views = views, .view_count = 2};
+    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+    struct vw_specialization specialization = {0};
+    uint32_t count;
+    assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
+    vw_effects_specialize(verdicts, &scene, &specialization);
+    assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

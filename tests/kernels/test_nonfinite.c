@@ -45,7 +45,6 @@ static void poison_params(struct step_bench *bench, const struct poison *poison)
     params[param_index(bench, poison)] = poison->value;
     memcpy(bench->params, params, bench->model.param_bytes);
     step_bench_write_params(bench);
-    free(params);
 }
 
 // NaN among rgb and density, sample by sample, as the reference has it. (Infinity saturates to a number in both.)
@@ -66,42 +65,30 @@ static void check_samples(const struct step_bench *bench, const struct poison *p
         }
     }
     if (isnan(poison->value)) assert_true(poisoned > 0);
-    reference_step_destroy(reference);
-    reference_params_destroy(params);
 }
 
-TEST(a_poisoned_step_is_flagged_and_changes_nothing) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
-        struct step_bench *bench = step_bench_open(&setup);
-        poison_params(bench, &poisons[i]);
-        struct vw_buffer *kept[] = {bench->field.params, bench->step.grid_moment2, bench->step.grid_visits,
-                                    bench->step.weight_moments};
-        static const char *const names[] = {"params", "moment2", "visits", "weight moments"};
-        void *before[4];
-        for (int k = 0; k < 4; k++) before[k] = step_bench_read(bench, kept[k]);
-        step_bench_step(bench, 2);
-        for (int k = 0; k < 4; k++) {
-            void *after = step_bench_read(bench, kept[k]);
-            check_same_bits(bench->where, names[k], after, before[k], vw_buffer_size_bytes(kept[k]));
-            free(after);
-            free(before[k]);
-        }
-        struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
-        uint32_t *scalars = step_bench_read(bench, bench->scalars);
-        if (!flags->nonfinite || !scalars[2])
-            fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
-        uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-        for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->step.d_grid) / 8; j++) assert_int_equal(words[j], 0);
-        struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
-        float *samples = step_bench_read(bench, bench->step.samples);
-        check_samples(bench, &poisons[i], rays, samples, true, 2);
-        free(flags);
-        free(scalars);
-        free(words);
-        free(rays);
-        free(samples);
-        step_bench_close(bench);
+TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poisons)) {
+    struct step_bench *bench = step_bench_open(&setup);
+    poison_params(bench, &poisons[i]);
+    struct vw_buffer *kept[] = {bench->field.params, bench->step.grid_moment2, bench->step.grid_visits,
+                                bench->step.weight_moments};
+    static const char *const names[] = {"params", "moment2", "visits", "weight moments"};
+    void *before[4];
+    for (int k = 0; k < 4; k++) before[k] = step_bench_read(bench, kept[k]);
+    step_bench_step(bench, 2);
+    for (int k = 0; k < 4; k++) {
+        void *after = step_bench_read(bench, kept[k]);
+        check_same_bits(bench->where, names[k], after, before[k], vw_buffer_size_bytes(kept[k]));
     }
+    struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
+    uint32_t *scalars = step_bench_read(bench, bench->scalars);
+    if (!flags->nonfinite || !scalars[2])
+        fail_msg("%s: %g in matrix %d did not flag the step", bench->where, poisons[i].value, poisons[i].matrix);
+    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
+    for (uint64_t j = 0; j < vw_buffer_size_bytes(bench->step.d_grid) / 8; j++) assert_int_equal(words[j], 0);
+    struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
+    float *samples = step_bench_read(bench, bench->step.samples);
+    check_samples(bench, &poisons[i], rays, samples, true, 2);
 }
 
 // A ray that meets a NaN shows it, also when the NaN is in the density alone.
@@ -119,26 +106,20 @@ static void check_colours(const struct step_bench *bench, const struct poison *p
     }
 }
 
-TEST(validation_shows_a_poisoned_field) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(poisons); i++) {
-        struct step_bench *bench = step_bench_open(&setup);
-        struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-        poison_params(bench, &poisons[i]);
-        assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-        vw_submission_begin(bench->batch);
-        vw_evaluator_record(evaluator, bench->batch);
-        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
-        struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
-        float *samples = step_bench_read(bench, evaluator->samples);
-        vw_float4 *colours = step_bench_read(bench, evaluator->colours);
-        check_samples(bench, &poisons[i], rays, samples, false, 0);
-        check_colours(bench, &poisons[i], rays, samples, colours);
-        free(rays);
-        free(samples);
-        free(colours);
-        step_bench_close(bench);
-    }
+TEST_CASES(validation_shows_a_poisoned_field, i, VW_ARRAY_COUNT(poisons)) {
+    struct step_bench *bench = step_bench_open(&setup);
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    poison_params(bench, &poisons[i]);
+    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
+    vw_submission_begin(bench->batch);
+    vw_evaluator_record(evaluator, bench->batch);
+    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+    struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
+    float *samples = step_bench_read(bench, evaluator->samples);
+    vw_float4 *colours = step_bench_read(bench, evaluator->colours);
+    check_samples(bench, &poisons[i], rays, samples, false, 0);
+    check_colours(bench, &poisons[i], rays, samples, colours);
 }
 
 // A NaN among the sky's coefficients flags the step, which changes nothing, and shows in every ray that is validated.
@@ -166,13 +147,6 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     assert_true(scalars->z == 1.0f);
     for (uint32_t ray = 0; ray < bench->config.rays; ray++)
         assert_true(isnan(colours[ray].y) && isfinite(colours[ray].x));
-    free(params);
-    free(params_after);
-    free(moments);
-    free(moments_after);
-    free(scalars);
-    free(colours);
-    step_bench_close(bench);
 }
 
 // ---- Single passes --------------------------------------------------------------------------------------------------
@@ -180,7 +154,6 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
 static bool is_marked(struct step_bench *bench) {
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     bool marked = flags->nonfinite != 0;
-    free(flags);
     return marked;
 }
 
@@ -203,8 +176,6 @@ TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
         if (!is_marked(bench)) fail_msg("%s: NaN in row %u did not mark the step", bench->where, poisoned[i]);
         *value = kept;
     }
-    free(rows);
-    step_bench_close(bench);
 }
 
 // Rounding would carry out of a NaN whose bits are all ones, which some devices make, and leave 0.
@@ -218,9 +189,6 @@ TEST(rounding_to_a_bfloat_keeps_what_is_not_finite) {
     float *rows = step_bench_read_rows(bench);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(poison); i++)
         assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));
-    free(rows);
-    free(d_samples);
-    step_bench_close(bench);
 }
 
 // It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without
@@ -238,9 +206,7 @@ TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
         assert_true(flags.nonfinite != 0);
         *gradient = 0.0f;
         scatter_check(bench, rows, words, flags.clamped);
-        free(words);
-        free(rows);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -251,7 +217,7 @@ TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
     with_sky.sky = true;
     struct step_bench *bench = step_bench_open(&with_sky);
     uint32_t rays = bench->step.padded_rays;
-    vw_float4 *d_logits = vw_allocate(rays, sizeof *d_logits);
+    vw_float4 *d_logits = test_allocate(rays, sizeof *d_logits);
     step_bench_gradients(bench, 1);
     for (uint32_t ray = 0; ray < rays; ray += rays - 1) {
         for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
@@ -265,8 +231,6 @@ TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
         }
         d_logits[ray].z = 0.0f;
     }
-    free(d_logits);
-    step_bench_close(bench);
 }
 
 TEST(a_loss_that_is_not_finite_marks_the_step) {
@@ -281,8 +245,6 @@ TEST(a_loss_that_is_not_finite_marks_the_step) {
         assert_int_equal(is_marked(bench), poisoned); // seen by the passes that follow
         step_bench_write(bench, bench->step.samples, samples);
     }
-    free(samples);
-    step_bench_close(bench);
 }
 
 // A loss, a mark of the passes before the optimiser, or a param that would not be finite.
@@ -291,8 +253,8 @@ TEST(the_row_of_a_step_tells_what_is_not_finite) {
     struct vw_push_reduce push = {.count = bench->step.padded_rays, .scalar_row = 1};
     size_t words = vw_buffer_size_bytes(bench->step.overflow) / 4;
     for (int poisoned = 0; poisoned < 4; poisoned++) {
-        float *losses = vw_allocate(push.count, sizeof *losses);
-        uint32_t *flags = vw_allocate(words, sizeof *flags);
+        float *losses = test_allocate(push.count, sizeof *losses);
+        uint32_t *flags = test_allocate(words, sizeof *flags);
         if (poisoned == 1) losses[push.count - 1] = NAN;
         if (poisoned == 3) flags[words - VW_OVERFLOW_STRIDE] = 1;
         step_bench_write(bench, bench->step.ray_loss, losses);
@@ -301,37 +263,31 @@ TEST(the_row_of_a_step_tells_what_is_not_finite) {
         step_bench_dispatch(bench, bench->step.reduce_loss, &push, sizeof push, 1);
         vw_float4 *scalars = step_bench_read(bench, bench->scalars);
         assert_true(scalars[1].z == (poisoned ? 1.0f : 0.0f));
-        free(scalars);
-        free(losses);
-        free(flags);
     }
-    step_bench_close(bench);
 }
 
 TEST(an_error_that_is_not_finite_reaches_its_view_alone) {
     static const float poison[] = {NAN, INFINITY, -INFINITY};
-    struct view_reduction reduction;
-    reduction_open(test_gpu(), false, &reduction);
-    reduction_fill(&reduction, INPUT_ORDINARY, 91);
+    struct view_reduction *reduction = reduction_open(test_gpu(), false);
+    reduction_fill(reduction, INPUT_ORDINARY, 91);
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
         for (uint32_t view = 0; view < REDUCED_VIEWS; view++) {
             uint32_t ray = reduced_ranges[view].first + reduced_ranges[view].count / 2;
-            vw_float4 sums[REDUCED_VIEWS], kept = reduction.colour_data[ray];
-            float weight = reduction.ray_data[ray].target_weight.w;
-            reduction.colour_data[ray].y = poison[i];
-            reduction.ray_data[ray].target_weight.w = 1.0f;
-            reduction_run(&reduction, sums);
+            vw_float4 sums[REDUCED_VIEWS], kept = reduction->colour_data[ray];
+            float weight = reduction->ray_data[ray].target_weight.w;
+            reduction->colour_data[ray].y = poison[i];
+            reduction->ray_data[ray].target_weight.w = 1.0f;
+            reduction_run(reduction, sums);
             for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
                 bool finite =
                     isfinite((double)sums[other].x + sums[other].y) && isfinite((double)sums[other].z + sums[other].w);
                 if (finite != (other != view))
                     fail_msg("%g in view %u: view %u is %s", poison[i], view, other, finite ? "finite" : "not finite");
             }
-            reduction.colour_data[ray] = kept;
-            reduction.ray_data[ray].target_weight.w = weight;
+            reduction->colour_data[ray] = kept;
+            reduction->ray_data[ray].target_weight.w = weight;
         }
     }
-    reduction_close(&reduction);
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

@@ -4,13 +4,13 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
+#include "support/gpu_fixture.h"
 
 enum { SILENT_STEPS = 10000, USUAL_QUANTA = 100000 };
 
 static float entry(struct step_bench *bench, uint64_t feature) {
     struct grid_state now = grid_read(bench);
     float value = now.grid[feature];
-    grid_free(&now);
     return value;
 }
 
@@ -32,7 +32,7 @@ TEST(a_long_silence_does_not_lengthen_the_next_step) {
         .name = "a long silence", .seed = 71, .levels = 2, .log2_table = 6, .width = 16};
     struct step_bench *bench = step_bench_open(&lazy);
     double rate = bench->model.specialization.learning_rate;
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     quanta[0] = USUAL_QUANTA;
     for (uint64_t number = 1; number <= 20; number++) {
         grid_write_gradient(bench, quanta);
@@ -54,46 +54,33 @@ TEST(a_long_silence_does_not_lengthen_the_next_step) {
     assert_true(again > 0.9 * rate && again <= 1.1 * rate);
     check_value(bench->where, "first step", 8, first / rate, 1.0,
                 2.0 / USUAL_QUANTA + 1e-4); // epsilon is one quantum; params round to 1e-7
-    grid_free(&before);
-    grid_free(&after);
-    free(quanta);
-    step_bench_close(bench);
 }
 
-TEST(a_step_flagged_nonfinite_only_clears_the_gradient) {
-    for (uint32_t i = 0; i < step_case_count; i++) {
-        struct step_bench *bench = step_bench_open(&step_cases[i]);
-        int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-        float *d_weights = vw_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
-        struct test_random random = {.seed = step_cases[i].seed};
-        grid_random_gradient(bench, INPUT_ORDINARY, &random, quanta);
-        for (uint32_t j = 0; j < 4 * bench->model.moved_columns; j++) d_weights[j] = test_random_next(&random);
-        grid_check_update(bench, quanta, 1); // so that the moments are not all 0
-        weights_check_update(bench, d_weights, 1);
-        grid_write_gradient(bench, quanta);
-        step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1});
-        struct grid_state before = grid_read(bench);
-        float *moments_before = step_bench_read(bench, bench->step.weight_moments);
-        grid_update(bench, 2);
-        weights_update(bench, 2);
-        struct grid_state after = grid_read(bench);
-        float *moments = step_bench_read(bench, bench->step.weight_moments);
-        size_t pairs = bench->model.pair_count;
-        check_same_bits(bench->where, "params", after.grid, before.grid, bench->model.param_bytes);
-        check_same_bits(bench->where, "moment2", after.moment2, before.moment2, 8 * pairs);
-        if (after.moment1) check_same_bits(bench->where, "moment1", after.moment1, before.moment1, 8 * pairs);
-        check_same_bits(bench->where, "visits", after.visits, before.visits, 4 * pairs);
-        check_same_bits(bench->where, "weight moments", moments, moments_before,
-                        vw_buffer_size_bytes(bench->step.weight_moments));
-        grid_check_cleared(bench);
-        grid_free(&before);
-        grid_free(&after);
-        free(moments);
-        free(moments_before);
-        free(d_weights);
-        free(quanta);
-        step_bench_close(bench);
-    }
+TEST_CASES(a_step_flagged_nonfinite_only_clears_the_gradient, i, step_case_count) {
+    struct step_bench *bench = step_bench_open(&step_cases[i]);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    float *d_weights = test_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
+    struct test_random random = {.seed = step_cases[i].seed};
+    grid_random_gradient(bench, INPUT_ORDINARY, &random, quanta);
+    for (uint32_t j = 0; j < 4 * bench->model.moved_columns; j++) d_weights[j] = test_random_next(&random);
+    grid_check_update(bench, quanta, 1); // so that the moments are not all 0
+    weights_check_update(bench, d_weights, 1);
+    grid_write_gradient(bench, quanta);
+    step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.nonfinite = 1});
+    struct grid_state before = grid_read(bench);
+    float *moments_before = step_bench_read(bench, bench->step.weight_moments);
+    grid_update(bench, 2);
+    weights_update(bench, 2);
+    struct grid_state after = grid_read(bench);
+    float *moments = step_bench_read(bench, bench->step.weight_moments);
+    size_t pairs = bench->model.pair_count;
+    check_same_bits(bench->where, "params", after.grid, before.grid, bench->model.param_bytes);
+    check_same_bits(bench->where, "moment2", after.moment2, before.moment2, 8 * pairs);
+    if (after.moment1) check_same_bits(bench->where, "moment1", after.moment1, before.moment1, 8 * pairs);
+    check_same_bits(bench->where, "visits", after.visits, before.visits, 4 * pairs);
+    check_same_bits(bench->where, "weight moments", moments, moments_before,
+                    vw_buffer_size_bytes(bench->step.weight_moments));
+    grid_check_cleared(bench);
 }
 
 static void check_finite(struct step_bench *bench) {
@@ -101,7 +88,6 @@ static void check_finite(struct step_bench *bench) {
     for (uint64_t i = 0; i < bench->model.param_bytes / 4; i++)
         if (!isfinite(params[i])) fail_msg("%s: parameter %llu is %g", bench->where, (unsigned long long)i, params[i]);
     assert_true(memcmp(params, bench->params, bench->model.param_bytes) != 0);
-    free(params);
 }
 
 static struct step_bench *open_wild(double learning_rate, enum vw_optimizer optimizer) {
@@ -119,7 +105,7 @@ TEST(params_stay_finite_at_a_learning_rate_of_1e30) {
         struct step_bench *bench = open_wild(1e30, optimizers[i]);
         for (uint64_t number = 1; number <= 5; number++) step_bench_step(bench, number);
         check_finite(bench);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -128,8 +114,8 @@ TEST(params_stay_finite_at_a_learning_rate_of_1e30) {
 TEST(a_step_beyond_the_floats_is_not_taken) {
     for (int i = 0; i < 3; i++) {
         struct step_bench *bench = open_wild(3e38, optimizers[i]);
-        int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-        float *d_weights = vw_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
+        int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+        float *d_weights = test_allocate(4 * (size_t)bench->model.moved_columns, sizeof *d_weights);
         float size = 0.9f / bench->model.specialization.inverse_rays; // a mean gradient of 0.9
         for (uint64_t k = 0; k < 2 * (uint64_t)bench->model.pair_count; k++)
             quanta[k] = llrintf(size / bench->model.specialization.gradient_quantum);
@@ -143,10 +129,8 @@ TEST(a_step_beyond_the_floats_is_not_taken) {
         }
         check_finite(bench);
         assert_int_equal(step_bench_take_overflows(bench), 1 + bench->model.window_count); // and the flags say so
-        free(quanta);
-        free(d_weights);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

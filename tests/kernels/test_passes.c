@@ -131,7 +131,9 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
         snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu, %s inputs; rerun: test_passes %s",
                  setup->name, (unsigned long long)setup->seed, input_kind_names[kind], pass->name);
         step_bench_keep_all(bench);
+        const size_t before = test_owned();
         pass->check(bench, kind);
+        test_release_to(before);
     }
 }
 
@@ -145,11 +147,12 @@ static void run_pass(void **state) {
     const struct pass *pass = *state;
     for (uint32_t i = 0; i < step_case_count; i++) {
         if (!takes_case(pass, &step_cases[i])) continue;
+        const size_t before = test_owned();
         bool shared = pass->scatter == SCATTER_ATOMICS && !takes_halves(pass);
         if (!shared && !all_kinds && (i + (uint32_t)(pass - passes)) % 2) continue; // opening a bench takes longest
         struct step_bench *bench = shared ? benches[i] : open_for(pass, step_cases[i]);
         run_kinds(pass, i, bench);
-        if (bench != benches[i]) step_bench_close(bench);
+        test_release_to(before);
     }
     if (guard_bands_broken()) fail_msg("pass %s wrote to guard bands, see stderr", pass->name);
 }
@@ -278,5 +281,5 @@ int main(int argc, char **argv) {
             (struct CMUnitTest){.name = passes[i].name, .test_func = run_pass, .initial_state = (void *)&passes[i]};
     all_kinds = argc > 1 || test_is_full();
     if (argc > 1) cmocka_set_test_filter(argv[1]);
-    return cmocka_run_group_tests_name("passes", tests, open_benches, step_bench_teardown);
+    return cmocka_run_group_tests_name("passes", tests, open_benches, test_gpu_close);
 }

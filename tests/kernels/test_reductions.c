@@ -64,40 +64,37 @@ static void check_significance(const char *where, const struct outcome *before, 
 
 TEST(the_last_bits_of_k_pixels_count) {
     static const uint32_t counts[] = {1, 2, 10, 100, 1000, REDUCED_RAYS};
-    struct view_reduction reduction;
-    reduction_open(test_gpu(), false, &reduction);
+    struct view_reduction *reduction = reduction_open(test_gpu(), false);
     for (size_t i = 0; i < VW_ARRAY_COUNT(counts); i++) {
         for (int anywhere = 0; anywhere < 2; anywhere++) {
             struct outcome before, after;
             char where[96];
             snprintf(where, sizeof where, "reduce_views, seed 91, %u pixels changed %s", counts[i],
                      anywhere ? "anywhere" : "in blue");
-            reduction_fill(&reduction, INPUT_ORDINARY, 91);
-            reduction.ray_data[REDUCED_RAYS - 1].target_weight.w = 1.0f;
-            take(where, &reduction, &before);
-            change_pixels(&reduction, counts[i], anywhere);
-            take(where, &reduction, &after);
+            reduction_fill(reduction, INPUT_ORDINARY, 91);
+            reduction->ray_data[REDUCED_RAYS - 1].target_weight.w = 1.0f;
+            take(where, reduction, &before);
+            change_pixels(reduction, counts[i], anywhere);
+            take(where, reduction, &after);
             for (uint32_t view = 0; view < REDUCED_VIEWS; view++) check_change(where, &before, &after, view);
             if (!anywhere && counts[i] > 2) check_significance(where, &before, &after);
         }
     }
-    reduction_close(&reduction);
 }
 
 // One pixel after another, each alone in its view's change.
 TEST(the_last_bit_of_one_pixel_counts) {
     static const uint32_t rays[] = {0, 1, 70, 190, 200, REDUCED_RAYS - 1};
-    struct view_reduction reduction;
     struct outcome before, after;
-    reduction_open(test_gpu(), false, &reduction);
-    reduction_fill(&reduction, INPUT_ORDINARY, 92);
+    struct view_reduction *reduction = reduction_open(test_gpu(), false);
+    reduction_fill(reduction, INPUT_ORDINARY, 92);
     for (size_t i = 0; i < VW_ARRAY_COUNT(rays); i++) {
         uint32_t view = 0;
         while (rays[i] >= reduced_ranges[view].first + reduced_ranges[view].count) view++;
-        reduction.ray_data[rays[i]].target_weight.w = 1.0f;
-        take("reduce_views, seed 92, before a change", &reduction, &before);
-        reduction.colour_data[rays[i]].z = nextafterf(reduction.colour_data[rays[i]].z, -INFINITY);
-        take("reduce_views, seed 92, one pixel changed", &reduction, &after);
+        reduction->ray_data[rays[i]].target_weight.w = 1.0f;
+        take("reduce_views, seed 92, before a change", reduction, &before);
+        reduction->colour_data[rays[i]].z = nextafterf(reduction->colour_data[rays[i]].z, -INFINITY);
+        take("reduce_views, seed 92, one pixel changed", reduction, &after);
         for (uint32_t other = 0; other < REDUCED_VIEWS; other++) {
             check_change("reduce_views, seed 92", &before, &after, other);
             assert_true((memcmp(&before.device[other], &after.device[other], sizeof after.device[other]) != 0) ==
@@ -105,7 +102,6 @@ TEST(the_last_bit_of_one_pixel_counts) {
         }
         assert_true(squared(after.device[view]) > squared(before.device[view]));
     }
-    reduction_close(&reduction);
 }
 
 TEST(losses_of_any_number_of_rays_are_summed) {
@@ -115,8 +111,8 @@ TEST(losses_of_any_number_of_rays_are_summed) {
             .name = "loss", .seed = 95 + i, .rays = ray_counts[i], .levels = 2, .log2_table = 4, .width = 16};
         struct step_bench *bench = step_bench_open(&many);
         check_reduce_loss(bench, INPUT_ORDINARY);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

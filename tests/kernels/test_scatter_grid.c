@@ -24,7 +24,6 @@ static struct scattered scatter_by_atomics(const struct step_case *setup) {
     scatter_run(bench, scattered.rows, &flags);
     scattered.words = step_bench_read(bench, bench->step.d_grid);
     scattered.clamped = flags.clamped;
-    step_bench_close(bench);
     return scattered;
 }
 
@@ -42,8 +41,7 @@ static void gives_the_bits_of_atomics(struct step_case setup, enum vw_scatter_fo
     check_same_bits(bench->where, form == SCATTER_WALK ? "d_grid without atomics" : "d_grid with split atomics", words,
                     atomics->words, atomics->size_bytes);
     assert_int_equal(flags.clamped, atomics->clamped);
-    free(words);
-    step_bench_close(bench);
+    test_release(bench);
 }
 
 // The quick tests take every second case, with one of the two other forms.
@@ -53,8 +51,6 @@ TEST(every_form_gives_the_same_bits) {
         struct scattered atomics = scatter_by_atomics(&step_cases[i]);
         if (all || i % 4) gives_the_bits_of_atomics(step_cases[i], SCATTER_SPLIT_ATOMICS, &atomics);
         if (all || i % 4 == 0) gives_the_bits_of_atomics(step_cases[i], SCATTER_WALK, &atomics);
-        free(atomics.rows);
-        free(atomics.words);
     }
 }
 
@@ -92,9 +88,6 @@ TEST(the_walk_leaves_out_rays_that_weigh_nothing) {
         for (uint32_t j = 0; j < bench->config.levels * bench->config.features && i / samples % 3; j++)
             step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] = 0.0f;
     scatter_check(bench, rows, words, flags.clamped);
-    free(words);
-    free(rows);
-    step_bench_close(bench);
 }
 
 // As many samples as narrow words take, in the number that leaves the least room above the sum.
@@ -141,7 +134,7 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     assert_int_equal(flags.nonfinite, 0);
     assert_int_equal(flags.clamped, 4 * ((chunk + 2) / 3));
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
     int64_t sum = (int64_t)llround(sign * (double)chunk * s->gradient_clamp / s->gradient_quantum);
     assert_true(llabs(sum) < (wide ? INT64_C(1) << 62 : INT32_MAX));
@@ -152,10 +145,6 @@ static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float s
     for (int f = 0; f < 2; f++) // level 1: each of eight corners is rounded
         check_value(bench->where, "level 1", f, (double)quanta[2 * s->first_pair[1] + f],
                     f ? -(double)sum : (double)sum, 4.0 * (double)chunk + 32.0 * FLOAT_ROUNDING * fabs((double)sum));
-    free(quanta);
-    free(words);
-    free(rows);
-    step_bench_close(bench);
 }
 
 TEST(all_samples_in_one_entry_at_the_clamp_sum_exactly) {
@@ -192,4 +181,4 @@ TEST(no_step_size_can_wrap) {
     }
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

@@ -37,11 +37,6 @@ static void open_training(struct opened *opened, const struct vw_config *config)
     opened->params = (struct vw_gradient_params){.training = &opened->training};
 }
 
-static void close_training(struct opened *opened) {
-    vw_trainer_destroy(&opened->trainer);
-    vw_scene_close(&opened->scene);
-}
-
 static enum vw_status compare_replayed(void *context, const struct vw_step_record *record) {
     const struct test_run *run = context;
     assert_true(test_same_bits(record->train_loss, run->records[record->step].train_loss));
@@ -111,8 +106,6 @@ static void credit_training(double learning_rate, double beta1, const char *effe
     check_first_order(&opened, credits);
     for (uint32_t i = 0; i < STEPS; i++) first[i] = credits[i].first_order, second[i] = credits[i].second_order;
     find_changes(run, changes);
-    test_run_free(run);
-    close_training(&opened);
 }
 
 // Bfloats between passes are what remains: 1 % is seen.
@@ -151,18 +144,17 @@ TEST(the_second_order_is_nearer_to_what_long_steps_change) {
 static double psnr_towards(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
     const struct vw_trainer_parts *context = sweep->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
-    float *moved = vw_allocate(count, sizeof *moved);
+    float *moved = test_allocate(count, sizeof *moved);
     for (uint64_t i = 0; i < count; i++) moved[i] = (float)(from[i] + factor * towards[i]);
     ASSERT_OK(vw_buffer_write(context->field->params, 0, moved, count * sizeof *moved));
     vw_submission_begin(sweep->replay.batch);
     vw_validation_record(context->validation, sweep->replay.batch, 0);
     ASSERT_OK(vw_step_replay_run(&sweep->replay));
-    free(moved);
     return vw_validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
 }
 
 static float *read_block(struct vw_buffer *buffer, uint64_t count) {
-    float *values = vw_allocate(count, sizeof *values);
+    float *values = test_allocate(count, sizeof *values);
     ASSERT_OK(vw_buffer_read(buffer, 0, values, count * sizeof *values));
     return values;
 }
@@ -186,7 +178,7 @@ static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint
     float *before = read_block(sweep->passes.blocks.before, count),
           *after = read_block(sweep->passes.blocks.after, count),
           *gradient = read_block(sweep->passes.blocks.gradient, count);
-    double *towards = vw_allocate(count, sizeof *towards), size = 0, along = 0;
+    double *towards = test_allocate(count, sizeof *towards), size = 0, along = 0;
     for (uint64_t i = 0; i < count; i++) towards[i] = (double)after[i] - before[i];
     measured->preconditioned += derivative_of(sweep, before, towards, 0.05);
     for (uint64_t i = 0; i < count; i++) {
@@ -196,10 +188,6 @@ static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint
     }
     measured->plain += derivative_of(sweep, before, towards, 1e-3 * sqrt(size / along));
     ASSERT_OK(vw_buffer_write(context->field->params, 0, before, count * sizeof *before));
-    free(before);
-    free(after);
-    free(gradient);
-    free(towards);
 }
 
 TEST(tracin_is_what_small_steps_change) {
@@ -231,7 +219,6 @@ TEST(tracin_is_what_small_steps_change) {
         assert_true(fabs(scores[i].preconditioned - measured[i].preconditioned) <
                     0.01 * fabs(measured[i].preconditioned));
     }
-    close_training(&opened);
 }
 
 // ---- Influence functions --------------------------------------------------------------------------------------------
@@ -261,8 +248,8 @@ static void apply(struct vw_influence *influence, const double *values, double *
 // returns the residual's share of P grad U.
 static double solve_by_conjugate_gradients(struct vw_influence *influence, double *solution) {
     uint64_t count = influence->count;
-    double *residual = vw_allocate(count, sizeof *residual), *towards = vw_allocate(count, sizeof *towards),
-           *applied = vw_allocate(count, sizeof *applied);
+    double *residual = test_allocate(count, sizeof *residual), *towards = vw_allocate(count, sizeof *towards),
+           *applied = test_allocate(count, sizeof *applied);
     memcpy(residual, influence->pull, count * sizeof *residual);
     memcpy(towards, residual, count * sizeof *towards);
     memset(solution, 0, count * sizeof *solution);
@@ -277,9 +264,6 @@ static double solve_by_conjugate_gradients(struct vw_influence *influence, doubl
         square = product_of(influence, residual, residual);
         for (uint64_t i = 0; i < count; i++) towards[i] = residual[i] + square / before * towards[i];
     }
-    free(residual);
-    free(towards);
-    free(applied);
     return sqrt(square / begun);
 }
 
@@ -320,12 +304,8 @@ TEST(influence_knows_the_rates) {
         }
         if (wrong || moved < 100)
             fail_msg("case %zu: %llu rates of %llu are wrong", c, (unsigned long long)wrong, (unsigned long long)moved);
-        free(before);
-        free(after);
-        free(gradient);
         vw_gradient_replay_destroy(&sweep);
         vw_influence_destroy(&influence);
-        close_training(&opened);
     }
 }
 
@@ -353,7 +333,6 @@ TEST(a_photo_that_helps_has_influence_above_zero) {
     vw_gradient_replay_destroy(&sweep);
     for (uint32_t i = 0; i < TRAINS; i++) size += fabs(products[i].by_step) / TRAINS;
     for (uint32_t i = 0; i < TRAINS; i++) assert_true(fabs(TRAINS * scores[i] - products[i].by_step) < 0.01 * size);
-    close_training(&opened);
 }
 
 static void check_solution(const struct opened *opened, double scale) {
@@ -364,7 +343,8 @@ static void check_solution(const struct opened *opened, double scale) {
     ASSERT_OK(vw_influence_create(&opened->params, &settings, &influence));
     ASSERT_OK(vw_influence_solve(&influence, &result));
     assert_true(result.found && result.scale == scale);
-    double *found = vw_allocate(influence.count, sizeof *found), *solved = vw_allocate(influence.count, sizeof *solved);
+    double *found = test_allocate(influence.count, sizeof *found),
+           *solved = vw_allocate(influence.count, sizeof *solved);
     memcpy(found, influence.mean, influence.count * sizeof *found);
     influence.first_counted = settings.iterations - 8 * TRAINS; // fewer products, of which the test takes many
     double residual = solve_by_conjugate_gradients(&influence, solved);
@@ -383,8 +363,6 @@ static void check_solution(const struct opened *opened, double scale) {
     ASSERT_OK(vw_influence_score(&influence, exact));
     vw_influence_destroy(&influence);
     assert_true(vw_pearson(scores, exact, TRAINS) > 0.98);
-    free(found);
-    free(solved);
 }
 
 TEST(influence_solves_its_equation) {
@@ -393,7 +371,6 @@ TEST(influence_solves_its_equation) {
     open_training(&opened, &config);
     check_solution(&opened, 1);
     check_solution(&opened, 4);
-    close_training(&opened);
 }
 
 TEST(influence_that_diverges_has_no_score) {
@@ -414,7 +391,6 @@ TEST(influence_that_diverges_has_no_score) {
     ASSERT_OK(vw_influence_scores(&opened.params, &settings, scores, &direct));
     assert_memory_equal(scores, raised, sizeof scores);
     assert_true(direct.iterations == settings.iterations && result.iterations > direct.iterations);
-    close_training(&opened);
 }
 
 static bool ask_to_stop(void *context) {
@@ -431,11 +407,9 @@ TEST(what_cannot_be_followed_is_refused) {
     opened.params.interrupt = (struct vw_interrupt){ask_to_stop, &asked};
     assert_int_equal(vw_tracin_scores(&opened.params, 2, &(struct vw_tracin_score[TRAINS]){0}[0]),
                      VW_ERROR_INTERRUPTED);
-    close_training(&opened);
     config.table_precision = VW_TABLE_FLOAT16;
     open_training(&opened, &config);
     ASSERT_FAILS(vw_in_run_credits(&opened.params, credits), VW_ERROR_USAGE, "--table-precision float32");
-    close_training(&opened);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -125,7 +125,6 @@ TEST(pixels_are_measured) {
     assert_true(feature(&bad, 3, VW_FEATURE_EXPOSURE) > 0.1);
     vw_photo_features_free(&sound);
     vw_photo_features_free(&bad);
-    vw_scene_close(&scene);
 }
 
 // Noise of a known size on grey, and thumbnails of one colour.
@@ -148,7 +147,6 @@ TEST(noise_has_its_size) {
         assert_near(measured.thumbnail[3 * i + 1], 0.4, 1e-6);
         assert_near(measured.thumbnail[3 * i + 2], i % VW_THUMBNAIL_COLUMNS >= 4, 1e-6);
     }
-    vw_scene_close(&scene);
 }
 
 // ---- Places ---------------------------------------------------------------------------------------------------------
@@ -209,7 +207,6 @@ TEST(points_are_shared) {
         assert_true(feature(&features, i, VW_FEATURE_REPROJECTION_MEAN) > 0.1);
     }
     vw_photo_features_free(&features);
-    vw_scene_close(&scene);
 }
 
 // A point that a file lists twice in a photo is one place; a photo without tracks sees nothing.
@@ -234,7 +231,6 @@ TEST(odd_tracks_are_taken) {
     }
     assert_near(feature(&twice, 6, VW_FEATURE_OVERLAP_TRAIN), sum / places / (TRAIN - 1), 1e-12);
     vw_photo_features_free(&twice);
-    vw_scene_close(&scene);
 }
 
 // Without points: a photo that looks away sees the least of what validation photos see, and is far from the others.
@@ -262,7 +258,6 @@ TEST(cameras_stand_in_for_points) {
         assert_true(i == 5 ||
                     feature(&features, 5, VW_FEATURE_TRANSPORT) > feature(&features, i, VW_FEATURE_TRANSPORT));
     vw_photo_features_free(&features);
-    vw_scene_close(&scene);
 }
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
@@ -304,7 +299,6 @@ TEST(steps_are_summed) {
     assert_true(isnan(vw_photo_feature(&features, 1, 7, VW_FEATURE_LOSS_LATE)));
     assert_true(isnan(vw_photo_feature(&features, 1, 7, VW_FEATURE_LOSS_RELATIVE)));
     vw_photo_features_free(&features);
-    vw_scene_close(&scene);
 }
 
 // ---- Baselines ------------------------------------------------------------------------------------------------------
@@ -334,7 +328,6 @@ TEST(every_baseline_scores) {
         assert_true(vw_feature_find(vw_features[f].name, &found) && found == f);
     }
     vw_photo_features_free(&features);
-    vw_scene_close(&scene);
 }
 
 // ---- Transport ------------------------------------------------------------------------------------------------------
@@ -418,5 +411,4 @@ TEST(photos_that_disagree_are_found) {
             values[i][j] = i == 3 && j % WIDTH_PX < WIDTH_PX / 4 ? 0.5 : j % 5 ? 0.05 + 0.01 * draw(j, i) : NAN;
     ASSERT_OK(vw_consistent_residual_score(scene, photos, TRAIN, residuals, scores));
     for (uint32_t i = 0; i < TRAIN; i++) assert_near(scores[i], i == 3 ? -0.25 : 0, 0.05);
-    vw_scene_close(&scene);
 }

@@ -34,10 +34,10 @@ static void go_to(struct vw_trainer *trainer, uint64_t step, struct test_run *ru
 // Takes a run with probes of noise and of some states.
 static struct probed_run *probe_run(const struct vw_scene *scene, const struct vw_config *config, uint32_t states,
                                     uint32_t steps_per_batch) {
-    struct probed_run *made = vw_allocate(1, sizeof *made);
+    struct probed_run *made = test_allocate(1, sizeof *made);
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, steps_per_batch);
     struct vw_prober prober;
-    made->run = vw_allocate(1, sizeof *made->run);
+    made->run = test_allocate(1, sizeof *made->run);
     ASSERT_OK(vw_prober_create(trainer, &prober));
     const struct vw_probe_plan plan = {&trainer->schedule, config->burn_in_epochs, config->epochs, states};
     for (uint64_t step = 0; step <= vw_trainer_total_steps(trainer); step++) {
@@ -51,13 +51,8 @@ static struct probed_run *probe_run(const struct vw_scene *scene, const struct v
     vw_trainer_stop_after(trainer, UINT64_MAX);
     test_run_finish(trainer, made->run);
     vw_prober_destroy(&prober);
-    vw_trainer_destroy(&trainer);
+    test_release(trainer);
     return made;
-}
-
-static void free_probed(struct probed_run *probed) {
-    test_run_free(probed->run);
-    free(probed);
 }
 
 static bool same_result(const struct vw_probe *probe, const struct vw_step_record *record) {
@@ -96,10 +91,7 @@ TEST(probes_leave_the_run_alone) {
         assert_int_equal(exact, 2 * TRAINS); // every photo once
         assert_int_equal(resampled, VW_PROBE_RESAMPLES * TRAINS);
         assert_int_equal(probed->count, exact + resampled + STATES * TRAINS * VW_SAME_STATE_DRAWS);
-        free_probed(probed);
-        test_run_free(bare);
     }
-    vw_scene_close(&scene);
 }
 
 TEST(resampled_steps_differ_as_steps_do) {
@@ -116,8 +108,6 @@ TEST(resampled_steps_differ_as_steps_do) {
         assert_false(test_same_bits(probe->val_psnr, probed->probes[i - 1].val_psnr)); // than the draw before, too
         assert_true(fabs(probe->val_psnr - own->val_psnr) < 1.0);                      // from the same state
     }
-    free_probed(probed);
-    vw_scene_close(&scene);
 }
 
 // A resampled step that happens to have the step's own pixels gives the step's own bits: here every pixel of every
@@ -133,8 +123,6 @@ TEST(the_same_pixels_give_the_step_itself) {
         uint64_t same = probe->kind == VW_PROBE_RESAMPLED ? probe->step : probe->step - 1;
         assert_true(same_result(probe, &probed->run->records[same]));
     }
-    free_probed(probed);
-    vw_scene_close(&scene);
 }
 
 TEST(submissions_of_any_size_give_the_same_bits) {
@@ -146,10 +134,7 @@ TEST(submissions_of_any_size_give_the_same_bits) {
         test_run_assert_same(single->run, other->run);
         assert_int_equal(single->count, other->count);
         assert_memory_equal(single->probes, other->probes, single->count * sizeof *single->probes);
-        free_probed(other);
     }
-    free_probed(single);
-    vw_scene_close(&scene);
 }
 
 // Takes the step after the trainer's state, on a draw of pixels that nothing else takes, and validates.
@@ -182,19 +167,16 @@ TEST(a_probe_of_a_state_is_the_next_step_from_there) {
         if (probe->kind != VW_PROBE_SAME_STATE) continue;
         uint32_t index = found++ % (TRAINS * VW_SAME_STATE_DRAWS);
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
-        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct test_run *run = test_allocate(1, sizeof *run);
         assert_int_equal(probe->step, TRAINS * (found <= TRAINS * VW_SAME_STATE_DRAWS ? 5 : 9));
         assert_int_equal(probe->view, trainer->schedule.train_views[index / VW_SAME_STATE_DRAWS]);
         go_to(trainer, probe->step, run);
         const struct vw_step_record by_hand =
             step_by_hand(trainer, probe->step + 1, probe->view, 1 + VW_PROBE_RESAMPLES + index);
         assert_true(same_result(probe, &by_hand));
-        vw_trainer_destroy(&trainer);
-        test_run_free(run);
+        test_release(trainer);
     }
     assert_int_equal(found, STATES * TRAINS * VW_SAME_STATE_DRAWS);
-    free_probed(probed);
-    vw_scene_close(&scene);
 }
 
 TEST(there_are_as_many_states_as_asked_for) {

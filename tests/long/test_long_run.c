@@ -82,8 +82,6 @@ static void look_at(struct vw_trainer *trainer, struct look *look) {
     uint32_t views = 0;
     vw_trainer_validation_views(trainer, &views);
     for (uint32_t i = 0; i < views; i++) add_view(reference, ranges[i], views, look);
-    reference_step_destroy(reference);
-    reference_params_destroy(reference_params);
 }
 
 // ---- The run --------------------------------------------------------------------------------------------------------

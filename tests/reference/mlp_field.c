@@ -1,8 +1,5 @@
 #include "reference/mlp_field.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include "support/cmocka_test.h"
 
 #include "base/memory.h"
 
@@ -48,21 +45,13 @@ void reference_encode(const double v[3], uint32_t frequencies, double *encoding)
 }
 
 struct reference_mlp_sample *reference_mlp_samples(const struct reference_mlp *mlp, uint32_t count) {
-    struct reference_mlp_sample *samples = vw_allocate(count, sizeof *samples);
+    struct reference_mlp_sample *samples = test_allocate(count, sizeof *samples);
     for (uint32_t i = 0; i < count; i++) {
-        samples[i].encodings = vw_allocate(6 + 6 * (mlp->frequencies + DIRECTION_FREQUENCIES), sizeof(double));
+        samples[i].encodings = test_allocate(6 + 6 * (mlp->frequencies + DIRECTION_FREQUENCIES), sizeof(double));
         for (uint32_t l = 0; l < mlp->count; l++)
-            samples[i].values[l] = vw_allocate(mlp->layers[l].out, sizeof(double));
+            samples[i].values[l] = test_allocate(mlp->layers[l].out, sizeof(double));
     }
     return samples;
-}
-
-void reference_mlp_samples_free(struct reference_mlp_sample *samples, const struct reference_mlp *mlp, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        free(samples[i].encodings);
-        for (uint32_t l = 0; l < mlp->count; l++) free(samples[i].values[l]);
-    }
-    free(samples);
 }
 
 static const double *direction_of(const struct reference_mlp *mlp, const struct reference_mlp_sample *sample) {

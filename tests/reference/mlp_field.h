@@ -33,7 +33,6 @@ struct reference_mlp_sample {
     double rgb[3], density;
 };
 struct reference_mlp_sample *reference_mlp_samples(const struct reference_mlp *mlp, uint32_t count);
-void reference_mlp_samples_free(struct reference_mlp_sample *samples, const struct reference_mlp *mlp, uint32_t count);
 // From position and direction to rgb and density. `shift`: what a photo's code adds to the biases of the layer colour.
 void reference_mlp_forward(const struct reference_mlp *mlp, const double *params, const double *shift,
                            struct reference_mlp_sample *sample);

@@ -346,10 +346,8 @@ struct reference_step {
 
 struct reference_params *reference_params_create(const struct vw_model *model,
                                                  const float *params); // of the whole params block
-void reference_params_destroy(struct reference_params *params);
 struct reference_step *reference_step_create(const struct vw_model *model, const struct vw_ray *rays,
                                              uint32_t ray_count);
-void reference_step_destroy(struct reference_step *step);
 // `training`: jittered samples of step `number`; otherwise the strata's centres.
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
                             uint64_t number);

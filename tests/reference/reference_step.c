@@ -1,79 +1,51 @@
 #include "reference.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "train/effects/visibility.h"
 
 struct reference_params *reference_params_create(const struct vw_model *model, const float *params) {
-    struct reference_params *reference = vw_allocate(1, sizeof *reference);
-    reference->grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
+    struct reference_params *reference = test_allocate(1, sizeof *reference);
+    reference->grid = test_allocate(2 * (size_t)model->pair_count, sizeof *reference->grid);
     for (size_t i = 0; i < 2 * (size_t)model->pair_count; i++) reference->grid[i] = reference_feature(model, params, i);
     reference_weights_from_blocks(&model->specialization, params + model->weights.offset_bytes / sizeof *params,
                                   &reference->weights);
     reference_sky_read(model, params, reference->sky);
     uint32_t photos = reference_photo_count(model);
-    if (photos) reference->photos = vw_allocate(photos, sizeof *reference->photos);
+    if (photos) reference->photos = test_allocate(photos, sizeof *reference->photos);
     for (uint32_t i = 0; i < photos; i++) reference->photos[i] = reference_photo_of(model, params, i);
     for (size_t i = 0; i < model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / sizeof *params; i++)
         reference->code_weights[i] = params[model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / sizeof *params + i];
     size_t codes = model->ranges[VW_SLOT_VISIBILITY_CODES].size_bytes / sizeof *params;
     for (size_t i = 0; i < REFERENCE_VISIBILITY && codes; i++)
         reference->visibility[i] = params[vw_visibility_network(model).offset_bytes / sizeof *params + i];
-    if (codes) reference->visibility_codes = vw_allocate(codes, sizeof(double));
+    if (codes) reference->visibility_codes = test_allocate(codes, sizeof(double));
     for (size_t i = 0; i < codes; i++)
         reference->visibility_codes[i / REFERENCE_VISIBILITY_CODE][i % REFERENCE_VISIBILITY_CODE] =
             params[model->ranges[VW_SLOT_VISIBILITY_CODES].offset_bytes / sizeof *params + i];
     return reference;
 }
 
-void reference_params_destroy(struct reference_params *params) {
-    if (params) free(params->grid);
-    if (params) free(params->photos);
-    if (params) free(params->visibility_codes);
-    free(params);
-}
-
 struct reference_step *reference_step_create(const struct vw_model *model, const struct vw_ray *rays,
                                              uint32_t ray_count) {
-    struct reference_step *step = vw_allocate(1, sizeof *step);
+    struct reference_step *step = test_allocate(1, sizeof *step);
     size_t samples = (size_t)ray_count * model->specialization.samples;
     *step = (struct reference_step){.model = model, .ray_count = ray_count};
-    step->rays = vw_allocate(ray_count, sizeof *step->rays);
-    step->samples = vw_allocate(samples, sizeof *step->samples);
-    step->d_samples = vw_allocate(samples, sizeof *step->d_samples);
-    step->slots = vw_allocate(samples, sizeof *step->slots);
+    step->rays = test_allocate(ray_count, sizeof *step->rays);
+    step->samples = test_allocate(samples, sizeof *step->samples);
+    step->d_samples = test_allocate(samples, sizeof *step->d_samples);
+    step->slots = test_allocate(samples, sizeof *step->slots);
     for (size_t i = 0; i < samples; i++) step->slots[i] = (uint32_t)i;
-    step->colours = vw_allocate(ray_count, sizeof *step->colours);
-    step->backdrops = vw_allocate(ray_count, sizeof *step->backdrops);
-    step->left = vw_allocate(ray_count, sizeof *step->left);
-    step->errors = vw_allocate(ray_count, sizeof *step->errors);
-    step->losses = vw_allocate(ray_count, sizeof *step->losses);
-    step->places = vw_allocate(ray_count, sizeof *step->places);
-    step->visible = vw_allocate(ray_count, sizeof *step->visible);
-    step->d_grid = vw_allocate(2 * (size_t)model->pair_count, sizeof *step->d_grid);
+    step->colours = test_allocate(ray_count, sizeof *step->colours);
+    step->backdrops = test_allocate(ray_count, sizeof *step->backdrops);
+    step->left = test_allocate(ray_count, sizeof *step->left);
+    step->errors = test_allocate(ray_count, sizeof *step->errors);
+    step->losses = test_allocate(ray_count, sizeof *step->losses);
+    step->places = test_allocate(ray_count, sizeof *step->places);
+    step->visible = test_allocate(ray_count, sizeof *step->visible);
+    step->d_grid = test_allocate(2 * (size_t)model->pair_count, sizeof *step->d_grid);
     for (uint32_t i = 0; i < ray_count; i++) step->rays[i] = reference_ray_of(&rays[i]);
     return step;
-}
-
-void reference_step_destroy(struct reference_step *step) {
-    if (!step) return;
-    free(step->rays);
-    free(step->samples);
-    free(step->d_samples);
-    free(step->slots);
-    free(step->sample_places);
-    free(step->colours);
-    free(step->backdrops);
-    free(step->left);
-    free(step->errors);
-    free(step->losses);
-    free(step->places);
-    free(step->visible);
-    free(step->d_grid);
-    free(step);
 }
 
 // Of a ray. What is skipped has no density, and so no gradient either.

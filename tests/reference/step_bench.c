@@ -99,16 +99,15 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     struct test_random random = {.seed = c->seed};
     float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f,
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
-    bench->params = vw_allocate(bench->model.param_bytes, 1);
+    bench->params = test_allocate(bench->model.param_bytes, 1);
     vw_model_initialise(&bench->model, c->seed, bench->params);
     size_t grid = bench->model.grid.size_bytes / sizeof(float),
            sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);
-    float *features = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
+    float *features = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *features);
     for (size_t i = 0; i < 2 * (size_t)bench->model.pair_count; i++)
         features[i] = grid_scale * test_random_next(&random);
     step_bench_put_grid(bench, features, bench->params);
-    free(features);
     size_t all = bench->model.param_bytes / sizeof(float);
     for (size_t i = grid; i < all; i++) bench->params[i] *= weight_scale;
     for (size_t i = sky; i < sky_end; i++)
@@ -124,7 +123,7 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
 
 static void make_pixels(struct step_bench *bench) {
     uint32_t rays = bench->config.rays;
-    bench->pixels = vw_allocate(rays, sizeof *bench->pixels);
+    bench->pixels = test_allocate(rays, sizeof *bench->pixels);
     bench->view = bench->model.ranges[VW_SLOT_APPEARANCE].size_bytes || bench->model.ranges[VW_SLOT_CODES].size_bytes ||
                   bench->model.ranges[VW_SLOT_VISIBILITY_CODES].size_bytes ||
                   bench->model.ranges[VW_SLOT_TRANSIENT_CODES].size_bytes ||
@@ -133,15 +132,6 @@ static void make_pixels(struct step_bench *bench) {
     const struct vw_pixel_draw first = {bench->config.seed, 1, 0, 0}, second = {bench->config.seed, 2, 0, 0};
     vw_pixels_draw(bench->scene, bench->view, &first, rays / 2, bench->pixels);
     vw_pixels_draw(bench->scene, 1 - bench->view, &second, rays - rays / 2, bench->pixels + rays / 2);
-}
-
-static struct step_bench *open_benches[32]; // so that a failed test's objects can be destroyed before the device
-
-static void list_open(struct step_bench *bench) {
-    size_t i = 0;
-    while (i < VW_ARRAY_COUNT(open_benches) && open_benches[i]) i++;
-    assert_true(i < VW_ARRAY_COUNT(open_benches));
-    open_benches[i] = bench;
 }
 
 static void describe(struct step_bench *bench, const struct step_case *c) {
@@ -170,16 +160,29 @@ static void describe(struct step_bench *bench, const struct step_case *c) {
 
 static void empty_some_cells(struct step_bench *bench) {
     struct test_random random = {.seed = bench->config.seed};
-    float *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
+    float *densities = test_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = test_random_next(&random) > 0.0f ? 10.0f : 0.0f;
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
-    free(densities);
 }
 
-static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struct step_case *c) {
-    struct step_bench *bench = vw_allocate(1, sizeof *bench);
-    *bench = (struct step_bench){.gpu = gpu, .owns_gpu = owns_gpu, .config = make_config(c)};
-    list_open(bench);
+static void close_bench(void *opened) {
+    struct step_bench *bench = opened;
+    char where[sizeof bench->where];
+    memcpy(where, bench->where, sizeof where);
+    vw_evaluator_destroy(&bench->evaluator);
+    vw_submission_destroy(&bench->batch);
+    vw_step_destroy(&bench->step);
+    vw_photo_order_destroy(&bench->schedule);
+    vw_field_destroy(&bench->field);
+    vw_buffer_destroy(&bench->pixel_buffer);
+    vw_buffer_destroy(&bench->scalars);
+    free(bench);
+    if (guard_bands_broken()) fail_msg("%s: guard bands were written to, see stderr", where);
+}
+
+static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c) {
+    struct step_bench *bench = test_own(vw_allocate(1, sizeof *bench), close_bench);
+    *bench = (struct step_bench){.gpu = gpu, .config = make_config(c)};
     describe(bench, c);
     uint64_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
     stop_unless(bench, vw_field_create(gpu, &bench->model, bench->scene, c->seed, &bench->field));
@@ -200,53 +203,17 @@ static struct step_bench *open_on(struct vw_gpu *gpu, bool owns_gpu, const struc
 }
 
 struct step_bench *step_bench_open(const struct step_case *c) {
-    return open_on(test_gpu(), false, c);
+    return open_on(test_gpu(), c);
 }
 
 struct step_bench *step_bench_open_clamped(const struct step_case *c, const struct vw_gpu_limits *clamp) {
-    struct vw_gpu *gpu = NULL;
-    if (vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu))
-        fail_msg("%s", vw_error_message());
-    return open_on(gpu, true, c);
+    return open_on(test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = clamp}), c);
 }
 
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench) {
     if (bench->evaluator.field) return &bench->evaluator;
     stop_unless(bench, vw_evaluator_create(&bench->field, bench->step.padded_rays, &bench->evaluator));
     return &bench->evaluator;
-}
-
-static enum vw_status destroy(struct step_bench *bench) {
-    vw_evaluator_destroy(&bench->evaluator);
-    vw_submission_destroy(&bench->batch);
-    vw_step_destroy(&bench->step);
-    vw_photo_order_destroy(&bench->schedule);
-    vw_field_destroy(&bench->field);
-    vw_buffer_destroy(&bench->pixel_buffer);
-    vw_buffer_destroy(&bench->scalars);
-    vw_scene_close(&bench->scene);
-    free(bench->pixels);
-    free(bench->params);
-    enum vw_status status = bench->owns_gpu ? vw_gpu_close(&bench->gpu) : VW_OK;
-    free(bench);
-    return status;
-}
-
-void step_bench_close(struct step_bench *bench) {
-    char where[sizeof bench->where];
-    memcpy(where, bench->where, sizeof where);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(open_benches); i++)
-        if (open_benches[i] == bench) open_benches[i] = NULL;
-    if (destroy(bench)) fail_msg("%s: %s", where, vw_error_message());
-    if (guard_bands_broken()) fail_msg("%s: guard bands were written to, see stderr", where);
-}
-
-int step_bench_teardown(void **state) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(open_benches); i++) {
-        if (open_benches[i]) destroy(open_benches[i]);
-        open_benches[i] = NULL;
-    }
-    return test_gpu_close(state);
 }
 
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params) {
@@ -261,10 +228,9 @@ float *step_bench_read_params(struct step_bench *bench) {
     const struct vw_model *model = &bench->model;
     size_t features = 2 * (size_t)model->pair_count, rest_bytes = model->param_bytes - model->grid.size_bytes;
     char *block = step_bench_read(bench, bench->field.params);
-    float *params = vw_allocate(features * sizeof *params + rest_bytes, 1);
+    float *params = test_allocate(features * sizeof *params + rest_bytes, 1);
     for (size_t i = 0; i < features; i++) params[i] = (float)reference_feature(model, block, i);
     memcpy(params + features, block + model->grid.size_bytes, rest_bytes);
-    free(block);
     return params;
 }
 
@@ -323,15 +289,13 @@ void step_bench_keep_all(struct step_bench *bench) {
 }
 
 uint32_t *step_bench_slots(struct step_bench *bench) {
-    uint32_t *slots = vw_allocate(bench->padded_samples, sizeof *slots), *begins, *samples;
+    uint32_t *slots = test_allocate(bench->padded_samples, sizeof *slots), *begins, *samples;
     for (uint32_t i = 0; i < bench->padded_samples; i++)
         slots[i] = bench->step.effect_buffers[VW_SLOT_KEPT] ? REFERENCE_SKIPPED : i;
     if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return slots;
     begins = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS]);
     samples = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
     for (uint32_t slot = 0; slot < begins[bench->step.padded_rays]; slot++) slots[samples[slot]] = slot;
-    free(begins);
-    free(samples);
     return slots;
 }
 
@@ -346,9 +310,8 @@ double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *pla
     if (!places) return NULL;
     float *listed = step_bench_read(bench, places);
     size_t count = vw_buffer_size_bytes(places) / sizeof *listed;
-    double *exact = vw_allocate(count, sizeof *exact);
+    double *exact = test_allocate(count, sizeof *exact);
     for (size_t i = 0; i < count; i++) exact[i] = listed[i];
-    free(listed);
     return exact;
 }
 
@@ -356,17 +319,15 @@ struct reference_step *step_bench_reference(struct step_bench *bench) {
     struct vw_ray *rays = step_bench_read(bench, bench->step.ray_buffer);
     struct reference_step *reference = reference_step_create(&bench->model, rays, bench->step.padded_rays);
     reference->view = bench->view;
-    free(reference->slots);
     reference->slots = step_bench_slots(bench);
     for (uint32_t ray = 0; ray < bench->step.padded_rays; ray++) step_bench_place(bench, ray, reference->places[ray]);
     reference->sample_places = step_bench_sample_places(bench, bench->step.places);
-    free(rays);
     return reference;
 }
 
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer) {
     uint64_t size_bytes = vw_buffer_size_bytes(buffer);
-    void *data = vw_allocate(size_bytes, 1);
+    void *data = test_allocate(size_bytes, 1);
     stop_unless(bench, vw_buffer_read(buffer, 0, data, size_bytes));
     return data;
 }
@@ -381,7 +342,6 @@ uint32_t step_bench_take_overflows(struct step_bench *bench) {
     for (uint64_t i = 0; i < words; i += VW_OVERFLOW_STRIDE) count += flags[i] != 0;
     memset(flags, 0, 4 * words);
     step_bench_write(bench, bench->step.overflow, flags);
-    free(flags);
     return count;
 }
 
@@ -403,7 +363,7 @@ struct step_rows step_bench_rows(const struct step_bench *bench) {
 
 float *step_bench_new_rows(const struct step_bench *bench, size_t *count) {
     *count = 4 * (size_t)step_bench_rows(bench).count * bench->model.specialization.chunk_samples;
-    return vw_allocate(*count, sizeof(float));
+    return test_allocate(*count, sizeof(float));
 }
 
 float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot) {
@@ -459,8 +419,6 @@ float *step_bench_read_rows(struct step_bench *bench) {
     float *rows = step_bench_new_rows(bench, &count), *grid_rows = step_bench_read(bench, bench->field.grid_rows);
     for (uint32_t slot = 0; slot < bench->model.specialization.chunk_samples; slot++)
         unpack_slot(bench, packed, grid_rows, slot, rows);
-    free(packed);
-    free(grid_rows);
     return rows;
 }
 
@@ -473,19 +431,16 @@ void step_bench_write_rows(struct step_bench *bench, float *rows) {
     }
     step_bench_write(bench, bench->field.rows, packed);
     step_bench_write(bench, bench->field.grid_rows, grid_rows);
-    free(packed);
-    free(grid_rows);
 }
 
 vw_uint4 *step_bench_read_active(struct step_bench *bench) {
     uint32_t samples = bench->model.specialization.chunk_samples, row = step_bench_rows(bench).d_encoding;
     uint16_t *packed = step_bench_read(bench, bench->field.rows);
-    vw_uint4 *active = vw_allocate(samples, sizeof *active);
+    vw_uint4 *active = test_allocate(samples, sizeof *active);
     for (uint32_t slot = 0; slot < samples; slot++) { // two rows of two words
         memcpy(&active[slot].x, bfloats_at(bench, packed, row, slot), 8);
         memcpy(&active[slot].z, bfloats_at(bench, packed, row + 1, slot), 8);
     }
-    free(packed);
     return active;
 }
 
@@ -509,8 +464,6 @@ void step_bench_check_skipped(struct step_bench *bench, uint64_t number) {
     float *after = step_bench_read(bench, bench->field.params);
     assert_true(scalars->z != 0.0f);
     check_same_bits(bench->where, "params of a skipped step", after, bench->params, bench->model.param_bytes);
-    free(scalars);
-    free(after);
 }
 
 double largest(const double *values, size_t count) {

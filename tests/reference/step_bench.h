@@ -1,5 +1,6 @@
 // The real passes of one training step, set up on a small scene for a table of cases, and read back to be held against
-// the reference. Every function stops the test, naming case and seed, when it cannot do its work.
+// the reference. Every function stops the test, naming case and seed, when it cannot do its work; what it returns is
+// the test's (cmocka_test.h).
 #ifndef VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
 #define VIEWWORTH_TESTS_REFERENCE_STEP_BENCH_H
 
@@ -49,8 +50,7 @@ struct step_case {
 
 struct step_bench {
     char where[192];    // the case and its seed, for messages
-    struct vw_gpu *gpu; // borrowed, unless `owns_gpu`
-    bool owns_gpu;
+    struct vw_gpu *gpu; // borrowed
     struct vw_config config;
     struct vw_scene *scene;
     struct vw_model model;
@@ -71,20 +71,16 @@ struct step_bench {
 extern const struct step_case step_cases[];
 extern const uint32_t step_case_count;
 
-// On test_gpu(), or on a device of its own with limits clamped; step_bench_close() then reports what validation has to
-// say of it.
+// On test_gpu(), or on a device of its own with limits clamped; what validation has to say of that one fails the test
+// when the bench is released.
 struct step_bench *step_bench_open(const struct step_case *setup);
 struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
-void step_bench_close(struct step_bench *bench);
-// The group teardown of programs with benches: closes what a failed test left open, then the device.
-int step_bench_teardown(void **state);
 // The evaluator over the bench's field for its padded rays, made at the first call.
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
 
 // Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
-// The params on the device with every feature of the grid as a float and the rest behind them; to be freed by the
-// caller.
+// The params on the device with every feature of the grid as a float and the rest behind them.
 float *step_bench_read_params(struct step_bench *bench);
 // Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
@@ -104,17 +100,17 @@ uint32_t step_bench_take_overflows(struct step_bench *bench);
 // The push constants of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 
-// A whole buffer, to be freed by the caller.
+// A whole buffer.
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
 // With the effect `occupancy`, lists a chunk in which every sample is kept, for passes that run alone; else does
 // nothing.
 void step_bench_keep_all(struct step_bench *bench);
-// Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED. Owned by the caller.
+// Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED.
 uint32_t *step_bench_slots(struct step_bench *bench);
 // Where in its photo the pixel of a ray lies, -1 to 1 across it.
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
-// Per sample of a chunk its place, from the buffer that lists them; NULL where none does. Owned by the caller.
+// Per sample of a chunk its place, from the buffer that lists them; NULL where none does.
 double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places);
 // The reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
@@ -126,14 +122,14 @@ struct step_rows {
     uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;
 };
 struct step_rows step_bench_rows(const struct step_bench *bench);
-// All rows of a chunk as floats, all 0. Owned by the caller, as those that are read.
+// All rows of a chunk as floats, all 0.
 float *step_bench_new_rows(const struct step_bench *bench, size_t *count);
 float *step_bench_read_rows(struct step_bench *bench);
 // Writes them, and rounds `rows` as the device holds them.
 void step_bench_write_rows(struct step_bench *bench, float *rows);
 // Four floats of a slot.
 float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
-// Which hidden units of every slot were above 0: two words per layer. Owned by the caller.
+// Which hidden units of every slot were above 0: two words per layer.
 vw_uint4 *step_bench_read_active(struct step_bench *bench);
 #define BFLOAT_ROUNDING 0x1p-8 // half a unit in the last place, relative: activations but those of the grid are bfloats
 

@@ -26,12 +26,33 @@
         test_add((struct CMUnitTest){#name, name, set_up, tear_down, NULL}, __LINE__);                                 \
     }                                                                                                                  \
     static void name(__attribute__((unused)) void **state)
+// Defines a test of a table: the body runs for `index` = 0 to count - 1, and what it owns is released after each.
+#define TEST_CASES(name, index, count)                                                                                 \
+    static void name##_case(size_t index);                                                                             \
+    TEST(name) { test_each_case(count, name##_case); }                                                                 \
+    static void name##_case(size_t index)
 // Runs one set-up before all tests of the program and one tear-down after them.
 #define TEST_GROUP(set_up, tear_down)                                                                                  \
     __attribute__((constructor)) static void add_group(void) { test_group(set_up, tear_down); }
 
 void test_add(struct CMUnitTest test, int line);
 void test_group(CMFixtureFunction set_up, CMFixtureFunction tear_down);
+void test_each_case(size_t count, void (*run)(size_t index));
+
+// ---- What a test owns -----------------------------------------------------------------------------------------------
+
+// It is released when the test ends, the last first, also when the test fails; after all tests, what the set-up of
+// TEST_GROUP owns. Returns `it`.
+void *test_own(void *it, void (*release)(void *));
+// Memory of zeros that the test owns.
+void *test_allocate(size_t count, size_t size);
+// Releases at once; NULL is left alone.
+void test_release(void *it);
+// How many objects it owns; releases those that came later.
+size_t test_owned(void);
+void test_release_to(size_t count);
+
+// ---- Assertions -----------------------------------------------------------------------------------------------------
 
 // Goes before a declaration: AUTO ends what the variable holds by a call of `end` with its address, and AUTO_FREE frees
 // it, when its block ends. (A failing test leaves the block without that.)

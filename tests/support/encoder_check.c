@@ -1,7 +1,5 @@
 #include "support/encoder_check.h"
-
-#include <math.h>
-#include <stdlib.h>
+#include "support/cmocka_test.h"
 
 #include "base/memory.h"
 
@@ -12,13 +10,13 @@ static const double LEAST = 1e-30;             // below, products are denormal f
 double *encoder_network(const struct step_bench *bench, const float *params) {
     size_t count = vw_encoder_network(&bench->model).size_bytes / sizeof(float);
     const float *first = params + vw_encoder_network(&bench->model).offset_bytes / sizeof(float);
-    double *network = vw_allocate(count, sizeof *network);
+    double *network = test_allocate(count, sizeof *network);
     for (size_t i = 0; i < count; i++) network[i] = first[i];
     return network;
 }
 
 struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view) {
-    struct reference_photo_encoding *encoding = vw_allocate(1, sizeof *encoding);
+    struct reference_photo_encoding *encoding = test_allocate(1, sizeof *encoding);
     const vw_float4 *thumbnails = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_THUMBNAILS]);
     for (uint32_t i = 0; i < THUMBNAIL_PIXELS; i++) {
         vw_float4 pixel = thumbnails[(size_t)THUMBNAIL_PIXELS * view + i];
@@ -26,7 +24,6 @@ struct reference_photo_encoding *encoder_reference(struct step_bench *bench, con
         for (int c = 0; c < 4; c++) encoding->thumbnail[i][c] = values[c];
     }
     reference_encode_photo(network, 4 * bench->model.specialization.width4, encoding);
-    free((void *)thumbnails);
     return encoding;
 }
 
@@ -47,8 +44,6 @@ static void compare_forward(struct hard_finding *finding, struct step_bench *ben
     compare(finding, "mean", rows + 4 * ENCODER_ROW_MEAN, expected->mean, 4 * ENCODER4, FORWARD_TOLERANCE);
     compare(finding, "code", rows + 4 * ENCODER_ROW_CODE, expected->code, REFERENCE_CODE, FORWARD_TOLERANCE);
     compare(finding, "shift", shift, expected->shift, 4 * bench->model.specialization.width4, FORWARD_TOLERANCE);
-    free(rows);
-    free(shift);
 }
 
 // By the gradient that the device has found for the weights that the code shifts.
@@ -62,15 +57,13 @@ static void compare_gradients(struct hard_finding *finding, struct step_bench *b
                                 VW_ENCODER_COLUMNS(bench->model.specialization.width4)};
     const struct vw_specialization *s = &bench->model.specialization;
     float *d_weights = step_bench_read(bench, bench->step.d_weights), *own = d_weights + 4 * (size_t)s->encoder_column;
-    double d_shift[REFERENCE_WIDTH_MAX], *expected = vw_allocate(4 * (size_t)columns[5], sizeof *expected);
+    double d_shift[REFERENCE_WIDTH_MAX], *expected = test_allocate(4 * (size_t)columns[5], sizeof *expected);
     for (uint32_t unit = 0; unit < 4 * s->width4; unit++)
         d_shift[unit] = d_weights[4 * (s->shift_column + s->shift_stride * (unit / 4)) + unit % 4];
     reference_encode_photo_gradient(network, 4 * s->width4, encoding, d_shift, expected);
     for (int part = 0; part < 5; part++)
         compare(finding, "gradient", own + 4 * (size_t)columns[part], expected + 4 * (size_t)columns[part],
                 4 * (columns[part + 1] - columns[part]), GRADIENT_TOLERANCE);
-    free(expected);
-    free(d_weights);
 }
 
 void encoder_check(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
@@ -82,8 +75,4 @@ void encoder_check(struct hard_finding *finding, struct step_bench *bench, uint6
     hard_require(finding, !flags->nonfinite, "the step is finite");
     compare_forward(finding, bench, encoding);
     compare_gradients(finding, bench, network, encoding);
-    free(params);
-    free(flags);
-    free(network);
-    free(encoding);
 }

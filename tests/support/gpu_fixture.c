@@ -11,8 +11,17 @@ struct vw_gpu *test_gpu(void) {
     return shared_gpu;
 }
 
+static void close_gpu(void *gpu) { ASSERT_OK(vw_gpu_close(&(struct vw_gpu *){gpu})); }
+
+struct vw_gpu *test_gpu_open(struct vw_gpu_params params) {
+    struct vw_gpu *gpu = NULL;
+    ASSERT_OK(vw_gpu_open(&params, &gpu));
+    return test_own(gpu, close_gpu);
+}
+
 int test_gpu_close(void **state) {
     (void)state;
+    test_release_to(0); // buffers before their device
     if (!vw_gpu_close(&shared_gpu)) return 0;
     fprintf(stderr, "%s\n", vw_error_message());
     return -1;

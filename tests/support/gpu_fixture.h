@@ -7,7 +7,11 @@
 // Opens the preferred device at the first call; fails the test when there is none.
 struct vw_gpu *test_gpu(void);
 
-// A cmocka group teardown: fails when validation complained about anything since the device was opened.
+// Opens a device that the test owns; what validation says of it fails the test when it is released.
+struct vw_gpu *test_gpu_open(struct vw_gpu_params params);
+
+// A cmocka group teardown: releases all that is owned, and fails when validation complained about anything since the
+// device was opened.
 int test_gpu_close(void **state);
 
 #endif

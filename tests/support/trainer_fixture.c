@@ -2,7 +2,7 @@
 
 #include "support/cmocka_test.h"
 
-#include "base/memory.h"
+#include "detect/decide.h"
 #include "gpu/compute.h"
 #include "support/temporary_folder.h"
 #include "train/trainer.h"
@@ -36,16 +36,30 @@ struct vw_scene *test_scene(void) {
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});
 }
 
+static void destroy_trainer(void *trainer) { vw_trainer_destroy(&(struct vw_trainer *){trainer}); }
+
+enum vw_status test_trainer_try(struct vw_trainer_params params, struct vw_trainer **trainer) {
+    struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
+    enum vw_status status = VW_OK;
+    if (!params.effects)
+        status = vw_effects_find_facts(params.scene, params.config->effects, effects, &params.effect_count);
+    if (!params.effects) params.effects = effects;
+    if (!params.gpu) params.gpu = test_gpu();
+    if (!status) status = vw_trainer_create(&params, trainer);
+    if (!status) test_own(*trainer, destroy_trainer);
+    return status;
+}
+
+struct vw_trainer *test_trainer_open(struct vw_trainer_params params) {
+    struct vw_trainer *trainer = NULL;
+    ASSERT_OK(test_trainer_try(params, &trainer));
+    return trainer;
+}
+
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch) {
-    struct vw_trainer *trainer = NULL;
-    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
-                                                           .scene = scene,
-                                                           .config = config,
-                                                           .validate = validate,
-                                                           .steps_per_batch = steps_per_batch},
-                                &trainer));
-    return trainer;
+    return test_trainer_open((struct vw_trainer_params){
+        .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch});
 }
 
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count) {
@@ -67,24 +81,29 @@ void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
         test_run_keep(run, records, count);
     } while (count);
     run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
-    run->params = vw_allocate(run->param_words, 4);
+    run->params = test_allocate(run->param_words, 4);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
     vw_trainer_get_stats(trainer, &run->stats);
 }
 
+struct test_run *test_run_of(struct vw_trainer *trainer) {
+    struct test_run *run = test_allocate(1, sizeof *run);
+    test_run_finish(trainer, run);
+    return run;
+}
+
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                           uint32_t steps_per_batch) {
-    struct test_run *run = vw_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, config, validate, steps_per_batch);
-    test_run_finish(trainer, run);
-    vw_trainer_destroy(&trainer);
+    struct test_run *run = test_run_of(trainer);
+    test_release(trainer);
     return run;
 }
 
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config) {
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
-    struct test_run *parts = vw_allocate(1, sizeof *parts);
+    struct test_run *parts = test_allocate(1, sizeof *parts);
     struct vw_trainer *first = test_trainer_create(scene, config, true, 3),
                       *second = test_trainer_create(scene, config, true, 3);
     const struct vw_step_record *records;
@@ -96,17 +115,12 @@ struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw
         test_run_keep(parts, records, count);
     } while (count);
     ASSERT_OK(vw_trainer_save_checkpoint(first, path));
-    vw_trainer_destroy(&first);
     ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, parts);
-    vw_trainer_destroy(&second);
+    test_release(first);
+    test_release(second);
     temporary_folder_remove(folder);
     return parts;
-}
-
-void test_run_free(struct test_run *run) {
-    free(run->params);
-    free(run);
 }
 
 bool test_same_bits(double a, double b) { return !memcmp(&a, &b, sizeof a); }
@@ -118,8 +132,6 @@ void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config
            last = one->records[one->count - 1].train_loss + one->records[one->count - 2].train_loss;
     if (!(last < share * first)) fail_msg("%s: loss %g, at last %g", vw_field_name(config->field), first, last);
     assert_int_equal(one->stats.nonfinite_steps, 0);
-    test_run_free(one);
-    test_run_free(many);
 }
 
 void test_run_assert_same(const struct test_run *a, const struct test_run *b) {

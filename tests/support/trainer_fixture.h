@@ -1,10 +1,9 @@
 // Whole trainings on a small scene, kept row by row. Every function stops the test, with the reason, when it cannot do
-// its work. For programs that use test_gpu().
+// its work; what it returns is the test's (cmocka_test.h). For programs that use test_gpu().
 #ifndef VIEWWORTH_TESTS_SUPPORT_TRAINER_FIXTURE_H
 #define VIEWWORTH_TESTS_SUPPORT_TRAINER_FIXTURE_H
 
 #include "support/gpu_fixture.h"
-#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
@@ -16,6 +15,10 @@ struct vw_config test_config(void);
 struct vw_config test_config_of(enum vw_field field); // the same of a small field of another kind
 struct vw_scene *test_scene(void);
 
+// Decides the effects by config->effects and the scene alone, without a pilot run, unless `params` has some. The device
+// is test_gpu() unless it has one. The first returns the status.
+enum vw_status test_trainer_try(struct vw_trainer_params params, struct vw_trainer **trainer);
+struct vw_trainer *test_trainer_open(struct vw_trainer_params params);
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                                        uint32_t steps_per_batch);
 // Asserts that a trainer has no passes, buffers or params of any effect.
@@ -30,16 +33,17 @@ struct test_run {
     struct vw_trainer_stats stats;
 };
 
-// A whole run, to be ended with test_run_free().
+// A whole run.
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                           uint32_t steps_per_batch);
 // The same, stopped after 2 steps per epoch and taken up by another trainer from a checkpoint.
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
-void test_run_free(struct test_run *run);
 // Adds records as the trainer lends them.
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);
 // Takes the steps that are left and reads the params.
 void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
+// The same of a trainer that has taken none.
+struct test_run *test_run_of(struct vw_trainer *trainer);
 
 bool test_same_bits(double a, double b);
 // Asserts that a training has the same bits whatever its submissions, and ends with less than `share` of its first

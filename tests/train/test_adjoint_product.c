@@ -39,7 +39,7 @@ static double seen(const struct reference_step *step, uint32_t ray, int channel)
 
 static void *read_all(struct vw_buffer *buffer) {
     uint64_t bytes = vw_buffer_size_bytes(buffer);
-    void *data = vw_allocate(bytes, 1);
+    void *data = test_allocate(bytes, 1);
     ASSERT_OK(vw_buffer_read(buffer, 0, data, bytes));
     return data;
 }
@@ -49,9 +49,8 @@ static double *samples_placed(struct vw_buffer *buffer) {
     if (!buffer) return NULL;
     uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
     float *listed = read_all(buffer);
-    double *exact = vw_allocate(count, sizeof *exact);
+    double *exact = test_allocate(count, sizeof *exact);
     for (uint64_t i = 0; i < count; i++) exact[i] = listed[i];
-    free(listed);
     return exact;
 }
 
@@ -63,7 +62,7 @@ static struct reference_step *reference_product(const struct vw_model *model, co
     struct reference_params *params = reference_params_create(model, before),
                             *towards = reference_params_create(model, direction);
     struct reference_step *step = reference_step_create(model, rays, ray_count);
-    double(*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
+    double(*slopes)[3] = test_allocate(ray_count, sizeof *slopes);
     double size = 0, by = 0, h;
     for (uint64_t i = 0; i < model->param_bytes / 4; i++) {
         size += before[i] * before[i];
@@ -92,16 +91,13 @@ static struct reference_step *reference_product(const struct vw_model *model, co
     step->model = &squared;
     reference_step_backward(step, params);
     step->model = model;
-    free(slopes);
-    reference_params_destroy(params);
-    reference_params_destroy(towards);
     return step;
 }
 
 // The reference's gradients as a block.
 static double *as_block(const struct vw_model *model, struct reference_step *step) {
     const struct vw_specialization *s = &model->specialization;
-    double *block = vw_allocate(model->param_bytes / 4, sizeof *block);
+    double *block = test_allocate(model->param_bytes / 4, sizeof *block);
     double *weights = block + model->weights.offset_bytes / 4,
            *photos = block + model->ranges[VW_SLOT_APPEARANCE].offset_bytes / 4,
            *code_weights = block + model->ranges[VW_SLOT_CODE_WEIGHTS].offset_bytes / 4,
@@ -128,7 +124,7 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
 
 // Where in their photo pixels lie, -1 to 1 across it.
 static double (*places_of(const struct vw_trainer_parts *context, uint32_t first, uint32_t view, uint32_t count))[2] {
-    double(*places)[2] = vw_allocate(count, sizeof *places);
+    double(*places)[2] = test_allocate(count, sizeof *places);
     const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
     const struct vw_image *image = &context->scene->views[view].image;
     for (uint32_t i = 0; i < count; i++) {
@@ -145,7 +141,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_adjoint_blocks *adjoint =
         &lasting->backward.kept[lasting->backward.measure_count - 1]; // whose direction is left
     uint64_t count = model->param_bytes / 4;
-    float *lambda = vw_allocate(count, sizeof *lambda);
+    float *lambda = test_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
     for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
     ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
@@ -187,16 +183,6 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     }
     if (!(size > 0 && sqrt(difference / size) < TOLERANCE))
         fail_msg("%s: the product is off by %g of its size", where, sqrt(difference / size));
-    free(lambda);
-    free(before);
-    free(after);
-    free(gradient);
-    free(direction);
-    free(moved);
-    free(rays);
-    free(places);
-    free(expected);
-    reference_step_destroy(reference);
 }
 
 // ---- The gradient of U ----------------------------------------------------------------------------------------------
@@ -255,7 +241,7 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     const struct vw_model *model = lasting->replay.context->field->model;
     const uint32_t ray_count = validation->evaluator.ray_count, states = 3;
     uint64_t count = model->param_bytes / 4;
-    float *zero = vw_allocate(count, sizeof *zero);
+    float *zero = test_allocate(count, sizeof *zero);
     for (uint32_t i = 0; i < lasting->backward.measure_count; i++)
         ASSERT_OK(vw_buffer_write(lasting->backward.kept[i].lambda, 0, zero, model->param_bytes));
     vw_submission_begin(lasting->replay.batch);
@@ -274,13 +260,11 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     struct reference_params *params = reference_params_create(model, after);
     struct reference_step *step = reference_step_create(&plain, rays, ray_count);
     step->sample_places = samples_placed(validation->evaluator.places);
-    free(params->photos);
-    free(params->visibility_codes);
     params->photos = NULL;
     params->visibility_codes = NULL;
     reference_step_forward(step, params, false, 0);
-    double(*colours)[3] = vw_allocate(ray_count, sizeof *colours),
-    (*slopes)[3] = vw_allocate(ray_count, sizeof *slopes);
+    double(*colours)[3] = test_allocate(ray_count, sizeof *colours),
+    (*slopes)[3] = test_allocate(ray_count, sizeof *slopes);
     memcpy(colours, step->colours, ray_count * sizeof *colours);
     for (uint32_t view = 0; view < validation->view_count; view++) {
         if (measure >= ADJOINT_OF_VIEWS && view != measure - ADJOINT_OF_VIEWS) continue;
@@ -302,17 +286,6 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     }
     if (!(size > 0 && sqrt(difference / size) < SCORE_TOLERANCE))
         fail_msg("%s, measure %u: the gradient of U is off by %g of its size", where, measure, sqrt(difference / size));
-    reference_params_destroy(params);
-    reference_step_destroy(step);
-    free(zero);
-    free(after);
-    free(lambda);
-    free(rays);
-    free(scored);
-    free(fitted);
-    free(colours);
-    free(slopes);
-    free(expected);
 }
 
 TEST(meets_the_reference) {
@@ -341,7 +314,7 @@ TEST(meets_the_reference) {
         const struct vw_lasting_params params = {.training = &training, .rays = cases[i].rays, .by_view = i % 2 == 0};
         struct vw_lasting *lasting = NULL;
         ASSERT_OK(vw_lasting_create(&params, &lasting));
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
         const struct vw_lasting_credit *credits;
         uint32_t count;
         for (bool done = false; !done;) ASSERT_OK(vw_lasting_advance(lasting, &credits, &count, &done));
@@ -350,7 +323,6 @@ TEST(meets_the_reference) {
             check_score_gradient(lasting, cases[i].effects, measure);
         vw_lasting_destroy(&lasting);
     }
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

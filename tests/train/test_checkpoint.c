@@ -49,7 +49,7 @@ TEST(a_run_in_parts_is_the_run) {
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
         struct vw_config config = config_of(i);
-        struct test_run *whole = test_run(scene, &config, true, 0), *parts = vw_allocate(1, sizeof *parts);
+        struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_allocate(1, sizeof *parts);
         for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
             struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
             uint64_t step = 0;
@@ -58,13 +58,12 @@ TEST(a_run_in_parts_is_the_run) {
             if (part < 3) take_some(trainer, 3 * part, parts);
             else test_run_finish(trainer, parts);
             if (part < 3) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
-            vw_trainer_destroy(&trainer);
+            test_release(trainer);
         }
         test_run_assert_same(whole, parts);
-        test_run_free(whole);
-        test_run_free(parts);
+        test_release(whole);
+        test_release(parts);
     }
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 
@@ -72,15 +71,11 @@ TEST(a_run_in_parts_is_the_run) {
 TEST(collecting_after_every_batch_changes_nothing) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
-    struct test_run *whole = test_run(scene, &config, true, 2), *halting = vw_allocate(1, sizeof *halting);
+    struct test_run *whole = test_run(scene, &config, true, 2), *halting = test_allocate(1, sizeof *halting);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 2);
     for (uint64_t step = 1; step < vw_trainer_total_steps(trainer); step += 2) take_some(trainer, step, halting);
     test_run_finish(trainer, halting);
     test_run_assert_same(whole, halting);
-    vw_trainer_destroy(&trainer);
-    test_run_free(whole);
-    test_run_free(halting);
-    vw_scene_close(&scene);
 }
 
 // A finished run goes on when more epochs are asked for.
@@ -90,21 +85,15 @@ TEST(a_finished_run_can_be_extended) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(), longer = config;
     longer.epochs = 2 * config.epochs;
-    struct test_run *whole = test_run(scene, &longer, true, 0), *parts = vw_allocate(1, sizeof *parts);
+    struct test_run *whole = test_run(scene, &longer, true, 0), *parts = test_allocate(1, sizeof *parts);
     struct vw_trainer *first = test_trainer_create(scene, &config, true, 0),
                       *second = test_trainer_create(scene, &longer, true, 0);
     uint64_t step = 0;
     test_run_finish(first, parts);
-    free(parts->params);
     ASSERT_OK(vw_trainer_save_checkpoint(first, path));
     ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, parts);
     test_run_assert_same(whole, parts);
-    vw_trainer_destroy(&first);
-    vw_trainer_destroy(&second);
-    test_run_free(whole);
-    test_run_free(parts);
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 
@@ -121,16 +110,14 @@ TEST(what_does_not_fit_is_refused) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(), other = config;
     other.seed = 1;
-    struct test_run *whole = test_run(scene, &config, true, 0), *taken = vw_allocate(1, sizeof *taken);
+    struct test_run *whole = test_run(scene, &config, true, 0), *taken = test_allocate(1, sizeof *taken);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     assert_int_equal(vw_trainer_save_checkpoint(trainer, path), VW_ERROR_USAGE); // nothing to keep yet
     take_some(trainer, 5, taken);
     ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
-    vw_trainer_destroy(&trainer);
 
     struct vw_trainer *stranger = test_trainer_create(scene, &other, true, 1);
     assert_refused(stranger, path, UINT64_MAX, "another run");
-    vw_trainer_destroy(&stranger);
 
     trainer = test_trainer_create(scene, &config, true, 1);
     assert_refused(trainer, temporary_path(folder, "none"), UINT64_MAX, "no such file");
@@ -150,15 +137,10 @@ TEST(what_does_not_fit_is_refused) {
         assert_refused(trainer, corrupted, UINT64_MAX, "damaged");
         ((uint8_t *)bytes)[at] ^= 1;
     }
-    struct test_run *after = vw_allocate(1, sizeof *after);
+    struct test_run *after = test_allocate(1, sizeof *after);
     test_run_finish(trainer, after); // untouched by what was refused
     test_run_assert_same(whole, after);
     free(bytes);
-    vw_trainer_destroy(&trainer);
-    test_run_free(whole);
-    test_run_free(taken);
-    test_run_free(after);
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 

@@ -71,10 +71,8 @@ TEST(its_gradient_is_that_of_a_field_of_even_samples) {
         float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
         check_same_bits(own->where, "gradient of the coarse network", d_own + 4 * (size_t)own->model.coarse_column,
                         d_even, own->model.coarse.size_bytes);
-        free(d_own);
-        free(d_even);
-        step_bench_close(own);
-        step_bench_close(even);
+        test_release(own);
+        test_release(even);
     }
 }
 
@@ -91,10 +89,6 @@ TEST(it_learns_as_a_field_of_even_samples) {
     float *coarse = first_of(params, &own->model.coarse);
     check_same_bits(own->where, "coarse network", coarse, expected, own->model.coarse.size_bytes);
     assert_memory_not_equal(coarse, first_of(own->params, &own->model.coarse), own->model.coarse.size_bytes);
-    free(params);
-    free(expected);
-    step_bench_close(own);
-    step_bench_close(even);
 }
 
 // Gradients of the field and of the coarse network at these params, and the step's loss.
@@ -107,11 +101,6 @@ static struct taken take(struct step_bench *bench) {
     step_bench_write_params(bench);
     step_bench_gradients(bench, 3);
     return (struct taken){step_bench_read(bench, bench->step.d_weights), step_bench_read(bench, bench->scalars)};
-}
-
-static void forget(struct taken *taken) {
-    free(taken->d_weights);
-    free(taken->scalars);
 }
 
 // What the coarse network's colours are, changes its own gradient, and not a bit of the field's or of the step's loss.
@@ -132,9 +121,6 @@ TEST(the_field_sees_nothing_of_its_colours) {
                     before.d_weights + 4 * (size_t)end, 16 * (size_t)(model->moved_columns - end));
     assert_memory_not_equal(after.d_weights + 4 * (size_t)model->coarse_column,
                             before.d_weights + 4 * (size_t)model->coarse_column, model->coarse.size_bytes);
-    forget(&before);
-    forget(&after);
-    step_bench_close(bench);
 }
 
 // With the same params in both networks, a step has the places, the loss and the gradient of one that shares them.
@@ -147,10 +133,6 @@ TEST(equal_networks_place_as_one) {
     struct taken of_two = take(two), of_one = take(one);
     check_same_bits(two->where, "loss", of_two.scalars, of_one.scalars, sizeof *of_one.scalars);
     check_same_bits(two->where, "gradient", of_two.d_weights, of_one.d_weights, one->model.weights.size_bytes);
-    forget(&of_two);
-    forget(&of_one);
-    step_bench_close(two);
-    step_bench_close(one);
 }
 
 // Both networks are drawn: not the same numbers.
@@ -158,7 +140,7 @@ TEST(both_networks_are_drawn) {
     const struct step_case setup = coarse_case();
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
-    float *params = vw_allocate(1, model->param_bytes);
+    float *params = test_allocate(1, model->param_bytes);
     vw_model_initialise(model, 5, params);
     const float *field = first_of(params, &model->weights), *coarse = first_of(params, &model->coarse);
     uint32_t equal = 0, drawn = 0;
@@ -168,8 +150,6 @@ TEST(both_networks_are_drawn) {
         assert_true((field[i] == 0.0f) == (coarse[i] == 0.0f)); // biases and padding
     }
     assert_true(drawn > 1000 && equal < 5);
-    free(params);
-    step_bench_close(bench);
 }
 
 TEST(one_that_is_not_finite_marks_the_step) {
@@ -180,7 +160,7 @@ TEST(one_that_is_not_finite_marks_the_step) {
         float *coarse = first_of(bench->params, &bench->model.coarse);
         for (uint32_t k = 0; k < 64; k++) coarse[k] = wrong[i];
         step_bench_check_skipped(bench, 3);
-        step_bench_close(bench);
+        test_release(bench);
     }
 }
 
@@ -200,9 +180,6 @@ TEST(validation_leaves_no_trace) {
     const struct vw_config config = coarse_config();
     struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
     assert_memory_equal(with->params, without->params, 4 * with->param_words);
-    test_run_free(with);
-    test_run_free(without);
-    vw_scene_close(&scene);
 }
 
 static float *render(struct vw_trainer *trainer) {
@@ -219,7 +196,7 @@ TEST(a_saved_field_places_as_the_trained_one) {
     const struct vw_config config = coarse_config();
     struct vw_config shared = config;
     shared.coarse_network = VW_COARSE_NETWORK_SHARED;
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
                       *loaded = test_trainer_create(scene, &config, false, 0),
                       *wrong = test_trainer_create(scene, &shared, false, 0);
@@ -230,20 +207,11 @@ TEST(a_saved_field_places_as_the_trained_one) {
     assert_int_equal(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT);
     float *of_trained = render(trainer), *of_loaded = render(loaded);
     assert_memory_equal(of_trained, of_loaded, bytes);
-    float *zeros = vw_allocate(1, loaded->model.coarse.size_bytes);
+    float *zeros = test_allocate(1, loaded->model.coarse.size_bytes);
     ASSERT_OK(vw_buffer_write(loaded->field.params, loaded->model.coarse.offset_bytes, zeros,
                               loaded->model.coarse.size_bytes));
     float *elsewhere = render(loaded);
     assert_memory_not_equal(elsewhere, of_trained, bytes);
-    free(of_trained);
-    free(of_loaded);
-    free(zeros);
-    free(elsewhere);
-    vw_trainer_destroy(&trainer);
-    vw_trainer_destroy(&loaded);
-    vw_trainer_destroy(&wrong);
-    test_run_free(run);
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 
@@ -274,4 +242,4 @@ TEST(what_cannot_be_is_refused_by_name) {
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not hash");
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

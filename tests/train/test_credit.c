@@ -34,8 +34,6 @@ TEST(a_step_counts_for_the_photo_it_trained_on) {
     assert_true(run->count > 1);
     for (uint32_t i = 1; i < run->count; i++)
         assert_near(run->records[i].train_loss, brightness(run->records[i].view), FLOAT_TOLERANCE);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // Also where views have different numbers of usable pixels.
@@ -55,9 +53,6 @@ TEST(an_error_counts_for_the_view_it_is_of) {
             assert_near(run->views[i][v].mse, brightness(views[v]) * brightness(views[v]), FLOAT_TOLERANCE);
         }
     }
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // Where a photo is half transparent its target is half the background, and the render is all of it.
@@ -82,8 +77,6 @@ TEST(the_background_is_behind_what_is_transparent) {
         if (i > 0) assert_near(run->records[i].train_loss, expected, FLOAT_TOLERANCE);
         assert_near(run->records[i].val_l1, expected, FLOAT_TOLERANCE);
     }
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // An order that comes back would credit the same photo twice with what its place in the epoch is worth.
@@ -106,7 +99,6 @@ TEST(pixels_are_taken_at_their_centres) {
     assert_true(pixel.x_px == 7.5f && pixel.y_px == 3.5f && pixel.view == 1 && pixel.weight == 1.0f);
     assert_true(pixel.rgba.x == rgba[0] && pixel.rgba.y == rgba[1] && pixel.rgba.z == rgba[2] &&
                 pixel.rgba.w == rgba[3]);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -26,7 +26,6 @@ TEST(every_field_learns_whatever_its_batches) {
         config.epochs = 12;
         test_run_assert_learns(scene, &config, form < VW_FIELD_COUNT ? 0.6 : 0.7); // fewer samples
     }
-    vw_scene_close(&scene);
 }
 
 // Each part in a trainer of its own, from the checkpoint of the one before.
@@ -41,10 +40,9 @@ TEST(a_run_in_parts_is_the_run) {
         strcpy(config.effects, effects[i % VW_ARRAY_COUNT(effects)]);
         struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
         test_run_assert_same(whole, parts);
-        test_run_free(whole);
-        test_run_free(parts);
+        test_release(whole);
+        test_release(parts);
     }
-    vw_scene_close(&scene);
 }
 
 TEST(a_saved_field_renders_as_the_trained_one) {
@@ -53,7 +51,7 @@ TEST(a_saved_field_renders_as_the_trained_one) {
     struct vw_scene *scene = test_scene();
     for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
         const struct vw_config config = test_config_of(field), other = test_config_of((field + 1) % VW_FIELD_COUNT);
-        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct test_run *run = test_allocate(1, sizeof *run);
         struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
                           *loaded = test_trainer_create(scene, &config, false, 0),
                           *wrong = test_trainer_create(scene, &other, false, 0);
@@ -68,12 +66,11 @@ TEST(a_saved_field_renders_as_the_trained_one) {
         assert_memory_equal(trained_rgb, loaded_rgb, 3 * sizeof(float) * image->width_px * image->height_px);
         free(trained_rgb);
         free(loaded_rgb);
-        vw_trainer_destroy(&trainer);
-        vw_trainer_destroy(&loaded);
-        vw_trainer_destroy(&wrong);
-        test_run_free(run);
+        test_release(trainer);
+        test_release(loaded);
+        test_release(wrong);
+        test_release(run);
     }
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 

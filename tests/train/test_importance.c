@@ -23,7 +23,6 @@ TEST(every_field_learns_with_them) {
         config.learning_rate_decay = 0.3;
         test_run_assert_learns(scene, &config, 0.7);
     }
-    vw_scene_close(&scene);
 }
 
 // Stopped within the planned steps, which decide how the rate decays, and taken up by another trainer.
@@ -32,15 +31,12 @@ TEST(a_run_in_parts_is_the_run) {
     const struct vw_config config = config_of(VW_FIELD_HASH);
     struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
     test_run_assert_same(whole, parts);
-    test_run_free(whole);
-    test_run_free(parts);
-    vw_scene_close(&scene);
 }
 
 // The colours of all validation rays, measured anew.
 static vw_float4 *measure_again(struct vw_trainer *trainer, uint32_t *count) {
     struct vw_evaluator *evaluator = &trainer->validation.evaluator;
-    vw_float4 *colours = vw_allocate(evaluator->ray_count, sizeof *colours);
+    vw_float4 *colours = test_allocate(evaluator->ray_count, sizeof *colours);
     ASSERT_OK(vw_evaluator_run(evaluator));
     ASSERT_OK(vw_buffer_read(evaluator->colours, 0, colours, evaluator->ray_count * sizeof *colours));
     *count = evaluator->ray_count;
@@ -55,7 +51,7 @@ TEST(validation_is_pure) {
         struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
         assert_memory_equal(with->params, without->params, 4 * with->param_words);
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
-        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct test_run *run = test_allocate(1, sizeof *run);
         float *rgb = NULL;
         uint32_t count = 0;
         test_run_finish(trainer, run);
@@ -64,14 +60,11 @@ TEST(validation_is_pure) {
         vw_float4 *second = measure_again(trainer, &count);
         assert_memory_equal(first, second, count * sizeof *first);
         free(rgb);
-        free(first);
-        free(second);
-        vw_trainer_destroy(&trainer);
-        test_run_free(run);
-        test_run_free(with);
-        test_run_free(without);
+        test_release(trainer);
+        test_release(run);
+        test_release(with);
+        test_release(without);
     }
-    vw_scene_close(&scene);
 }
 
 static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
@@ -83,7 +76,6 @@ static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     float *params = step_bench_read(bench, bench->field.params);
     double sum = 0.0;
     for (size_t i = 0; i < bench->model.param_bytes / sizeof *params; i++) sum += fabs(params[i] - bench->params[i]);
-    free(params);
     return sum;
 }
 
@@ -113,7 +105,6 @@ TEST(the_rate_falls_to_its_share_at_the_last_planned_step) {
     assert_true(fabs(moved_by(bench, 6, 0.5f) / constant - 0.15) < 1e-3); // as the gate of lasting credit asks
     bench->model.planned_steps = 1;
     assert_true(vw_model_rate_of_step(&bench->model, 1) == 1.0);
-    step_bench_close(bench);
 }
 
 TEST(the_planned_epochs_count) {
@@ -121,8 +112,6 @@ TEST(the_planned_epochs_count) {
     struct vw_config config = config_of(VW_FIELD_HASH), longer;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0);
     assert_int_equal(trainer->model.planned_steps, vw_trainer_total_steps(trainer));
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
     longer = config;
     longer.epochs++;
     for (int decays = 1; decays >= 0; decays--) { // else a run may be extended
@@ -154,4 +143,4 @@ TEST(what_cannot_be_is_refused_by_name) {
     ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--learning-rate-decay takes");
 }
 
-TEST_GROUP(NULL, step_bench_teardown)
+TEST_GROUP(NULL, test_gpu_close)

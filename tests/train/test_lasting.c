@@ -57,7 +57,7 @@ static struct vw_lasting *open_lasting(const struct vw_scene *scene, const struc
                                              .replayed = replay ? compare_replayed : NULL,
                                              .context = replay};
     ASSERT_OK(vw_lasting_create(&params, &lasting));
-    vw_trainer_destroy(&trainer);
+    test_release(trainer);
     return lasting;
 }
 
@@ -128,12 +128,10 @@ TEST(replays_the_run_and_passes_the_gate) {
     assert_agree(predicted, measured, TRAINS, 0.9);
     assert_agree(predicted_loss, measured_loss, TRAINS, 0.9);
     vw_lasting_destroy(&lasting);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 static float *read_floats(struct vw_buffer *buffer, uint64_t offset_bytes, uint64_t count) {
-    float *values = vw_allocate(count, sizeof *values);
+    float *values = test_allocate(count, sizeof *values);
     ASSERT_OK(vw_buffer_read(buffer, offset_bytes, values, count * sizeof *values));
     return values;
 }
@@ -157,10 +155,6 @@ static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const 
     }
     ASSERT_OK(vw_buffer_write(lasting->replay.context->field->params, first, after, 4 * floats));
     ASSERT_OK(vw_buffer_write(moments, 0, moment, 4 * floats));
-    free(before);
-    free(gradient);
-    free(after);
-    free(moment);
 }
 
 static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra) {
@@ -262,7 +256,6 @@ TEST(a_step_says_what_it_leaves) {
         assert_same_size(predicted, measured, CHECKED);
         vw_lasting_destroy(&lasting);
     }
-    vw_scene_close(&scene);
 }
 
 // How the training is cut into segments, and where the backward pass was stopped, changes no bit; how many rays it
@@ -309,7 +302,6 @@ TEST(bits_do_not_depend_on_the_way) {
     for (uint32_t i = 0; i < STEPS; i++) full[i] = whole[i + 1].psnr, half[i] = thin[i + 1].psnr;
     assert_true(memcmp(full, half, sizeof full) != 0);
     assert_agree(full, half, STEPS, 0.95);
-    vw_scene_close(&scene);
 }
 
 // Goes back with a credit for every validation view; theirs, by step and view. Whether the adjoints of the views were
@@ -378,7 +370,6 @@ TEST(views_share_the_credit) {
     assert_same_credits(plain, cut, STEPS);
     assert_memory_equal(views, cut_views, sizeof views);
     temporary_folder_remove(folder);
-    vw_scene_close(&scene);
 }
 
 TEST(half_tables_are_refused) {
@@ -391,8 +382,6 @@ TEST(half_tables_are_refused) {
     struct vw_lasting *lasting = NULL;
     ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
                  "--table-precision float32");
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

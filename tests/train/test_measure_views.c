@@ -38,8 +38,7 @@ TEST(the_pixels_of_validation_give_its_errors) {
             check_near(measured[v].mse, last[v].mse, 2e-5, effects[i]);
             check_near(measured[v].l1, last[v].l1, 2e-5, effects[i]);
         }
-        vw_trainer_destroy(&trainer);
-        vw_scene_close(&scene);
+        test_release(trainer);
     }
 }
 
@@ -66,8 +65,6 @@ TEST(all_pixels_give_the_errors_of_a_render) {
     check_near(measured.mse, squared, 1e-6, "the squared error"); // targets pass through floats on the way
     check_near(measured.l1, absolute, 1e-6, "the absolute error");
     free(rgb);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST(hidden_pixels_do_not_count) {
@@ -84,8 +81,6 @@ TEST(hidden_pixels_do_not_count) {
     memset(view->mask, VW_MASK_HIDE, pixels);
     ASSERT_FAILS(vw_trainer_measure_views(trainer, trainer->validation.views, 1, pixels, &half), VW_ERROR_INPUT,
                  view->name);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 // The errors of the arrays that a whole view hands out, over the pixels that count.
@@ -130,8 +125,7 @@ TEST(whole_views_have_the_errors_of_all_pixels) {
             assert_int_equal(whole.counts[p], scored && (i < 2 || p % 3));
         }
         vw_whole_view_free(&whole);
-        vw_trainer_destroy(&trainer);
-        vw_scene_close(&scene);
+        test_release(trainer);
     }
 }
 
@@ -154,8 +148,6 @@ TEST(a_whole_view_is_the_render_beside_the_photo) {
     }
     free(rgb);
     vw_whole_view_free(&whole);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

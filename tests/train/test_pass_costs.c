@@ -20,10 +20,8 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
                              const char *effects, uint32_t epochs) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config_of(field);
-    struct vw_gpu *gpu = NULL;
-    struct vw_trainer *trainer = NULL;
     struct vw_pass_costs costs;
-    struct test_run *run = calloc(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     uint32_t timer_count = 0, matched = 0;
     config.rays = 1200; // several chunks
     config.importance_samples = importance_samples;
@@ -31,14 +29,14 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     config.epochs = epochs;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // of the encoder, where it is on
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .timers = true});
     const struct vw_trainer_params params = {// of longer batches not all dispatches are timed
                                              .gpu = gpu,
                                              .scene = scene,
                                              .config = &config,
                                              .validate = true,
                                              .steps_per_batch = 2};
-    ASSERT_OK(test_trainer_open(params, &trainer));
+    struct vw_trainer *trainer = test_trainer_open(params);
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, &costs);
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &timer_count);
@@ -54,10 +52,8 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
         matched++;
     }
     assert_int_equal(matched, costs.count);
-    vw_trainer_destroy(&trainer);
-    ASSERT_OK(vw_gpu_close(&gpu));
-    test_run_free(run);
-    vw_scene_close(&scene);
+    test_release(trainer);
+    test_release(gpu);
 }
 
 TEST(every_dispatch_is_accounted_for) {
@@ -83,8 +79,6 @@ static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
     struct vw_pass_costs costs;
     vw_trainer_pass_costs(trainer, &costs);
     struct vw_pass_cost cost = *find_cost(&costs, name, NULL);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
     return cost;
 }
 

@@ -32,7 +32,6 @@ TEST(a_picture_has_a_pixel_in_each_cell) {
             assert_true(floor(pixels[ray].y_px) <
                         fmax(floor(cell_y + (double)height_px / SIDE + 1e-9), floor(cell_y) + 1));
         }
-        vw_scene_close(&scene);
     }
 }
 
@@ -49,5 +48,4 @@ TEST(draws_are_functions_of_their_numbers) {
     vw_pixels_draw(scene, 0, &(struct vw_pixel_draw){7, 3, 0, 0}, RAYS, other);
     assert_memory_equal(first + SIDE * SIDE, other + SIDE * SIDE, sizeof first - SIDE * SIDE * sizeof *first);
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
-    vw_scene_close(&scene);
 }

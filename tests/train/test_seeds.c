@@ -29,10 +29,9 @@ static void draw(const struct vw_scene *scene, const struct vw_config *config, s
     *drawn = (struct drawn_step){0};
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one batch
     drawn->jitter_seed = trainer->model.seed;
-    drawn->run = vw_allocate(1, sizeof *drawn->run);
+    drawn->run = test_allocate(1, sizeof *drawn->run);
     test_run_finish(trainer, drawn->run);
     memcpy(drawn->pixels, vw_buffer_map(trainer->pixels), config->rays * sizeof *drawn->pixels);
-    vw_trainer_destroy(&trainer);
     drawn->views = drawn->run->views[0];
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(drawn->order); i++) drawn->order[i] = drawn->run->records[1 + i].view;
 }
@@ -72,10 +71,9 @@ TEST(a_seed_varies_what_it_is_told_to) {
         assert_int_equal(base.jitter_seed == other.jitter_seed, forms[i].pixels);
         assert_int_equal(same_start(&base, &other), forms[i].start);
         assert_memory_not_equal(base.run->params, other.run->params, 4 * base.run->param_words);
-        test_run_free(base.run);
-        test_run_free(other.run);
+        test_release(base.run);
+        test_release(other.run);
     }
-    vw_scene_close(&scene);
 }
 
 // Where validation looks. Nothing of the training depends on it.
@@ -102,11 +100,9 @@ TEST(validation_pixels_vary_when_named) {
             assert_memory_equal(usual.run->params, other.run->params, 4 * other.run->param_words);
             assert_false(same_start(&usual, &other));
         }
-        test_run_free(base.run);
-        test_run_free(other.run);
+        test_release(base.run);
+        test_release(other.run);
     }
-    test_run_free(usual.run);
-    vw_scene_close(&scene);
 }
 
 // At the base seed all forms take the same run: that of the seed alone, as it was before there was a choice.
@@ -119,10 +115,8 @@ TEST(at_the_base_seed_all_forms_agree) {
         struct vw_config config = varying(vary, BASE_SEED);
         struct test_run *same = test_run(scene, &config, true, 4);
         test_run_assert_same(run, same);
-        test_run_free(same);
+        test_release(same);
     }
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 TEST(all_draws_follow_the_seed) {

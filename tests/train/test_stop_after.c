@@ -24,7 +24,7 @@ TEST(epochs_end_where_they_are_held) {
     const uint32_t sizes[] = {1, 3, 64, 0};
     for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, sizes[i]);
-        struct test_run *held = vw_allocate(1, sizeof *held);
+        struct test_run *held = test_allocate(1, sizeof *held);
         assert_non_null(held);
         assert_int_equal(vw_trainer_epoch_end(trainer, 0), 5);
         for (uint64_t step = 0; step < vw_trainer_total_steps(trainer); step = held->count - 1) {
@@ -37,11 +37,9 @@ TEST(epochs_end_where_they_are_held) {
         vw_trainer_stop_after(trainer, UINT64_MAX); // the run has an end of its own
         test_run_finish(trainer, held);
         test_run_assert_same(whole, held);
-        test_run_free(held);
-        vw_trainer_destroy(&trainer);
+        test_release(held);
+        test_release(trainer);
     }
-    test_run_free(whole);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -52,7 +52,7 @@ TEST(a_run_on_halves_begins_where_one_on_floats_does) {
     struct vw_trainer *floats = test_trainer_create(scene, &configs[0], false, 0),
                       *halves = test_trainer_create(scene, &configs[1], false, 0);
     const struct vw_model *wide = &floats->model, *narrow = &halves->model;
-    char *before = vw_allocate(wide->param_bytes, 1), *after = vw_allocate(narrow->param_bytes, 1);
+    char *before = test_allocate(wide->param_bytes, 1), *after = test_allocate(narrow->param_bytes, 1);
     vw_model_initialise(wide, 7, before);
     vw_model_initialise(narrow, 7, after);
     const struct vw_specialization *ours = &narrow->specialization, *theirs = &wide->specialization;
@@ -68,11 +68,6 @@ TEST(a_run_on_halves_begins_where_one_on_floats_does) {
     assert_int_equal(wide->weights.size_bytes, narrow->weights.size_bytes);
     assert_memory_equal(before + wide->weights.offset_bytes, after + narrow->weights.offset_bytes,
                         wide->weights.size_bytes);
-    free(before);
-    free(after);
-    vw_trainer_destroy(&floats);
-    vw_trainer_destroy(&halves);
-    vw_scene_close(&scene);
 }
 
 struct taken {
@@ -101,8 +96,7 @@ static struct taken take(enum vw_table_precision precision) {
         if (!strcmp(costs.list[i].name, "update_grid")) taken.update_bytes += costs.list[i].bytes;
         if (!strcmp(costs.list[i].name, "forward_field")) taken.field_bytes += costs.list[i].bytes;
     }
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
+    test_release(trainer);
     return taken;
 }
 
@@ -133,10 +127,6 @@ TEST(a_run_on_halves_gives_the_same_bits_again) {
     assert_true(last > start + 1.0);                                           // it learns,
     assert_true(last != other->records[other->count - 1].val_psnr);            // in its own way,
     assert_true(fabs(last - other->records[other->count - 1].val_psnr) < 1.0); // about as well
-    test_run_free(first);
-    test_run_free(second);
-    test_run_free(other);
-    vw_scene_close(&scene);
 }
 
 static void assert_refused(enum vw_status status, const char *words) {
@@ -154,24 +144,23 @@ TEST(files_of_the_other_precision_are_refused) {
         struct vw_config ours = config_of((enum vw_table_precision)i),
                          theirs = config_of((enum vw_table_precision)(1 - i));
         struct vw_trainer *trainer = test_trainer_create(scene, &theirs, true, 0);
-        struct test_run *run = vw_allocate(1, sizeof *run), *whole = test_run(scene, &ours, true, 0),
-                        *after = vw_allocate(1, sizeof *after);
+        struct test_run *run = test_allocate(1, sizeof *run), *whole = test_run(scene, &ours, true, 0),
+                        *after = test_allocate(1, sizeof *after);
         uint64_t step = 0;
         test_run_finish(trainer, run);
         ASSERT_OK(vw_trainer_save_field(trainer, field));
         ASSERT_OK(vw_trainer_save_checkpoint(trainer, checkpoint));
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
         trainer = test_trainer_create(scene, &ours, true, 0);
         assert_refused(vw_trainer_load_field(trainer, field), "trained with another configuration");
         assert_refused(vw_trainer_load_checkpoint(trainer, checkpoint, UINT64_MAX, &step), "of another run");
         test_run_finish(trainer, after);
         test_run_assert_same(whole, after);
-        vw_trainer_destroy(&trainer);
-        test_run_free(run);
-        test_run_free(whole);
-        test_run_free(after);
+        test_release(trainer);
+        test_release(run);
+        test_release(whole);
+        test_release(after);
     }
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 

@@ -25,25 +25,31 @@ struct group {
     struct test_run *runs[TOGETHER];
 };
 
+static void destroy_submissions(void *submissions) { vw_submissions_destroy(&(struct vw_submissions *){submissions}); }
+
+static struct vw_submissions *open_submissions(void) {
+    struct vw_submissions *submissions = NULL;
+    ASSERT_OK(vw_submissions_create(test_gpu(), &submissions));
+    return test_own(submissions, destroy_submissions);
+}
+
 static struct vw_trainer *open_member(struct group *group, const struct member *member, uint32_t steps_per_batch,
                                       struct vw_submissions *submissions) {
     struct vw_config config = group->config;
-    struct vw_trainer *trainer = NULL;
     uint32_t *views = NULL, all = 0, count = 0;
     ASSERT_OK(vw_scene_list_views(group->scene, VW_SPLIT_TRAIN, &views, &all));
     for (uint32_t v = 0; v < all; v++)
         if (v != member->left_out) views[count++] = views[v];
     config.seed = member->seed;
     config.epochs = member->epochs;
-    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
-                                                           .scene = group->scene,
-                                                           .config = &config,
-                                                           .train_views = views,
-                                                           .train_view_count = count,
-                                                           .validate = true,
-                                                           .submissions = submissions,
-                                                           .steps_per_batch = steps_per_batch},
-                                &trainer));
+    struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                                              .scene = group->scene,
+                                                                              .config = &config,
+                                                                              .train_views = views,
+                                                                              .train_view_count = count,
+                                                                              .validate = true,
+                                                                              .submissions = submissions,
+                                                                              .steps_per_batch = steps_per_batch});
     free(views);
     return trainer;
 }
@@ -52,20 +58,11 @@ static void open_group(const char *effects, uint32_t steps_per_batch, struct gro
     *group = (struct group){.scene = test_scene(), .config = test_config()};
     strcpy(group->config.effects, effects);
     group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // of the encoder, where it is on
-    ASSERT_OK(vw_submissions_create(test_gpu(), &group->submissions));
+    group->submissions = open_submissions();
     for (uint32_t i = 0; i < TOGETHER; i++) {
         group->trainers[i] = open_member(group, &members[i], steps_per_batch, group->submissions);
-        group->runs[i] = vw_allocate(1, sizeof *group->runs[i]);
+        group->runs[i] = test_allocate(1, sizeof *group->runs[i]);
     }
-}
-
-static void close_group(struct group *group) {
-    for (uint32_t i = 0; i < TOGETHER; i++) {
-        vw_trainer_destroy(&group->trainers[i]);
-        test_run_free(group->runs[i]);
-    }
-    vw_submissions_destroy(&group->submissions);
-    vw_scene_close(&group->scene);
 }
 
 // One batch of a training; whether it had steps to hand out.
@@ -87,12 +84,10 @@ static bool take_round(struct group *group) {
 
 static void assert_as_alone(struct group *group, uint32_t index) {
     struct vw_trainer *alone = open_member(group, &members[index], STEPS_PER_BATCH, NULL);
-    struct test_run *expected = vw_allocate(1, sizeof *expected);
+    struct test_run *expected = test_allocate(1, sizeof *expected);
     test_run_finish(alone, expected);
     test_run_finish(group->trainers[index], group->runs[index]);
     test_run_assert_same(expected, group->runs[index]);
-    vw_trainer_destroy(&alone);
-    test_run_free(expected);
 }
 
 TEST(bits_are_those_of_a_training_alone) {
@@ -100,12 +95,13 @@ TEST(bits_are_those_of_a_training_alone) {
                                           "appearance_encoder,sky"};
     static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0, 0};
     for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {
+        const size_t before = test_owned();
         struct group group;
         open_group(effects[e], batches[e], &group);
         while (take_round(&group))
             ;
         for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
-        close_group(&group);
+        test_release_to(before);
     }
 }
 
@@ -121,11 +117,11 @@ TEST(each_goes_its_own_way) {
     take_batch(&group, 0, false);
     take_batch(&group, 0, false);
     assert_true(vw_trainer_in_flight(group.trainers[2]));
-    vw_trainer_destroy(&group.trainers[2]);
+    test_release(group.trainers[2]);
+    group.trainers[2] = NULL;
     while (take_round(&group))
         ;
     for (uint32_t i = 0; i < 2; i++) assert_as_alone(&group, i);
-    close_group(&group);
 }
 
 // Held, a training takes no step because others advance.
@@ -139,16 +135,15 @@ TEST(a_held_training_stays) {
     assert_int_equal(group.runs[0]->count, 1 + 3 * 4);
     vw_trainer_stop_after(group.trainers[1], UINT64_MAX);
     for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
-    close_group(&group);
 }
 
 // The second batch of as many trainings: what a step has of commands and of barriers.
 static void count_epochs(uint32_t together, double *commands, double *barriers) {
-    struct group group = {.scene = test_scene(), .config = test_config()};
+    const size_t before = test_owned();
+    struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};
     struct vw_trainer *trainers[COUNTED_MOST];
     const struct vw_step_record *records;
     uint32_t count;
-    ASSERT_OK(vw_submissions_create(test_gpu(), &group.submissions));
     for (uint32_t i = 0; i < together; i++) {
         const struct member member = {.left_out = i % 5, .seed = i, .epochs = 10};
         trainers[i] = open_member(&group, &member, STEPS_PER_BATCH, group.submissions);
@@ -157,9 +152,7 @@ static void count_epochs(uint32_t together, double *commands, double *barriers) 
     *commands = vw_submission_commands(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
     *barriers = vw_submission_barriers(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
     for (uint32_t i = 0; i < together; i++) assert_true(vw_trainer_in_flight(trainers[i]));
-    for (uint32_t i = 0; i < together; i++) vw_trainer_destroy(&trainers[i]);
-    vw_submissions_destroy(&group.submissions);
-    vw_scene_close(&group.scene);
+    test_release_to(before);
 }
 
 TEST(barriers_are_those_of_one) {
@@ -180,14 +173,11 @@ TEST(pipelines_are_those_of_one) {
     open_group("appearance_code", STEPS_PER_BATCH, &group);
     uint32_t of_three = vw_gpu_pipeline_count(test_gpu());
     const struct member another = {.left_out = all, .seed = 99, .epochs = 5};
-    struct vw_trainer *trainer = open_member(&group, &another, 1, NULL);
+    open_member(&group, &another, 1, NULL);
     assert_int_equal(vw_gpu_pipeline_count(test_gpu()), of_three);
     group.config.rays++; // is a constant
-    struct vw_trainer *other = open_member(&group, &another, 1, NULL);
+    open_member(&group, &another, 1, NULL);
     assert_true(vw_gpu_pipeline_count(test_gpu()) > of_three);
-    vw_trainer_destroy(&other);
-    vw_trainer_destroy(&trainer);
-    close_group(&group);
 }
 
 TEST(as_many_as_fit_are_taken_together) {

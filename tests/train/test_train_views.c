@@ -15,17 +15,16 @@ static void exclude(struct vw_scene *scene, uint32_t view) {
 static struct test_run *run_on(const struct vw_scene *scene, const struct vw_config *config, const uint32_t *views,
                                uint32_t count, uint8_t run_id[VW_HASH_BYTES]) {
     struct vw_trainer *trainer = NULL;
-    struct test_run *run = vw_allocate(1, sizeof *run);
-    ASSERT_OK(test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+    struct test_run *run = test_allocate(1, sizeof *run);
+    trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
                                                            .scene = scene,
                                                            .config = config,
                                                            .train_views = views,
                                                            .train_view_count = count,
-                                                           .validate = true},
-                                &trainer));
+                                                           .validate = true});
     ASSERT_OK(vw_trainer_run_id(trainer, run_id));
     test_run_finish(trainer, run);
-    vw_trainer_destroy(&trainer);
+    test_release(trainer);
     return run;
 }
 
@@ -52,12 +51,10 @@ TEST(some_views_are_as_a_scene_of_these) {
         assert_int_equal(expected->stats.param_count, got->stats.param_count);
         assert_true(everything->count > got->count);
         assert_int_equal(whole->split_count[VW_SPLIT_TRAIN], all);
-        test_run_free(everything);
-        test_run_free(expected);
-        test_run_free(got);
+        test_release(everything);
+        test_release(expected);
+        test_release(got);
         free(views);
-        vw_scene_close(&whole);
-        vw_scene_close(&smaller);
     }
 }
 
@@ -73,11 +70,10 @@ TEST(what_cannot_be_trained_on_is_refused) {
     params.train_view_count = 2;
     for (size_t i = 0; i < VW_ARRAY_COUNT(lists); i++) {
         params.train_views = lists[i];
-        ASSERT_FAILS(test_trainer_open(params, &trainer), VW_ERROR_USAGE, "train_views[1]");
+        ASSERT_FAILS(test_trainer_try(params, &trainer), VW_ERROR_USAGE, "train_views[1]");
     }
     params.train_view_count = 0;
-    ASSERT_FAILS(test_trainer_open(params, &trainer), VW_ERROR_INPUT, "no view is left to train on");
-    vw_scene_close(&scene);
+    ASSERT_FAILS(test_trainer_try(params, &trainer), VW_ERROR_INPUT, "no view is left to train on");
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -22,10 +22,8 @@ TEST(a_run_repeats_bit_for_bit) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(sizes); i++) {
         struct test_run *again = test_run(scene, &config, true, sizes[i]);
         test_run_assert_same(first, again);
-        test_run_free(again);
+        test_release(again);
     }
-    test_run_free(first);
-    vw_scene_close(&scene);
 }
 
 // On a CPU, where many steps in a batch gain nothing, cheap ones take no more memory than 64 default ones.
@@ -37,8 +35,6 @@ TEST(batches_of_cheap_steps_stay_small) {
     assert_true(trainer->schedule.batch_steps_max > 64);
     if (vw_gpu_get_info(test_gpu())->kind == VW_GPU_CPU)
         assert_true(pixel_bytes <= BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * 64 * vw_config_default.rays);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST(the_seed_changes_the_run) {
@@ -51,9 +47,6 @@ TEST(the_seed_changes_the_run) {
     bool order_differs = false;
     for (uint32_t i = 1; i < zero->count; i++) order_differs |= zero->records[i].view != other->records[i].view;
     assert_true(order_differs);
-    test_run_free(zero);
-    test_run_free(other);
-    vw_scene_close(&scene);
 }
 
 // Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
@@ -66,9 +59,6 @@ TEST(the_length_of_the_loss_changes_the_run) {
     config.huber_length = 0.03;
     struct test_run *shorter = test_run(scene, &config, true, 4);
     assert_true(usual->records[1].train_loss < shorter->records[1].train_loss);
-    test_run_free(usual);
-    test_run_free(shorter);
-    vw_scene_close(&scene);
 }
 
 TEST(each_view_comes_once_per_epoch) {
@@ -87,8 +77,6 @@ TEST(each_view_comes_once_per_epoch) {
         }
         assert_int_equal(seen, 0x1f);
     }
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
@@ -102,7 +90,6 @@ TEST(validation_is_pure) {
         assert_false(without->records[i].validated);
         assert_true(i == 0 || test_same_bits(with->records[i].train_loss, without->records[i].train_loss));
     }
-    test_run_free(without);
 
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
     const struct vw_step_record *records;
@@ -126,9 +113,6 @@ TEST(validation_is_pure) {
                 test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->validation.pixel_counts[i]),
                                with->views[with->count - 1][i].mse));
     }
-    vw_trainer_destroy(&trainer);
-    test_run_free(with);
-    vw_scene_close(&scene);
 }
 
 // Decision 5: val_psnr is the mean of the views' PSNR, floored at 100 dB; the pooled form and L1 come from the same
@@ -150,8 +134,6 @@ TEST(psnr_means_what_it_says) {
         assert_near(run->records[i].val_l1, l1, 1e-14);
     }
     assert_true(run->records[run->count - 1].val_psnr > run->records[0].val_psnr + 1.0); // it learns
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // A validation of every pixel agrees with the PSNR of the rendered view computed here in double.
@@ -159,7 +141,7 @@ TEST(validation_agrees_with_render) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.val_rays = TEST_VALS * 24 * 18;
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     test_run_finish(trainer, run);
     for (uint32_t v = 0; v < TEST_VALS; v++) {
@@ -176,9 +158,6 @@ TEST(validation_agrees_with_render) {
         // The GPU subtracts colours in float: each error is rounded to 2^-24 of itself.
         assert_near(run->views[run->count - 1][v].mse, mse, 1e-6 * mse);
     }
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // Decision 9: device memory depends on neither the size nor the number of the photos' pixels.
@@ -192,8 +171,7 @@ TEST(memory_is_flat_in_pixels) {
         struct vw_trainer_stats stats;
         vw_trainer_get_stats(trainer, &stats);
         bytes[large] = stats.device_bytes;
-        vw_trainer_destroy(&trainer);
-        vw_scene_close(&scene);
+        test_release(trainer);
     }
     assert_int_equal(bytes[0], bytes[1]);
 }
@@ -217,8 +195,7 @@ TEST(world_offset_and_scale_change_little) {
         struct vw_scene *scene = synthetic_scene(&worlds[i]);
         struct test_run *run = test_run(scene, &config, true, 0);
         psnr[i] = run->records[run->count - 1].val_psnr;
-        test_run_free(run);
-        vw_scene_close(&scene);
+        test_release(run);
     }
     // Rounding of 1e6 in double moves rays by 1e-10; trainings that start so close end within a tenth of a dB.
     assert_near(psnr[1], psnr[0], 0.1);
@@ -229,7 +206,7 @@ TEST(world_offset_and_scale_change_little) {
 TEST(a_nonfinite_step_is_flagged) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const float nan = NAN;
     ASSERT_OK(vw_buffer_write(trainer->field.params, trainer->model.weights.offset_bytes, &nan, sizeof nan));
@@ -237,28 +214,22 @@ TEST(a_nonfinite_step_is_flagged) {
     assert_int_equal(run->stats.nonfinite_steps, run->count);
     for (uint32_t i = 0; i < run->count; i++)
         assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // A whole run on a device of its own, with its limits clamped or choices forced, unless NULL.
 static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config,
                                     const struct vw_gpu_limits *clamp, const struct vw_device_choices *choices,
                                     uint32_t wide) {
-    struct vw_gpu *gpu = NULL;
-    struct vw_trainer *trainer = NULL;
-    struct test_run *run = vw_allocate(1, sizeof *run);
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
-    ASSERT_OK(test_trainer_open(
-        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true, .choices = choices},
-        &trainer));
+    struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = clamp});
+    struct test_run *run = test_allocate(1, sizeof *run);
+    struct vw_trainer *trainer = test_trainer_open(
+        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = config, .validate = true, .choices = choices});
     if (choices) assert_int_equal(trainer->model.specialization.skip_zeros, choices->skip_zeros);
     if (choices) assert_int_equal(trainer->model.specialization.rows_texel, choices->rows_texel);
     assert_int_equal(trainer->model.specialization.wide_gradient, wide);
     test_run_finish(trainer, run);
-    vw_trainer_destroy(&trainer);
-    ASSERT_OK(vw_gpu_close(&gpu));
+    test_release(trainer);
+    test_release(gpu);
     return run;
 }
 
@@ -275,9 +246,6 @@ TEST(a_device_that_keeps_no_nan_trains_the_same) {
     for (uint32_t i = 0; i < run->count;
          i++) // roundings of 2^-24, which 15 steps have not driven apart to where a reader would see it
         assert_near(run->records[i].val_psnr, ordinary->records[i].val_psnr, 1e-3);
-    test_run_free(run);
-    test_run_free(ordinary);
-    vw_scene_close(&scene);
 }
 
 // A device with nothing but the floor's limits and no optional feature trains to the same bits here (storage buffers
@@ -293,10 +261,9 @@ TEST(a_device_at_the_floor_trains_the_same) {
         struct test_run *run = run_clamped(scene, &config, &floor, NULL, wide),
                         *ordinary = test_run(scene, &config, true, 0);
         test_run_assert_same(run, ordinary);
-        test_run_free(run);
-        test_run_free(ordinary);
+        test_release(run);
+        test_release(ordinary);
     }
-    vw_scene_close(&scene);
 }
 
 // With slices of one length; those of GPUs round otherwise.
@@ -313,10 +280,6 @@ TEST(the_choices_for_gpus_train_the_same) {
     choices.slice_samples = 128;
     struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
     test_run_assert_same(same, ordinary);
-    test_run_free(rounded);
-    test_run_free(same);
-    test_run_free(ordinary);
-    vw_scene_close(&scene);
 }
 
 // A perfect match is floored at 100 dB and said to be: where the box is behind every camera, an untrained field renders
@@ -335,8 +298,6 @@ TEST(a_perfect_match_is_floored) {
     assert_int_equal(run->records[0].floored_views, TEST_VALS);
     assert_false(run->records[0].nonfinite);
     assert_int_equal(run->stats.floored_steps, run->count);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // A learning rate that makes everything diverge never makes a param that is not finite.
@@ -350,8 +311,6 @@ TEST(params_stay_finite) {
         memcpy(&value, &run->params[i], sizeof value);
         assert_true(isfinite(value));
     }
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 TEST(a_field_file_round_trips) {
@@ -359,27 +318,21 @@ TEST(a_field_file_round_trips) {
     struct vw_config config = test_config();
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     test_run_finish(trainer, run);
     ASSERT_OK(vw_trainer_save_field(trainer, path));
-    vw_trainer_destroy(&trainer);
 
     trainer = test_trainer_create(scene, &config, true, 0);
     ASSERT_OK(vw_trainer_load_field(trainer, path));
-    uint32_t *loaded = vw_allocate(run->param_words, 4);
+    uint32_t *loaded = test_allocate(run->param_words, 4);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
     assert_memory_equal(loaded, run->params, 4 * run->param_words);
-    vw_trainer_destroy(&trainer);
 
     config.levels = 8; // another field
     trainer = test_trainer_create(scene, &config, true, 0);
     ASSERT_FAILS(vw_trainer_load_field(trainer, path), VW_ERROR_INPUT, "field.vwf");
-    vw_trainer_destroy(&trainer);
-    free(loaded);
-    test_run_free(run);
     temporary_folder_remove(folder);
-    vw_scene_close(&scene);
 }
 
 // What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
@@ -396,13 +349,12 @@ TEST(the_run_id_names_what_changes_bits) {
     for (int i = 0; i < 7; i++) {
         struct vw_trainer *trainer = test_trainer_create(scene, &configs[i], i < 6, 0); // the last as `train` does
         ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
     assert_memory_equal(ids[0], ids[1], 32);
     assert_memory_equal(ids[0], ids[3], 32);
     const int others[] = {2, 4, 5, 6};
     for (int i = 0; i < 4; i++) assert_int_not_equal(memcmp(ids[0], ids[others[i]], 32), 0);
-    vw_scene_close(&scene);
 }
 
 // Effects follow the evidence and --effects; what a scene does not call for changes no bit.
@@ -436,7 +388,6 @@ TEST(effects_follow_evidence_and_option) {
         assert_int_equal(verdicts[1].called_for, cases[i].alpha);
         assert_int_equal(vw_effects_find_facts(scene, "fog", verdicts, &count), VW_ERROR_USAGE);
         assert_int_equal(vw_effects_find_facts(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
-        vw_scene_close(&scene);
     }
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -444,9 +395,6 @@ TEST(effects_follow_evidence_and_option) {
     strcpy(config.effects, "none");
     struct test_run *none = test_run(scene, &config, true, 0);
     test_run_assert_same(automatic, none);
-    test_run_free(automatic);
-    test_run_free(none);
-    vw_scene_close(&scene);
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
@@ -458,7 +406,7 @@ TEST(validation_pixels_are_stratified_and_fixed) {
         config.val_rays = asked[i];
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
         assert_int_equal(trainer->validation.ray_count, taken[i]);
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
     struct vw_pixel pixels[100];
     scene->views[5].image.unusable =
@@ -469,7 +417,6 @@ TEST(validation_pixels_are_stratified_and_fixed) {
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25
-    vw_scene_close(&scene);
 }
 
 TEST(configs_round_trip_and_ranges_are_checked) {

@@ -30,9 +30,8 @@ static const char recipe[] =
 
 static struct vw_scene *open_scene(void) {
     char *folder = temporary_folder_create();
-    struct vw_scene *scene = NULL;
-    ASSERT_OK(vw_scene_open(
-        &(struct vw_scene_params){.path = temporary_file(folder, "recipe.json", recipe), .gpu = test_gpu()}, &scene));
+    struct vw_scene *scene =
+        test_scene_open((struct vw_scene_params){.path = temporary_file(folder, "recipe.json", recipe)});
     temporary_folder_remove(folder);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], VAL_VIEWS);
     return scene;
@@ -83,7 +82,7 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
     config.rays = 200;
     config.val_rays = 320;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct vw_ledger_image *images = vw_allocate(scene->view_count, sizeof *images);
+    struct vw_ledger_image *images = test_allocate(scene->view_count, sizeof *images);
     char *folder = temporary_folder_create();
     struct vw_ledger *ledger = NULL;
     char hex[VW_HASH_HEX_BYTES];
@@ -113,15 +112,12 @@ static void evaluate(struct vw_scene *scene, struct vw_view_evidence evidence[VA
                                          .image_count = scene->view_count};
     struct vw_matrix matrix;
     ASSERT_OK(vw_value_matrix(ledger, &input, &matrix));
-    double *standard_errors = vw_allocate(matrix.photo_count, sizeof *standard_errors);
+    double *standard_errors = test_allocate(matrix.photo_count, sizeof *standard_errors);
     ASSERT_OK(vw_matrix_jackknife(&matrix, evidence, standard_errors));
-    free(standard_errors);
     vw_matrix_clear(&matrix);
     free(steps);
     vw_ledger_close(&ledger);
     temporary_folder_remove(folder);
-    free(images);
-    vw_trainer_destroy(&trainer);
 }
 
 TEST(corrupted_views_are_found) {
@@ -149,7 +145,6 @@ TEST(corrupted_views_are_found) {
         print_message("\n");
         for (uint32_t v = 0; v < VAL_VIEWS; v++)
             assert_int_equal(evidence[v].disagrees || evidence[v].stays_low, v == CORRUPTED && cases[i].corrupted);
-        vw_scene_close(&scene);
     }
 }
 

@@ -59,13 +59,13 @@ pass_check check_generate_rays, check_forward_field, check_composite_rays, check
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]);
 // The box whose coordinates the rays of a bench are in.
 struct vw_box rays_box(const struct step_bench *bench);
-// Makes the rays of bench->pixels with the cameras of bench->scene. Owned by the caller.
+// Makes the rays of bench->pixels with the cameras of bench->scene.
 struct vw_ray *rays_make(struct step_bench *bench);
 // The same, held against the reference, with distances `scale` times what they are off usually. Returns how many hit
 // the box.
 uint32_t rays_check(struct step_bench *bench, double scale);
 
-// scatter_grid: a chunk's activation rows with random positions and gradients of the kind. Owned by the caller.
+// scatter_grid: a chunk's activation rows with random positions and gradients of the kind.
 float *scatter_rows(const struct step_bench *bench, enum input_kind kind);
 // Adds the rows' gradients up from 0; `flags` are those it set.
 void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags);
@@ -81,7 +81,6 @@ struct grid_state {
     uint32_t *visits;                // per pair
 };
 struct grid_state grid_read(struct step_bench *bench);
-void grid_free(struct grid_state *state);
 // `quanta`: the integer gradient per feature.
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta);
 void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
@@ -104,8 +103,7 @@ struct view_reduction {
     vw_float4 *colour_data;  // what was rendered
 };
 // `fitted`: reduce_views applies the fits, which are 0 until fit_pass or a test writes them.
-void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *reduction);
-void reduction_close(struct view_reduction *reduction);
+struct view_reduction *reduction_open(struct vw_gpu *gpu, bool fitted);
 // Random targets, and colours that are off by errors of the kind.
 void reduction_fill(struct view_reduction *reduction, enum input_kind kind, uint64_t seed);
 // The sums of each view: squared error high, low, absolute error high, low.

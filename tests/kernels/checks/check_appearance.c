@@ -91,18 +91,16 @@ static void check_fitted_errors(const char *where, struct view_reduction *r, con
 }
 
 void check_fit_views(struct step_bench *bench, enum input_kind kind) {
-    struct view_reduction r;
     struct vw_appearance fits[REDUCED_VIEWS];
     struct vw_push_reduce push = {.count = REDUCED_VIEWS};
-    reduction_open(bench->gpu, true, &r);
-    reduction_fill(&r, kind, bench->config.seed);
-    step_bench_write(bench, r.rays, r.ray_data);
-    step_bench_write(bench, r.colours, r.colour_data);
-    step_bench_dispatch(bench, r.fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
-    assert_int_equal(vw_buffer_read(r.fits, 0, fits, sizeof fits), VW_OK);
-    check_fits(bench->where, &r, fits);
-    check_fitted_errors(bench->where, &r, fits);
-    reduction_close(&r);
+    struct view_reduction *r = reduction_open(bench->gpu, true);
+    reduction_fill(r, kind, bench->config.seed);
+    step_bench_write(bench, r->rays, r->ray_data);
+    step_bench_write(bench, r->colours, r->colour_data);
+    step_bench_dispatch(bench, r->fit_pass, &push, sizeof push, 64 * REDUCED_VIEWS);
+    assert_int_equal(vw_buffer_read(r->fits, 0, fits, sizeof fits), VW_OK);
+    check_fits(bench->where, r, fits);
+    check_fitted_errors(bench->where, r, fits);
 }
 
 // ---- mix_code -------------------------------------------------------------------------------------------------------
@@ -138,8 +136,6 @@ void check_mix_code(struct step_bench *bench, enum input_kind kind) {
         check_value(bench->where, "code shift", i, shift[i], sum, (REFERENCE_CODE + 1.0) * FLOAT_ROUNDING * magnitude);
     }
     step_bench_write_params(bench);
-    free(params);
-    free(shift);
 }
 
 // ---- Updates --------------------------------------------------------------------------------------------------------
@@ -221,11 +217,10 @@ static uint32_t visits_before(enum input_kind kind) {
 }
 
 static void write_visits(struct step_bench *bench, struct vw_buffer *moments, uint32_t words, uint32_t visits) {
-    uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(moments), 1);
+    uint32_t *zeros = test_allocate(vw_buffer_size_bytes(moments), 1);
     for (uint32_t view = 0; view < reference_photo_count(&bench->model); view++)
         zeros[words * view + words - 1] = visits;
     step_bench_write(bench, moments, zeros);
-    free(zeros);
 }
 
 static void update_photo(struct step_bench *bench, const float *shares) {
@@ -245,10 +240,6 @@ static void update_photo(struct step_bench *bench, const float *shares) {
                     sizeof(struct vw_appearance));
     check_untouched(bench, "other photos' moments", moments_after, moments, photos,
                     sizeof(struct vw_appearance_moments));
-    free(before);
-    free(after);
-    free(moments);
-    free(moments_after);
 }
 
 void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
@@ -256,7 +247,7 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
                bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS]))
         return;
     struct test_random random = {.seed = bench->config.seed};
-    float *shares = vw_allocate(AFFINE * (size_t)bench->step.padded_rays, sizeof *shares);
+    float *shares = test_allocate(AFFINE * (size_t)bench->step.padded_rays, sizeof *shares);
     step_bench_write_params(bench);
     write_visits(bench, bench->step.effect_buffers[VW_SLOT_APPEARANCE_MOMENTS], MOMENT_WORDS, visits_before(kind));
     for (int i = 0; i < UPDATES; i++) {
@@ -276,10 +267,6 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
     assert_true(flags->nonfinite);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write_params(bench);
-    free(before);
-    free(after);
-    free(flags);
-    free(shares);
 }
 
 // ---- update_code ----------------------------------------------------------------------------------------------------
@@ -293,12 +280,6 @@ static struct code_state read_code(struct step_bench *bench) {
     return (struct code_state){step_bench_read(bench, bench->field.params),
                                step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS]),
                                step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS])};
-}
-
-static void free_code(struct code_state *state) {
-    free(state->params);
-    free(state->weight_moments);
-    free(state->moments);
 }
 
 static void check_code_weights(const struct step_bench *bench, const double *d_shift, uint32_t step,
@@ -378,8 +359,6 @@ static void update_code(struct step_bench *bench, const float *d_weights, uint32
                     photos, 4 * REFERENCE_CODE);
     check_untouched(bench, "other codes' moments", after.moments, before.moments, photos,
                     sizeof(struct vw_code_moments));
-    free_code(&before);
-    free_code(&after);
 }
 
 void check_update_code(struct step_bench *bench, enum input_kind kind) {
@@ -388,8 +367,8 @@ void check_update_code(struct step_bench *bench, enum input_kind kind) {
         return;
     struct test_random random = {.seed = bench->config.seed};
     uint32_t count = 4 * bench->model.weight_columns;
-    float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
-    float *zeros = vw_allocate(2 * bench->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes, 1);
+    float *d_weights = test_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
+    float *zeros = test_allocate(2 * bench->model.ranges[VW_SLOT_CODE_WEIGHTS].size_bytes, 1);
     step_bench_write_params(bench);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_CODE_WEIGHT_MOMENTS], zeros);
     write_visits(bench, bench->step.effect_buffers[VW_SLOT_CODE_MOMENTS], CODE_WORDS, visits_before(kind));
@@ -403,10 +382,6 @@ void check_update_code(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "update_code"), &push, sizeof push, 1);
     struct code_state after = read_code(bench);
     check_same_bits(bench->where, "params of a skipped step", after.params, before.params, bench->model.param_bytes);
-    free_code(&before);
-    free_code(&after);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write_params(bench);
-    free(d_weights);
-    free(zeros);
 }

@@ -83,7 +83,7 @@ static void saturate_some(struct step_bench *bench, float *samples) {
 
 void check_backward_field(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 1};
-    struct device device = {.d_samples = vw_allocate(4 * (size_t)bench->padded_samples, sizeof(float))};
+    struct device device = {.d_samples = test_allocate(4 * (size_t)bench->padded_samples, sizeof(float))};
     step_bench_gradients(bench, 1);
     input_fill(kind, &random, device.d_samples, 4 * (size_t)bench->padded_samples);
     step_bench_write(bench, bench->step.d_samples, device.d_samples);
@@ -94,9 +94,4 @@ void check_backward_field(struct step_bench *bench, enum input_kind kind) {
     device.relu = step_bench_read_active(bench);
     struct reference_params *params = reference_params_create(&bench->model, bench->params);
     for (uint32_t i = 0; i < bench->padded_samples; i++) check_sample(bench, params, &device, i);
-    reference_params_destroy(params);
-    free(device.rows);
-    free(device.samples);
-    free(device.d_samples);
-    free(device.relu);
 }

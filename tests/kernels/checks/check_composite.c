@@ -57,8 +57,8 @@ static struct inputs make_inputs(const struct step_bench *bench, enum input_kind
         {0.1f, 1e3f}, {0.4f, 0.8f}, {2.0f, 2.000001f}, {0.5f, 0.5f}, {0.06f, 1e6f}}; // unbounded: near and far
     struct test_random random = {.seed = bench->config.seed};
     struct inputs in = {.ray_count = ray_count, .samples = bench->config.samples};
-    in.rays = vw_allocate(in.ray_count, sizeof *in.rays);
-    in.field = vw_allocate((size_t)in.ray_count * in.samples, sizeof *in.field);
+    in.rays = test_allocate(in.ray_count, sizeof *in.rays);
+    in.field = test_allocate((size_t)in.ray_count * in.samples, sizeof *in.field);
     assert_true(in.samples <= SAMPLES_MAX);
     for (uint32_t ray = 0; ray < in.ray_count; ray++) {
         in.rays[ray].direction_stride = draw_direction(ray, &random);
@@ -72,11 +72,6 @@ static struct inputs make_inputs(const struct step_bench *bench, enum input_kind
         for (uint32_t i = 0; i < in.samples; i++) in.field[ray * in.samples + i] = draw_sample(kind, ray, &random);
     }
     return in;
-}
-
-static void free_inputs(struct inputs *in) {
-    free(in->rays);
-    free(in->field);
 }
 
 // A ray by the reference, with what the device may be off.
@@ -152,8 +147,6 @@ void check_composite_rays(struct step_bench *bench, enum input_kind kind) {
         for (int c = 0; c < 3; c++)
             check_value(bench->where, "colour", ray, device[c], reference.colour[c], reference.colour_error[c]);
     }
-    free(colours);
-    free_inputs(&in);
 }
 
 // ---- backward_rays --------------------------------------------------------------------------------------------------
@@ -298,7 +291,6 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
     for (uint32_t ray = 0; visibility && ray < in.ray_count; ray++) visibility[2 * ray] = visible_of(ray);
     if (visibility) step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY], visibility);
     step_bench_dispatch(bench, bench->step.gradient.backward_rays, &push, sizeof push, push.ray_count);
-    free(visibility);
     visibility = bench->step.effect_buffers[VW_SLOT_VISIBILITY]
                      ? step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY])
                      : NULL;
@@ -312,12 +304,6 @@ void check_backward_rays(struct step_bench *bench, enum input_kind kind) {
                                        : NULL;
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
         check_ray(bench, &in, ray, losses[ray], d_field, d_sky, shares, visibility);
-    free(visibility);
-    free(shares);
-    free(losses);
-    free(d_sky);
-    free(d_field);
-    free_inputs(&in);
 }
 
 // ---- gradient_sky ---------------------------------------------------------------------------------------------------
@@ -344,7 +330,7 @@ void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 4};
     struct inputs in = make_inputs(bench, kind, bench->step.padded_rays);
     struct vw_push_reduce push = {.count = in.ray_count};
-    vw_float4 *d_logits = vw_allocate(in.ray_count, sizeof *d_logits);
+    vw_float4 *d_logits = test_allocate(in.ray_count, sizeof *d_logits);
     for (uint32_t ray = 0; ray < in.ray_count; ray++)
         d_logits[ray] =
             (vw_float4){input_draw(kind, &random), input_draw(kind, &random), input_draw(kind, &random), 0.0f};
@@ -356,8 +342,4 @@ void check_gradient_sky(struct step_bench *bench, enum input_kind kind) {
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     check_coefficients(bench, &in, d_logits, d_weights + 4 * (size_t)bench->model.weight_columns);
     assert_int_equal(flags->nonfinite, 0);
-    free(flags);
-    free(d_weights);
-    free(d_logits);
-    free_inputs(&in);
 }

@@ -135,11 +135,6 @@ static void check_training(struct step_bench *bench, const struct reference *ref
     uint32_t *slots = step_bench_slots(bench);
     for (uint32_t sample = 0; sample < bench->padded_samples; sample++)
         if (slots[sample] != REFERENCE_SKIPPED) check_training_sample(bench, reference, &out, sample, slots[sample]);
-    free(slots);
-    free(out.rays);
-    free(out.rows);
-    free(out.samples);
-    free(out.relu);
 }
 
 // ---- Validation -----------------------------------------------------------------------------------------------------
@@ -175,8 +170,6 @@ static void check_validation(struct step_bench *bench, const struct reference *r
     float *samples = step_bench_read(bench, evaluator->samples);
     for (uint32_t i = 0; i < push.ray_count * bench->config.samples; i++)
         check_validation_sample(bench, reference, rays, samples, i);
-    free(rays);
-    free(samples);
 }
 
 // ---- The check ------------------------------------------------------------------------------------------------------
@@ -184,15 +177,14 @@ static void check_validation(struct step_bench *bench, const struct reference *r
 // The grid holds inputs of the kind; the weights do as well where the kind is a zero.
 static float *make_params(const struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
-    float *params = vw_allocate(bench->model.param_bytes, 1);
+    float *params = test_allocate(bench->model.param_bytes, 1);
     memcpy(params, bench->params, bench->model.param_bytes);
     if (kind == INPUT_ORDINARY) return params;
     size_t features = 2 * (size_t)bench->model.pair_count,
            rest = (bench->model.param_bytes - bench->model.grid.size_bytes) / sizeof *params;
-    float *grid = vw_allocate(features, sizeof *grid);
+    float *grid = test_allocate(features, sizeof *grid);
     input_fill(kind, &random, grid, features);
     step_bench_put_grid(bench, grid, params);
-    free(grid);
     if (kind == INPUT_ZERO || kind == INPUT_NEGATIVE_ZERO)
         input_fill(kind, &random, params + bench->model.weights.offset_bytes / sizeof *params, rest);
     return params;
@@ -228,6 +220,4 @@ void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     mix(bench, &reference, -1.0);
     check_validation(bench, &reference);
     step_bench_write_params(bench);
-    reference_params_destroy(reference.params);
-    free(params);
 }

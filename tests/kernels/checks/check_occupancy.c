@@ -46,7 +46,7 @@ void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 3};
     if (!bench->field.effect_buffers[VW_SLOT_OCCUPANCY]) return;
     float *before = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY]),
-          *old = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
+          *old = test_allocate(VW_OCCUPANCY_CELLS, sizeof *old);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) old[i] = fabsf(input_draw(kind, &random));
     old[77] = NAN; // is forgotten once the field has a number there
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], old);
@@ -62,10 +62,6 @@ void check_refresh_occupancy(struct step_bench *bench, enum input_kind kind) {
                       fmax(high, remaining * (1.0 + 0x1p-23)));
     }
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], before);
-    reference_params_destroy(params);
-    free(before);
-    free(old);
-    free(device);
 }
 
 // ---- mark_samples ---------------------------------------------------------------------------------------------------
@@ -109,8 +105,6 @@ static uint32_t check_marks(struct step_bench *bench, const struct vw_ray *rays,
         if (counts[r] != count) fail_msg("%s: ray %u keeps %u samples, not %u", bench->where, r, count, counts[r]);
         all += count;
     }
-    free(bits);
-    free(counts);
     return all;
 }
 
@@ -118,7 +112,7 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 4};
     if (!bench->field.effect_buffers[VW_SLOT_OCCUPANCY]) return;
     float *before = step_bench_read(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY]),
-          *densities = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
+          *densities = test_allocate(VW_OCCUPANCY_CELLS, sizeof *densities);
     for (uint32_t i = 0; i < VW_OCCUPANCY_CELLS; i++) densities[i] = input_draw(kind, &random);
     for (uint32_t i = 5; i < VW_OCCUPANCY_CELLS; i += 50) densities[i] = i % 100 == 5 ? NAN : 1e-3f;
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], densities);
@@ -130,9 +124,6 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
     assert_true(check_marks(bench, rays, densities, 257) < bench->padded_samples);
     assert_true(check_marks(bench, rays, densities, UINT64_C(1) << 32) < bench->padded_samples);
     step_bench_write(bench, bench->field.effect_buffers[VW_SLOT_OCCUPANCY], before);
-    free(rays);
-    free(before);
-    free(densities);
 }
 
 // ---- place_rays -----------------------------------------------------------------------------------------------------
@@ -163,8 +154,8 @@ void check_place_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_push_samples push = step_bench_push(bench, 1);
     uint32_t rays = push.ray_count, total = 0, slots = bench->padded_samples;
     if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
-    uint32_t *counts = vw_allocate(rays + 1, sizeof *counts), *samples = vw_allocate(slots, sizeof *samples);
-    float *d_field = vw_allocate(4 * (size_t)slots, sizeof *d_field);
+    uint32_t *counts = test_allocate(rays + 1, sizeof *counts), *samples = test_allocate(slots, sizeof *samples);
+    float *d_field = test_allocate(4 * (size_t)slots, sizeof *d_field);
     for (uint32_t i = 0; i < slots; i++) samples[i] = d_field[4 * i] = d_field[4 * i + 3] = 7;
     draw_counts(bench, kind, counts);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_KEPT_BEGINS], counts);
@@ -183,13 +174,6 @@ void check_place_rays(struct step_bench *bench, enum input_kind kind) {
         assert_int_equal(padded[i], pad ? 0 : 7);
         assert_true(d_padded[4 * i] == (pad ? 0.0f : 7.0f) && d_padded[4 * i + 3] == (pad ? 0.0f : 7.0f));
     }
-    free(counts);
-    free(samples);
-    free(d_field);
-    free(begins);
-    free(padded);
-    free(d_padded);
-    free(kept);
 }
 
 // ---- list_samples ---------------------------------------------------------------------------------------------------
@@ -204,8 +188,9 @@ void check_list_samples(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 5};
     uint32_t rays = push.ray_count, per_ray = bench->config.samples, words = (per_ray + 31) / 32, next = 0;
     if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
-    uint32_t *bits = vw_allocate((size_t)rays * words, sizeof *bits), *begins = vw_allocate(rays + 1, sizeof *begins);
-    uint32_t *expected = vw_allocate(bench->padded_samples, sizeof *expected);
+    uint32_t *bits = test_allocate((size_t)rays * words, sizeof *bits),
+             *begins = test_allocate(rays + 1, sizeof *begins);
+    uint32_t *expected = test_allocate(bench->padded_samples, sizeof *expected);
     for (uint32_t r = 0; r < rays; r++) {
         for (uint32_t w = 0; w < words; w++)
             bits[r * words + w] = draw_bits(kind, &random); // those beyond the last sample mean nothing
@@ -219,8 +204,4 @@ void check_list_samples(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, step_bench_effect_pass(bench, "list_samples"), &push, sizeof push, rays);
     uint32_t *device = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_KEPT_SAMPLES]);
     check_same_bits(bench->where, "listed samples", device, expected, 4 * (size_t)next);
-    free(bits);
-    free(begins);
-    free(expected);
-    free(device);
 }

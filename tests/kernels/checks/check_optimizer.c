@@ -20,24 +20,16 @@ struct grid_state grid_read(struct step_bench *bench) {
         step_bench_read(bench, bench->step.grid_moment2), step_bench_read(bench, bench->step.grid_visits)};
 }
 
-void grid_free(struct grid_state *state) {
-    free(state->grid);
-    free(state->moment1);
-    free(state->moment2);
-    free(state->visits);
-}
-
 static uint64_t pack_pair(int64_t first, int64_t second) { return (uint64_t)first + ((uint64_t)second << 32); }
 
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta) {
     uint64_t pairs = bench->model.pair_count;
-    uint64_t *words = vw_allocate(2 * pairs, sizeof *words);
+    uint64_t *words = test_allocate(2 * pairs, sizeof *words);
     for (uint64_t i = 0; i < 2 * pairs; i++) {
         if (bench->model.specialization.wide_gradient) words[i] = (uint64_t)quanta[i];
         else words[i / 2] = pack_pair(quanta[i / 2 * 2], quanta[i / 2 * 2 + 1]);
     }
     step_bench_write(bench, bench->step.d_grid, words);
-    free(words);
 }
 
 void grid_update(struct step_bench *bench, uint32_t number) {
@@ -150,33 +142,27 @@ void grid_check_update(struct step_bench *bench, const int64_t *quanta, uint32_t
     }
     check_same_bits(bench->where, "weights", after.grid + features, before.grid + features,
                     bench->model.param_bytes - bench->model.grid.size_bytes);
-    grid_free(&before);
-    grid_free(&expected);
-    grid_free(&after);
 }
 
 void grid_check_cleared(struct step_bench *bench) {
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
     for (uint64_t i = 0; i < vw_buffer_size_bytes(bench->step.d_grid) / 8; i++)
         if (words[i]) fail_msg("%s: gradient word %llu was not cleared", bench->where, (unsigned long long)i);
-    free(words);
 }
 
 static void write_drawn(struct step_bench *bench, struct vw_buffer *buffer, enum input_kind kind,
                         struct test_random *random, bool positive) {
     size_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
-    float *values = vw_allocate(count, sizeof *values);
+    float *values = test_allocate(count, sizeof *values);
     input_fill(kind, random, values, count);
     for (size_t i = 0; i < count && positive; i++) values[i] = fabsf(values[i]);
     step_bench_write(bench, buffer, values);
-    free(values);
 }
 
 static void write_visits(struct step_bench *bench, uint32_t visits) {
-    uint32_t *values = vw_allocate(bench->model.pair_count, sizeof *values);
+    uint32_t *values = test_allocate(bench->model.pair_count, sizeof *values);
     for (uint32_t i = 0; i < bench->model.pair_count; i++) values[i] = visits;
     step_bench_write(bench, bench->step.grid_visits, values);
-    free(values);
 }
 
 // Steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
@@ -186,7 +172,7 @@ static uint32_t steps_before(enum input_kind kind) {
 
 void check_update_grid(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
-    int64_t *quanta = vw_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
+    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     enum input_kind moments = kind == INPUT_ORDINARY ? INPUT_ZERO : kind;
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
@@ -200,7 +186,6 @@ void check_update_grid(struct step_bench *bench, enum input_kind kind) {
         grid_check_cleared(bench);
     }
     step_bench_write_params(bench);
-    free(quanta);
 }
 
 // ---- update_weights -------------------------------------------------------------------------------------------------
@@ -234,25 +219,20 @@ void weights_check_update(struct step_bench *bench, const float *d_weights, uint
                         MOMENT_TOLERANCE * moment2 + 2.0 * FLOAT_LEAST);
     }
     check_same_bits(bench->where, "grid", after, before, bench->model.grid.size_bytes);
-    free(before);
-    free(after);
-    free(moments);
-    free(moments_before);
 }
 
 // Moments of the kind, of which the second are not below 0. From the first step on they are 0.
 static void write_weight_moments(struct step_bench *bench, enum input_kind kind, struct test_random *random) {
     size_t count = 4 * (size_t)bench->model.moved_columns;
-    float *moments = vw_allocate(2 * count, sizeof *moments);
+    float *moments = test_allocate(2 * count, sizeof *moments);
     if (kind != INPUT_ORDINARY) input_fill(kind, random, moments, 2 * count);
     for (size_t i = count; i < 2 * count; i++) moments[i] = fabsf(moments[i]);
     step_bench_write(bench, bench->step.weight_moments, moments);
-    free(moments);
 }
 
 void check_update_weights(struct step_bench *bench, enum input_kind kind) {
     uint32_t count = 4 * bench->model.moved_columns;
-    float *d_weights = vw_allocate(count, sizeof *d_weights);
+    float *d_weights = test_allocate(count, sizeof *d_weights);
     struct test_random random = {.seed = bench->config.seed};
     step_bench_write_params(bench);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
@@ -263,5 +243,4 @@ void check_update_weights(struct step_bench *bench, enum input_kind kind) {
     }
     weights_check_update(bench, d_weights, 100000); // long after
     step_bench_write_params(bench);
-    free(d_weights);
 }

@@ -39,7 +39,6 @@ void check_copy_memory(struct step_bench *bench, enum input_kind kind) {
     input_fill(kind, &random, from, VW_ARRAY_COUNT(from));
     float *to = run(bench, &vw_shader_copy_memory, from, NULL);
     check_same_bits(bench->where, "copy", to, from, sizeof from);
-    free(to);
 }
 
 void check_multiply_registers(struct step_bench *bench, enum input_kind kind) {
@@ -57,5 +56,4 @@ void check_multiply_registers(struct step_bench *bench, enum input_kind kind) {
     double tolerance = CHAINS * (2.0 / (1.0 - FACTOR) + CHAINS) * (FLOAT_ROUNDING * limit + FLOAT_LEAST);
     for (size_t i = 0; i < VW_ARRAY_COUNT(nothing); i++)
         check_value(bench->where, "sum of the chains", i, to[i], sum, tolerance);
-    free(to);
 }

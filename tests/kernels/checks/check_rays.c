@@ -165,7 +165,6 @@ uint32_t rays_check(struct step_bench *bench, double scale) {
         check_unbounded_ray(bench, i, &rays[i], scale);
         hits++; // no ray of an unbounded scene misses it
     }
-    free(rays);
     return hits;
 }
 
@@ -208,7 +207,7 @@ static void place_camera(struct step_bench *bench, enum input_kind kind) {
 void check_generate_rays(struct step_bench *bench, enum input_kind kind) {
     struct vw_view kept = bench->scene->views[0];
     size_t pixel_bytes = bench->config.rays * sizeof *bench->pixels;
-    struct vw_pixel *pixels = vw_allocate(bench->config.rays, sizeof *pixels);
+    struct vw_pixel *pixels = test_allocate(bench->config.rays, sizeof *pixels);
     memcpy(pixels, bench->pixels, pixel_bytes);
     paint(bench, kind);
     place_camera(bench, kind);
@@ -217,6 +216,5 @@ void check_generate_rays(struct step_bench *bench, enum input_kind kind) {
     if (hits < bench->config.rays / 4) fail_msg("%s: only %u rays hit the box", bench->where, hits);
     memcpy(bench->pixels, pixels, pixel_bytes);
     bench->scene->views[0] = kept;
-    free(rays_make(bench)); // cameras and pixels as they were
-    free(pixels);
+    rays_make(bench); // cameras and pixels as they were
 }

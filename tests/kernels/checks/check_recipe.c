@@ -160,6 +160,5 @@ void check_trace_recipe(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, tracing.pass, &tracing.recipe.push, sizeof tracing.recipe.push, PIXELS);
     struct vw_recipe_pixel *pixels = step_bench_read(bench, tracing.pixels);
     check_pixels(bench, &tracing, &view, pixels);
-    free(pixels);
     close_tracing(&tracing);
 }

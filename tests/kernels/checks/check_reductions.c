@@ -38,20 +38,8 @@ static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *
     ASSERT_OK(vw_pass_create(gpu, &params, &r->fit_pass));
 }
 
-void reduction_open(struct vw_gpu *gpu, bool fitted, struct view_reduction *r) {
-    *r = (struct view_reduction){.rays = make_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
-                                 .colours = make_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
-                                 .views = make_buffer(gpu, "views", sizeof reduced_ranges),
-                                 .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
-                                 .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance))};
-    make_passes(gpu, fitted, r);
-    ASSERT_OK(vw_submission_create(gpu, &r->batch));
-    ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
-    r->ray_data = vw_allocate(REDUCED_RAYS, sizeof *r->ray_data);
-    r->colour_data = vw_allocate(REDUCED_RAYS, sizeof *r->colour_data);
-}
-
-void reduction_close(struct view_reduction *r) {
+static void close_reduction(void *opened) {
+    struct view_reduction *r = opened;
     vw_submission_destroy(&r->batch);
     vw_pass_destroy(&r->pass);
     vw_pass_destroy(&r->fit_pass);
@@ -60,9 +48,22 @@ void reduction_close(struct view_reduction *r) {
     vw_buffer_destroy(&r->colours);
     vw_buffer_destroy(&r->views);
     vw_buffer_destroy(&r->scalars);
-    free(r->ray_data);
-    free(r->colour_data);
-    *r = (struct view_reduction){0};
+    free(r);
+}
+
+struct view_reduction *reduction_open(struct vw_gpu *gpu, bool fitted) {
+    struct view_reduction *r = test_own(vw_allocate(1, sizeof *r), close_reduction);
+    *r = (struct view_reduction){.rays = make_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
+                                 .colours = make_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
+                                 .views = make_buffer(gpu, "views", sizeof reduced_ranges),
+                                 .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
+                                 .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance)),
+                                 .ray_data = test_allocate(REDUCED_RAYS, sizeof *r->ray_data),
+                                 .colour_data = test_allocate(REDUCED_RAYS, sizeof *r->colour_data)};
+    make_passes(gpu, fitted, r);
+    ASSERT_OK(vw_submission_create(gpu, &r->batch));
+    ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
+    return r;
 }
 
 void reduction_fill(struct view_reduction *r, enum input_kind kind, uint64_t seed) {
@@ -114,12 +115,10 @@ void reduction_check(const char *where, struct view_reduction *r, vw_float4 sums
 }
 
 void check_reduce_views(struct step_bench *bench, enum input_kind kind) {
-    struct view_reduction reduction;
     vw_float4 sums[REDUCED_VIEWS];
-    reduction_open(bench->gpu, false, &reduction);
-    reduction_fill(&reduction, kind, bench->config.seed);
-    reduction_check(bench->where, &reduction, sums);
-    reduction_close(&reduction);
+    struct view_reduction *reduction = reduction_open(bench->gpu, false);
+    reduction_fill(reduction, kind, bench->config.seed);
+    reduction_check(bench->where, reduction, sums);
 }
 
 // ---- reduce_loss ----------------------------------------------------------------------------------------------------
@@ -128,7 +127,7 @@ void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
     const uint32_t row = 2, rays = bench->step.padded_rays;
     struct vw_push_reduce push = {.count = rays, .scalar_row = row};
     struct test_random random = {.seed = bench->config.seed};
-    float *losses = vw_allocate(rays, sizeof *losses);
+    float *losses = test_allocate(rays, sizeof *losses);
     long double sum = 0.0L;
     for (uint32_t ray = 0; ray < rays; ray++) {
         losses[ray] = fabsf(input_draw(kind, &random));
@@ -144,6 +143,4 @@ void check_reduce_loss(struct step_bench *bench, enum input_kind kind) {
                 SUM_TOLERANCE * (double)sum + rays * FLOAT_LEAST);
     assert_true(scalars[row].z == 0.0f);
     assert_true(scalars[row].w == 77.0f);
-    free(scalars);
-    free(losses);
 }

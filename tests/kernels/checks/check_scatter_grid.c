@@ -43,9 +43,8 @@ float *scatter_rows(const struct step_bench *bench, enum input_kind kind) {
 }
 
 static void clear_gradient(struct step_bench *bench) {
-    void *zeros = vw_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
+    void *zeros = test_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
     step_bench_write(bench, bench->step.d_grid, zeros);
-    free(zeros);
 }
 
 void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags) {
@@ -59,7 +58,6 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);
     *flags = *after;
-    free(after);
 }
 
 struct expected {
@@ -94,19 +92,15 @@ static void expect_sample(const struct step_bench *bench, const float *rows, uin
 
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped) {
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
-    struct expected expected = {vw_allocate(features, sizeof(double)), vw_allocate(features, sizeof(double)),
-                                vw_allocate(features, sizeof(double)), 0};
-    int64_t *quanta = vw_allocate(features, sizeof *quanta);
+    struct expected expected = {test_allocate(features, sizeof(double)), test_allocate(features, sizeof(double)),
+                                test_allocate(features, sizeof(double)), 0};
+    int64_t *quanta = test_allocate(features, sizeof *quanta);
     for (uint32_t i = 0; i < bench->padded_samples; i++) expect_sample(bench, rows, i, &expected);
     reference_unpack_grid(&bench->model, words, quanta);
     for (uint64_t i = 0; i < features; i++)
         check_value(bench->where, "d_grid", i, (double)quanta[i], expected.quanta[i],
                     ROUNDING_QUANTA * expected.contributions[i] + RELATIVE_ROUNDING * expected.magnitudes[i]);
     assert_int_equal(clamped, expected.clamped);
-    free(expected.quanta);
-    free(expected.magnitudes);
-    free(expected.contributions);
-    free(quanta);
 }
 
 void check_scatter_grid(struct step_bench *bench, enum input_kind kind) {
@@ -118,6 +112,4 @@ void check_scatter_grid(struct step_bench *bench, enum input_kind kind) {
     scatter_check(bench, rows, words, flags.clamped);
     if (kind == INPUT_ORDINARY || kind == INPUT_SATURATING) assert_true(flags.clamped > 0);
     clear_gradient(bench); // other passes find it as update_grid leaves it
-    free(words);
-    free(rows);
 }

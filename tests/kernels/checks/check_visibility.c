@@ -37,7 +37,6 @@ static struct reference_params *draw_code(struct step_bench *bench, enum input_k
     step_bench_write(bench, bench->field.params, params);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){.view = bench->view});
     struct reference_params *reference = reference_params_create(&bench->model, params);
-    free(params);
     return reference;
 }
 
@@ -56,8 +55,6 @@ void check_predict_visibility(struct step_bench *bench, enum input_kind kind) {
                     reference_visibility(params->visibility, code, place), VISIBLE_TOLERANCE * (1.0 + size));
         check_value(bench->where, "its gradient, before the loss", ray, found[2 * ray + 1], 0.0, 0.0);
     }
-    free(found);
-    reference_params_destroy(params);
     step_bench_write_params(bench);
 }
 
@@ -86,9 +83,6 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
             check_value(bench->where, "gradient of the network", i, partials[group * REFERENCE_VISIBILITY + i],
                         expected[i], GRADIENT_TOLERANCE * largest(expected, REFERENCE_VISIBILITY) + FLOAT_LEAST);
     }
-    free(of_rays);
-    free(partials);
-    reference_params_destroy(params);
     step_bench_write_params(bench);
 }
 
@@ -98,7 +92,7 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed + 4};
     size_t count = vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS]) / sizeof(float);
     const struct vw_push_reduce push = {.count = (uint32_t)(count / REFERENCE_VISIBILITY)};
-    float *partials = vw_allocate(count, sizeof *partials), *before = step_bench_read(bench, bench->step.d_weights);
+    float *partials = test_allocate(count, sizeof *partials), *before = step_bench_read(bench, bench->step.d_weights);
     uint32_t first = 4 * bench->model.specialization.visibility_column;
     input_fill(kind, &random, partials, count);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_PARTIALS], partials);
@@ -115,10 +109,6 @@ void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     }
     check_same_bits(bench->where, "other gradients", d_weights, before, first * sizeof *before);
     assert_int_equal(flags->nonfinite, 0);
-    free(before);
-    free(partials);
-    free(d_weights);
-    free(flags);
 }
 
 static void update_code(struct step_bench *bench, const float *d_weights) {
@@ -162,18 +152,13 @@ static void update_code(struct step_bench *bench, const float *d_weights) {
     memcpy(moments_after + CODE_WORDS * bench->view, own, CODE_WORDS * sizeof *own);
     check_same_bits(bench->where, "other codes' moments", moments_after, moments,
                     vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]));
-    reference_params_destroy(params);
-    free(before);
-    free(after);
-    free(moments);
-    free(moments_after);
 }
 
 void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed};
-    float *d_weights = vw_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
-    uint32_t *zeros = vw_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]), 1);
+    float *d_weights = test_allocate(vw_buffer_size_bytes(bench->step.d_weights), 1);
+    uint32_t *zeros = test_allocate(vw_buffer_size_bytes(bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS]), 1);
     zeros[CODE_WORDS * bench->view + CODE_WORDS - 1] = kind == INPUT_SATURATING ? INT32_MAX - 1 : 0;
     step_bench_write_params(bench);
     step_bench_write(bench, bench->step.effect_buffers[VW_SLOT_VISIBILITY_MOMENTS], zeros);
@@ -189,8 +174,4 @@ void check_update_visibility(struct step_bench *bench, enum input_kind kind) {
     check_same_bits(bench->where, "params of a skipped step", after, before, bench->model.param_bytes);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
     step_bench_write_params(bench);
-    free(before);
-    free(after);
-    free(zeros);
-    free(d_weights);
 }

@@ -88,8 +88,6 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
     float *partials = step_bench_read(bench, bench->step.weight_partials);
     for (uint32_t slice = 0; slice < slice_count(bench); slice++)
         check_slice(bench, rows, slice, partials + 4 * columns * slice);
-    free(partials);
-    free(rows);
 }
 
 // ---- The sum of the slices ------------------------------------------------------------------------------------------
@@ -99,7 +97,7 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
     uint32_t slices = slice_count(bench);
     size_t weights = 4 * (size_t)bench->model.weight_columns;
     struct test_random random = {.seed = bench->config.seed + 2};
-    float *partials = vw_allocate(weights * slices, sizeof *partials);
+    float *partials = test_allocate(weights * slices, sizeof *partials);
     input_fill(kind, &random, partials, weights * slices);
     step_bench_write(bench, bench->step.weight_partials, partials);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
@@ -113,10 +111,7 @@ void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
             check_value(bench->where, chunk ? "d_weights, two chunks" : "d_weights", i, d_weights[i],
                         (1.0 + chunk) * sum, terms * (FLOAT_ROUNDING * (1.0 + chunk) * magnitude + FLOAT_LEAST));
         }
-        free(d_weights);
     }
     struct vw_step_state *flags = step_bench_read(bench, bench->field.step_state);
     assert_int_equal(flags->nonfinite, 0);
-    free(flags);
-    free(partials);
 }

@@ -31,15 +31,13 @@ TEST(what_is_off_takes_no_room) {
                      0);
     assert_int_equal(trainer->model.param_bytes, trainer->model.grid.size_bytes + trainer->model.weights.size_bytes);
     uint64_t bare = trainer->model.param_count;
-    vw_trainer_destroy(&trainer);
     const uint64_t more[] = {6 * 5, 48 * (16 + 5), 6 * 5 + 48 * (16 + 5)};
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
         config = config_with(forms[i]);
         trainer = test_trainer_create(scene, &config, true, 1);
         assert_int_equal(trainer->model.param_count, bare + more[i]);
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
-    vw_scene_close(&scene);
 }
 
 // The pixels of both halves, and that --val-rays counts those that are scored.
@@ -61,8 +59,6 @@ TEST(halves_share_no_column) {
             assert_int_equal(pixels[i].view, trainer->validation.views[view]);
         }
     }
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 static void darken(struct vw_view *view, double gain) {
@@ -83,7 +79,7 @@ TEST(gains_are_found) {
     darken(&scene->views[DARK], 0.5);
     darken(&scene->views[5 + DARK_VAL], 0.5);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     test_run_finish(trainer, run);
     double grey[2][5] = {{0}}; // what a train photo makes of grey, before and with less light
     for (uint32_t view = 0; view < scene->view_count; view++) {
@@ -102,10 +98,6 @@ TEST(gains_are_found) {
     }
     double bright = before->views[before->count - 1][DARK_VAL].l1, dark = run->views[run->count - 1][DARK_VAL].l1;
     if (dark > 0.75 * bright) fail_msg("an L1 of %g where the bright photo has %g", dark, bright);
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
-    test_run_free(before);
-    vw_scene_close(&scene);
 }
 
 // Of a photo that nothing was trained on, and that is darker: its code brings the render nearer to it. Without the fit
@@ -124,7 +116,7 @@ TEST(a_code_is_fitted_and_taken_away) {
     vw_float4 colours[2][CODE_FIT_RAYS_MAX];
     uint32_t count = vw_pixels_stratify(scene, view, vw_view_fit_left_half(scene, view), 0, CODE_FIT_RAYS_MAX, pixels);
     size_t bytes = trainer->model.param_bytes;
-    uint8_t *before = vw_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
+    uint8_t *before = test_allocate(3, bytes), *fitted = before + bytes, *after = fitted + bytes;
     double squares[2] = {0};
     struct vw_evaluator evaluator;
     struct vw_code_fit fit;
@@ -149,9 +141,6 @@ TEST(a_code_is_fitted_and_taken_away) {
     assert_memory_equal(before, after, bytes);
     vw_whole_view_free(&whole);
     vw_evaluator_destroy(&evaluator);
-    free(before);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

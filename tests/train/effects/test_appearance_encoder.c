@@ -17,10 +17,9 @@ static struct vw_config config_with(const char *effects) {
 // ---- Codes of views -------------------------------------------------------------------------------------------------
 
 static struct vw_trainer *train(const struct vw_scene *scene, const struct vw_config *config) {
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
     test_run_finish(trainer, run);
-    test_run_free(run);
     return trainer;
 }
 
@@ -41,7 +40,7 @@ TEST(every_view_has_the_code_of_its_photo) {
         config.samples = 7;
         struct vw_trainer *trainer = train(scene, &config);
         uint32_t count = trainer->validation.ray_count, changed = 0;
-        vw_float4 *before = vw_allocate(count, sizeof *before), *after = vw_allocate(count, sizeof *after),
+        vw_float4 *before = test_allocate(count, sizeof *before), *after = test_allocate(count, sizeof *after),
                   colour = {0};
         const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
         struct vw_evaluator one = {0};
@@ -62,11 +61,8 @@ TEST(every_view_has_the_code_of_its_photo) {
         }
         assert_true(changed > 20);
         vw_evaluator_destroy(&one);
-        vw_trainer_destroy(&trainer);
-        free(before);
-        free(after);
+        test_release(trainer);
     }
-    vw_scene_close(&scene);
 }
 
 static void brighten(struct vw_scene *scene, uint32_t view, uint32_t first, uint32_t end) {
@@ -99,8 +95,6 @@ TEST(whole_views_show_their_left_halves) {
     for (int i = 0; i < 3; i++) vw_whole_view_free(&seen[i]);
     free(renders[0]);
     free(renders[1]);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 // ---- Beside others --------------------------------------------------------------------------------------------------
@@ -131,24 +125,19 @@ static double trained_psnr(const struct vw_scene *scene, const char *effects) {
     config.rays = 100;
     config.levels = 6;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     double psnr = 0.0;
     test_run_finish(trainer, run);
     for (uint32_t i = run->count - 20; i < run->count; i++) psnr += run->records[i].val_psnr / 20.0;
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
     return psnr;
 }
 
 TEST(photos_of_their_own_exposure_are_learned) {
-    struct vw_scene *scene = NULL;
-    const struct vw_scene_params params = {
-        .path = VW_SOURCE_FOLDER "/scenes/exposure.json", .downscale = 2, .gpu = test_gpu()};
-    ASSERT_OK(vw_scene_open(&params, &scene));
+    struct vw_scene *scene =
+        test_scene_open((struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/exposure.json", .downscale = 2});
     double without = trained_psnr(scene, "none"), with = trained_psnr(scene, "appearance_encoder");
     print_message("%.2f dB with the encoder, %.2f without\n", with, without);
     assert_true(with > without + 1.0);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

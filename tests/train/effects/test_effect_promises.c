@@ -37,7 +37,7 @@ TEST(what_is_off_takes_no_room) {
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
         uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
-        char *first = vw_allocate(shared, 1), *second = vw_allocate(shared, 1);
+        char *first = test_allocate(shared, 1), *second = test_allocate(shared, 1);
         test_trainer_has_no_effects(without);
         assert_null(without->field.head_rows);
         assert_null(without->validation.evaluator.views);
@@ -48,12 +48,9 @@ TEST(what_is_off_takes_no_room) {
         read_params(without, first, shared);
         read_params(with, second, shared);
         assert_memory_equal(first, second, shared);
-        free(first);
-        free(second);
-        vw_trainer_destroy(&without);
-        vw_trainer_destroy(&with);
+        test_release(without);
+        test_release(with);
     }
-    vw_scene_close(&scene);
 }
 
 TEST(bits_do_not_depend_on_batches_or_parts) {
@@ -89,11 +86,9 @@ TEST(bits_do_not_depend_on_batches_or_parts) {
         test_run_assert_same(one, many);
         if (parts) test_run_assert_same(one, parts);
         assert_int_equal(one->stats.nonfinite_steps, 0);
-        test_run_free(one);
-        test_run_free(many);
-        if (parts) test_run_free(parts);
+        test_release(one);
+        test_release(many);
     }
-    vw_scene_close(&scene);
 }
 
 // Decision 1: the params that a field has without the effect render the same with it, in train photos too, whatever the
@@ -110,11 +105,11 @@ TEST(validation_sees_the_field_alone) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config on = config_with(cases[i].field, cases[i].effects), off = config_with(cases[i].field, "none");
         on.epochs = 20;
-        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct test_run *run = test_allocate(1, sizeof *run);
         struct vw_trainer *trained = test_trainer_create(scene, &on, true, 0),
                           *plain = test_trainer_create(scene, &off, true, 0);
         uint64_t own = plain->model.param_bytes, bytes = trained->model.param_bytes;
-        char *before = vw_allocate(bytes, 1);
+        char *before = test_allocate(bytes, 1);
         float *expected = NULL, *found = NULL;
         read_params(trained, before, bytes);
         test_run_finish(trained, run);
@@ -129,12 +124,10 @@ TEST(validation_sees_the_field_alone) {
             free(found);
             expected = found = NULL;
         }
-        free(before);
-        vw_trainer_destroy(&trained);
-        vw_trainer_destroy(&plain);
-        test_run_free(run);
+        test_release(trained);
+        test_release(plain);
+        test_release(run);
     }
-    vw_scene_close(&scene);
 }
 
 TEST(what_cannot_be_together_is_refused_by_name) {
@@ -197,9 +190,8 @@ TEST(lasting_credit_refuses_by_name) {
         snprintf(remedy, sizeof remedy, "--effects -%s", names[i]);
         ASSERT_FAILS(vw_lasting_create(&(struct vw_lasting_params){.training = &training}, &lasting), VW_ERROR_USAGE,
                      remedy);
-        vw_trainer_destroy(&trainer);
+        test_release(trainer);
     }
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -5,8 +5,8 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
-#include "support/open_trainer.h"
 #include "support/synthetic_scene.h"
+#include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
@@ -63,8 +63,6 @@ static bool is_shared(const char *pass) {
 
 // A few steps with exactly these effects, on a device of their own, whose timers then know every pass.
 static struct cost measure(const struct vw_scene *scene, const char *effects) {
-    struct vw_gpu *gpu = NULL;
-    struct vw_trainer *trainer = NULL;
     struct vw_config config = vw_config_default;
     const struct vw_step_record *records;
     uint32_t count = 0;
@@ -73,9 +71,9 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
     config.width = 16;
     config.log2_table = 10;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.timers = true}, &gpu));
-    ASSERT_OK(test_trainer_open(
-        (struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true}, &trainer));
+    struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.timers = true});
+    struct vw_trainer *trainer =
+        test_trainer_open((struct vw_trainer_params){.gpu = gpu, .scene = scene, .config = &config, .validate = true});
     struct vw_trainer_stats stats;
     vw_trainer_get_stats(trainer, &stats);
     do ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
@@ -91,9 +89,9 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
         cost.other_passes++;
         if (!strcmp(effects, "none")) print_error("pass %s runs without any effect\n", timers[i].name);
     }
-    vw_trainer_destroy(&trainer);
+    test_release(trainer);
     cost.device_bytes -= vw_gpu_buffer_bytes(gpu); // what the device layer keeps for transfers
-    ASSERT_OK(vw_gpu_close(&gpu));
+    test_release(gpu);
     return cost;
 }
 
@@ -111,7 +109,6 @@ TEST(nothing_without_effects) {
     assert_int_equal(stand_in_bytes % STAND_IN_BYTES, 0);
     assert_true(stand_in_bytes / STAND_IN_BYTES <= none.pass_count);
     assert_int_equal(none.param_bytes, none.grid_and_weight_bytes);
-    vw_scene_close(&scene);
 }
 
 // transient cannot be beside occupancy or visibility, nor pose beside unbounded, nor appearance_encoder beside other
@@ -158,5 +155,4 @@ TEST(nothing_beside_another_effect) {
     }
     check_together(scene, effects, costs, count, none, false);
     check_together(scene, effects, costs, count, none, true);
-    vw_scene_close(&scene);
 }

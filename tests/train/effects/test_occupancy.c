@@ -62,8 +62,6 @@ static void run_parts(const struct vw_scene *scene, const struct vw_config *conf
     ASSERT_OK(vw_trainer_save_checkpoint(first, path));
     ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, run);
-    vw_trainer_destroy(&first);
-    vw_trainer_destroy(&second);
     temporary_folder_remove(folder);
 }
 
@@ -71,14 +69,10 @@ TEST(a_run_has_the_same_bits_however_it_is_cut) {
     struct vw_scene *scene = dark_scene();
     struct vw_config config = skipping_config();
     struct test_run *whole = test_run(scene, &config, true, 0), *single = test_run(scene, &config, true, 1),
-                    *parts = vw_allocate(1, sizeof *parts);
+                    *parts = test_allocate(1, sizeof *parts);
     test_run_assert_same(whole, single);
     run_parts(scene, &config, parts);
     test_run_assert_same(whole, parts);
-    test_run_free(whole);
-    test_run_free(single);
-    test_run_free(parts);
-    vw_scene_close(&scene);
 }
 
 // The same params validate to the same bits with the effect, whatever is believed empty, and without it (decision 1).
@@ -88,9 +82,9 @@ TEST(validation_skips_nothing) {
     snprintf(without.effects, sizeof without.effects, "none");
     struct vw_trainer *on = test_trainer_create(scene, &with, true, 1),
                       *off = test_trainer_create(scene, &without, true, 1);
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     test_run_finish(on, run);
-    float *zeros = vw_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
+    float *zeros = test_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
     ASSERT_OK(
         vw_buffer_write(on->field.effect_buffers[VW_SLOT_OCCUPANCY], 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
     ASSERT_OK(vw_buffer_write(off->field.params, 0, run->params, 4ull * run->param_words));
@@ -99,13 +93,8 @@ TEST(validation_skips_nothing) {
     ASSERT_OK(vw_trainer_render(on, view, &rendered_on));
     ASSERT_OK(vw_trainer_render(off, view, &rendered_off));
     assert_memory_equal(rendered_on, rendered_off, sizeof *rendered_on * values);
-    free(zeros);
     free(rendered_on);
     free(rendered_off);
-    vw_trainer_destroy(&on);
-    vw_trainer_destroy(&off);
-    test_run_free(run);
-    vw_scene_close(&scene);
 }
 
 // Off: no buffer and no pass; until the warm-up ends, on changes no bit either.
@@ -119,15 +108,11 @@ TEST(off_costs_nothing) {
     assert_null(off->field.effect_buffers[VW_SLOT_OCCUPANCY]);
     assert_null(off->step.effect_buffers[VW_SLOT_KEPT]);
     test_trainer_has_no_effects(off);
-    vw_trainer_destroy(&off);
-    struct vw_trainer *on = test_trainer_create(scene, &with, true, 1);
+    test_release(off);
+    test_trainer_create(scene, &with, true, 1);
     assert_true(vw_gpu_buffer_bytes(test_gpu()) > bytes_off + 4 * VW_OCCUPANCY_CELLS);
-    vw_trainer_destroy(&on);
     struct test_run *run_on = test_run(scene, &with, true, 0), *run_off = test_run(scene, &without, true, 0);
     test_run_assert_same(run_on, run_off);
-    test_run_free(run_on);
-    test_run_free(run_off);
-    vw_scene_close(&scene);
 }
 
 TEST(the_occupied_share_is_that_of_the_params) {
@@ -137,9 +122,9 @@ TEST(the_occupied_share_is_that_of_the_params) {
     double share = -1.0, again = -1.0;
     ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
-    float *params = vw_allocate(trainer->model.param_bytes, 1);
+    float *params = test_allocate(trainer->model.param_bytes, 1);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     test_run_finish(trainer, run);
     ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.0 && share <= 1.0);
@@ -150,10 +135,6 @@ TEST(the_occupied_share_is_that_of_the_params) {
     ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
     ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.01 && share < 1.0);
-    free(params);
-    test_run_free(run);
-    vw_trainer_destroy(&trainer);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

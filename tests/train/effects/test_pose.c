@@ -72,11 +72,9 @@ static void check_corrections(const struct vw_scene *scene, const struct vw_trai
 
 // Seen: 1.1 dB, and cameras off by half of what they were.
 TEST(wrong_cameras_are_mended) {
-    struct vw_scene *scene = NULL;
     double psnr[2], error[2];
-    ASSERT_OK(vw_scene_open(&(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .gpu = test_gpu()},
-                            &scene));
-    struct vw_view *true_views = vw_allocate(scene->view_count, sizeof *true_views);
+    struct vw_scene *scene = test_scene_open((struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json"});
+    struct vw_view *true_views = test_allocate(scene->view_count, sizeof *true_views);
     move_cameras(scene, true_views);
     for (int with = 0; with < 2; with++) {
         struct vw_config config = config_with(with ? "pose" : "none");
@@ -84,21 +82,19 @@ TEST(wrong_cameras_are_mended) {
         config.rays = 100;
         config.levels = 6;
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-        struct test_run *run = vw_allocate(1, sizeof *run);
+        struct test_run *run = test_allocate(1, sizeof *run);
         test_run_finish(trainer, run);
         psnr[with] = 0.0;
         for (uint32_t i = run->count - 20; i < run->count; i++) psnr[with] += run->records[i].val_psnr / 20.0;
         error[with] = error_of_cameras(scene, true_views, trainer, with ? run->params : NULL);
         if (with) check_corrections(scene, trainer, run->params);
-        vw_trainer_destroy(&trainer);
-        test_run_free(run);
+        test_release(trainer);
+        test_release(run);
     }
     print_message("%.2f dB with pose, %.2f without; cameras are off by %.4f box edges, were by %.4f\n", psnr[1],
                   psnr[0], error[1], error[0]);
     assert_true(psnr[1] > psnr[0] + 0.5);
     assert_true(error[1] < 0.7 * error[0]);
-    free(true_views);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -29,10 +29,9 @@ TEST(runs_repeat_bit_for_bit) {
         struct test_run *first = test_run(scene, &configs[i], true, 1),
                         *grouped = test_run(scene, &configs[i], true, 7);
         test_run_assert_same(first, grouped);
-        test_run_free(first);
-        test_run_free(grouped);
+        test_release(first);
+        test_release(grouped);
     }
-    vw_scene_close(&scene);
 }
 
 // A sky takes the background's place, and the targets stay on the scene's colour.
@@ -43,9 +42,6 @@ TEST(a_sky_leaves_nothing_to_the_form_of_the_background) {
     config.background = VW_BACKGROUND_RANDOM;
     struct test_run *random = test_run(scene, &config, true, 0);
     test_run_assert_same(fixed, random);
-    test_run_free(fixed);
-    test_run_free(random);
-    vw_scene_close(&scene);
 }
 
 // What a trainer renders of a view with these params.
@@ -55,7 +51,7 @@ static float *render_field(const struct vw_scene *scene, const struct vw_config 
     float *rgb = NULL;
     ASSERT_OK(vw_buffer_write(trainer->field.params, 0, params, trainer->model.param_bytes));
     ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
-    vw_trainer_destroy(&trainer);
+    test_release(trainer);
     return rgb;
 }
 
@@ -72,10 +68,8 @@ TEST(validation_knows_no_form_of_the_background) {
     assert_memory_equal(runs[0]->views[0], runs[1]->views[0], sizeof runs[0]->views[0]); // of the untrained field
     assert_false(test_same_bits(runs[0]->records[1].train_loss, runs[1]->records[1].train_loss));
     for (int i = 0; i < 2; i++) {
-        test_run_free(runs[i]);
-        free(rendered[i]);
+        test_release(runs[i]);
     }
-    vw_scene_close(&scene);
 }
 
 // 9 rgb coefficients, and what the step needs to learn them; without the effect none of it.
@@ -96,8 +90,6 @@ TEST(a_sky_costs_27_params) {
                          (i == 2 ? 2 : 1) * 16 * VW_SKY_COLUMNS);
     assert_int_equal(vw_buffer_size_bytes(steps[1]->effect_buffers[VW_SLOT_D_SKY]), 16 * steps[1]->padded_rays);
     test_trainer_has_no_effects(trainers[0]);
-    for (int i = 0; i < 2; i++) vw_trainer_destroy(&trainers[i]);
-    vw_scene_close(&scene);
 }
 
 // The field's file holds the sky, and is refused where there is none.
@@ -106,7 +98,7 @@ TEST(a_field_keeps_its_sky) {
     const char *path = temporary_path(folder, "field.vwf");
     struct vw_scene *scene = test_scene();
     struct vw_config with = config_with("sky", VW_BACKGROUND_FIXED), without = config_with("none", VW_BACKGROUND_FIXED);
-    struct test_run *run = vw_allocate(1, sizeof *run);
+    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &with, true, 0),
                       *loaded = test_trainer_create(scene, &with, true, 0);
     float *trained = NULL, *again = NULL;
@@ -116,35 +108,27 @@ TEST(a_field_keeps_its_sky) {
     ASSERT_OK(vw_trainer_load_field(loaded, path));
     ASSERT_OK(vw_trainer_render(loaded, 5, &again));
     assert_memory_equal(trained, again, 3 * 24 * 18 * sizeof(float));
-    vw_trainer_destroy(&loaded);
     loaded = test_trainer_create(scene, &without, true, 0);
     assert_int_equal(vw_trainer_load_field(loaded, path), VW_ERROR_INPUT);
-    vw_trainer_destroy(&loaded);
-    vw_trainer_destroy(&trainer);
-    test_run_free(run);
     free(trained);
     free(again);
-    vw_scene_close(&scene);
     temporary_folder_remove(folder);
 }
 
 // scenes/sky.json at a quarter of its pixels: 3.9 dB were gained after 15 epochs, over three seeds.
 TEST(a_sky_is_worth_its_params) {
-    struct vw_scene *scene = NULL;
     double psnr[2];
-    ASSERT_OK(vw_scene_open(
-        &(struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/sky.json", .downscale = 2, .gpu = test_gpu()},
-        &scene));
+    struct vw_scene *scene =
+        test_scene_open((struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/sky.json", .downscale = 2});
     for (int with = 0; with < 2; with++) {
         struct vw_config config = config_with(with ? "sky" : "none", VW_BACKGROUND_FIXED);
         config.epochs = 8;
         config.rays = 200;
         struct test_run *run = test_run(scene, &config, true, 0);
         psnr[with] = run->records[run->count - 1].val_psnr;
-        test_run_free(run);
+        test_release(run);
     }
     if (!(psnr[1] > psnr[0] + 1.0)) fail_msg("%.2f dB with a sky, %.2f dB without", psnr[1], psnr[0]);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -19,7 +19,6 @@ static double psnr_with(const struct vw_scene *scene, const char *effects) {
     double psnr = 0.0;
     for (uint32_t i = run->count - 10; i < run->count; i++) psnr += run->records[i].val_psnr / 10.0;
     assert_int_equal(run->stats.nonfinite_steps, 0);
-    test_run_free(run);
     return psnr;
 }
 
@@ -37,7 +36,6 @@ TEST(what_hides_photos_harms_less) {
     double without = psnr_with(scene, "none"), with = psnr_with(scene, "transient");
     print_message("photos hidden by a quarter: %.2f dB without, %.2f dB with transient\n", without, with);
     assert_true(with > without);
-    vw_scene_close(&scene);
 }
 
 TEST_GROUP(NULL, test_gpu_close)
