@@ -22,10 +22,6 @@ struct vw_experiment_params {
     uint32_t seeds;    // as many are compared: config->seed and those after it
     uint32_t together; // runs or trainings that take their steps together on each device; 0: by it
     struct vw_report_options report;
-    // For callers that evaluate scores: also the other forms that the paper discusses (value.h), and methods with
-    // budgets.
-    bool paper_methods;
-    const char *methods, *run_equivalents;
     struct vw_lasting_options lasting; // for single runs
     struct vw_interrupt interrupt;     // asked between batches of steps, and between retrainings
     vw_run_progress *progress;         // called by single runs; NULL: none

@@ -64,7 +64,7 @@ static uint64_t worth_seed(const struct work *work, uint32_t valued) {
 }
 
 static uint32_t count_seeds(const struct vw_benchmark_params *params) {
-    if (params->common.methods) return vw_method_scorers_seed_count(&params->common);
+    if (params->evaluated.methods) return vw_method_scorers_seed_count(&params->common);
     return params->common.seeds * (1 + worth_retrainings_most(params)) + params->retraining_seeds +
            leave_one_out_seeds(params);
 }
@@ -134,7 +134,7 @@ static uint64_t count_retrainings(const struct work *work) {
     uint64_t count = 1 + (uint64_t)work->subsets.count * params->retraining_seeds +
                      (uint64_t)curves * vw_curve_trainings(params->retraining_seeds, params->curves == VW_CURVES_GAIN);
     count += (uint64_t)params->common.seeds * worth_retrainings_most(params);
-    count += vw_method_scorers_count(&params->common, &work->retrainer);
+    count += vw_method_scorers_count(&params->evaluated, params->common.seeds, &work->retrainer);
     if (params->leave_one_out) count += (uint64_t)leave_one_out_seeds(params) * (evaluation->photo_count + 1);
     return count;
 }
@@ -323,9 +323,9 @@ static enum vw_status record_metrics(struct work *work, const struct vw_metrics 
     vw_hasher_add_integer(&hasher, work->params->equal);
     for (uint32_t i = 0; i < work->params->worth_count; i++)
         vw_hasher_add_integer(&hasher, work->params->worth_retrainings[i]);
-    const struct vw_experiment_params *common = &work->params->common;
-    if (common->methods) vw_hasher_add_text(&hasher, common->methods);
-    if (common->run_equivalents) vw_hasher_add_text(&hasher, common->run_equivalents);
+    const struct vw_method_params *evaluated = &work->params->evaluated;
+    if (evaluated->methods) vw_hasher_add_text(&hasher, evaluated->methods);
+    if (evaluated->run_equivalents) vw_hasher_add_text(&hasher, evaluated->run_equivalents);
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, config_hash);
     return vw_retraining_store_set_metrics(work->retrainer.retrainings, work->retrainer.scene_hash, config_hash,
@@ -379,7 +379,8 @@ static enum vw_status make(struct work *work, struct vw_benchmark *benchmark) {
     status = train_on_all(work, &benchmark->training_seconds);
     if (!status) status = find_worths(work);
     if (!status) status = add_worths(work, benchmark);
-    if (!status) status = vw_method_scorers_add(common, retrainer, &work->scorers, &benchmark->method_names);
+    if (!status)
+        status = vw_method_scorers_add(&work->params->evaluated, retrainer, &work->scorers, &benchmark->method_names);
     if (!status) status = leave_one_out(work);
     if (!status) status = evaluate(work, &benchmark->metrics);
     return status ? status : write_results(work, benchmark);
@@ -392,7 +393,7 @@ enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struc
     work->params = params;
     enum vw_status status = vw_experiment_check(&params->common, count_seeds(params), true);
     if (!status) status = check_curves(params);
-    if (!status) status = vw_method_scorers_check(&params->common);
+    if (!status) status = vw_method_scorers_check(&params->evaluated);
     if (!status) status = vw_out_lock_take(params->common.out, &work->lock);
     if (!status) status = make(work, benchmark);
     for (uint32_t truth = 0; truth < VW_TRUTH_COUNT; truth++) vw_worths_free(&work->worths[truth]);

@@ -23,6 +23,7 @@ enum vw_curves {
 enum { VW_BENCHMARK_WORTHS = 6, VW_BENCHMARK_NAME_BYTES = 24 };
 struct vw_benchmark_params {
     struct vw_experiment_params common; // seeds: as many runs are valued
+    struct vw_method_params evaluated;
     uint32_t retraining_seeds; // seeds of each subset and of each set of a curve; these follow the valued runs' seeds
     uint32_t subsets;          // to retrain on: one half of them are halves of the photos, one of random sizes
     bool all_subsets;          // instead all subsets of at most VW_SUBSETS_ALL_PHOTOS_MAX photos

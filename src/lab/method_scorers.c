@@ -74,7 +74,7 @@ static enum vw_status check_methods(const char *list) {
     return VW_OK;
 }
 
-enum vw_status vw_method_scorers_check(const struct vw_experiment_params *params) {
+enum vw_status vw_method_scorers_check(const struct vw_method_params *params) {
     const char *rest = params->run_equivalents;
     struct vw_word word;
     struct budget budget;
@@ -97,7 +97,7 @@ struct budgets {
     uint32_t count;
 };
 
-static struct budgets list_budgets(const struct vw_experiment_params *params, uint32_t photo_count) {
+static struct budgets list_budgets(const struct vw_method_params *params, uint32_t photo_count) {
     const char *rest = params->run_equivalents ? params->run_equivalents : vw_method_budgets_default;
     struct budgets budgets = {.count = 0};
     struct vw_word word;
@@ -117,7 +117,7 @@ static struct budgets list_budgets(const struct vw_experiment_params *params, ui
 
 // State that all methods share.
 struct work {
-    const struct vw_experiment_params *params;
+    const struct vw_method_params *params;
     struct vw_retrainer *retrainer;
     struct vw_scorers *scorers;
     struct vw_feature_table features; // its arrays are those below
@@ -147,7 +147,7 @@ static enum vw_status make_feature_table(struct work *work) {
 
 static struct vw_retraining_input input_of(const struct work *work, uint32_t valued, uint32_t budget) {
     struct vw_retrainer *retrainer = work->retrainer;
-    uint64_t seed = work->params->config->seed;
+    uint64_t seed = retrainer->params.config->seed;
     return (struct vw_retraining_input){.photos = retrainer->train_views,
                                         .photo_count = retrainer->train_count,
                                         .retrain = vw_retrain,
@@ -165,7 +165,8 @@ static bool can_use(const struct vw_retraining_method *method, const struct vw_r
     return input->budget >= method->least_budget(input) && (uint64_t)input->budget * input->epochs <= METHOD_SEEDS;
 }
 
-uint64_t vw_method_scorers_count(const struct vw_experiment_params *params, const struct vw_retrainer *retrainer) {
+uint64_t vw_method_scorers_count(const struct vw_method_params *params, uint32_t seeds,
+                                 const struct vw_retrainer *retrainer) {
     const struct budgets budgets = list_budgets(params, retrainer->train_count);
     uint32_t epochs = retrainer->params.config->epochs;
     uint64_t count = 0;
@@ -175,7 +176,7 @@ uint64_t vw_method_scorers_count(const struct vw_experiment_params *params, cons
         for (uint32_t i = 0; is_asked_for(params->methods, method->name) && i < budgets.count; i++)
             count += (uint64_t)budgets.numbers[i] * (of_each + 1); // an untrained field beside each, at most
     }
-    return count * params->seeds;
+    return count * seeds;
 }
 
 static enum vw_status add_scorer(const struct work *work, const struct vw_retraining_method *method, uint32_t budget,
@@ -265,7 +266,7 @@ static enum vw_status add_retraining_scorers(const struct work *work, char (*nam
     return status;
 }
 
-enum vw_status vw_method_scorers_add(const struct vw_experiment_params *params, struct vw_retrainer *retrainer,
+enum vw_status vw_method_scorers_add(const struct vw_method_params *params, struct vw_retrainer *retrainer,
                                      struct vw_scorers *scorers, char (**names)[VW_METHOD_NAME_BYTES]) {
     struct work work = {.params = params, .retrainer = retrainer, .scorers = scorers};
     if (!params->methods) return VW_OK;

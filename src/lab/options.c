@@ -24,7 +24,7 @@ const struct vw_option vw_lab_option_table[] = {
      "all,validation: each run has its own, so that their error does not count as agreement",
      VW_LAB_REPRODUCE, VW_SECTION_MAIN, CHOICE(common.config.vary, vary_choice, VW_VARY_ALL_VALIDATION), COMMON},
     {"paper", NULL, "Also compare the other scores that the paper discusses: revisit, last epoch, linear, exponential",
-     VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, paper_methods)},
+     VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(FLAG, evaluated.paper_methods)},
     {"halves", "N",
      "Number of random halves of the train photos that evaluate the scores, each trained on twice; 0: none; LDS needs "
      "at least 3",
@@ -47,12 +47,12 @@ const struct vw_option vw_lab_option_table[] = {
     {"methods", "LIST|all",
      "Also evaluate methods of the literature, with commas between: by retrainings, "
      "which are not those that judge, " VW_RETRAINING_METHODS "; by gradients along the run, " VW_GRADIENT_METHOD_NAMES,
-     VW_LAB_BENCHMARK | VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, methods), COMMON, DEFAULT("none"),
+     VW_LAB_BENCHMARK | VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, evaluated.methods), COMMON, DEFAULT("none"),
      .words = "all"},
     {"run-equivalents", "LIST",
      "Budgets of --methods, at most 12 with commas between, in trainings on all photos; N stands for the number of "
      "train photos, as in N/2 and 4N",
-     VW_LAB_BENCHMARK | VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, run_equivalents), COMMON,
+     VW_LAB_BENCHMARK | VW_LAB_REPRODUCE, VW_SECTION_MAIN, OPTION(TEXT, evaluated.run_equivalents), COMMON,
      DEFAULT("1,2,4,10,N,4N")},
     {"curves", "LIST|all|none|gain",
      "Methods with removal and addition curves, with commas between; gain: all methods, but only what leaving out the "

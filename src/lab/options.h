@@ -4,6 +4,7 @@
 
 #include "cli/option.h"
 #include "cli/options.h"
+#include "lab/method_scorers.h"
 
 struct vw_lab_options {
     struct vw_options common; // first, so that commands are given either
@@ -11,10 +12,8 @@ struct vw_lab_options {
     uint32_t retraining_seeds, valued_seeds;
     bool leave_one_out;
     const char *worth_retrainings; // numbers with commas between
-    const char *methods;           // names with commas between, or "all"
-    const char *run_equivalents;   // numbers and parts of N with commas between
+    struct vw_method_params evaluated;
     const char *curves;
-    bool paper_methods;
     uint32_t same_state; // states that all photos are tried on; 0: none
     uint32_t halves;     // random halves of the train photos, by which a trade-off evaluates scores
 };

@@ -15,16 +15,17 @@ static enum vw_status keep_photos(struct vw_reproduced_methods *methods) {
     return VW_OK;
 }
 
-enum vw_status vw_reproduced_methods_make(const struct vw_experiment_params *params, struct vw_session *session,
+enum vw_status vw_reproduced_methods_make(const struct vw_experiment_params *params,
+                                          const struct vw_method_params *evaluated, struct vw_session *session,
                                           struct vw_reproduced_methods *methods) {
     struct vw_retrainer retrainer = {0};
-    if (!params->methods) return VW_OK;
+    if (!evaluated->methods) return VW_OK;
     methods->scorers = vw_allocate(1, sizeof *methods->scorers);
     enum vw_status status = methods->scorers ? VW_OK : VW_ERROR_MEMORY;
     if (!status) status = vw_scorers_open_retrainer(params, session, VW_EQUAL_STEPS, &retrainer);
     if (!status) status = vw_scorers_make(params, &retrainer, params->seeds, methods->scorers);
-    if (!status) retrainer.planned = vw_method_scorers_count(params, &retrainer);
-    if (!status) status = vw_method_scorers_add(params, &retrainer, methods->scorers, &methods->names);
+    if (!status) retrainer.planned = vw_method_scorers_count(evaluated, params->seeds, &retrainer);
+    if (!status) status = vw_method_scorers_add(evaluated, &retrainer, methods->scorers, &methods->names);
     if (!status) status = keep_photos(methods);
     vw_retrainer_close(&retrainer);
     return status;

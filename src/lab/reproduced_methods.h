@@ -13,9 +13,10 @@ struct vw_reproduced_methods {
     uint32_t *photos;                    // owned: those of the scorers
 };
 
-// Scores the photos of each run, which is there, by params->methods, with retrainings of its own seeds in
+// Scores the photos of each run, which is there, by evaluated->methods, with retrainings of its own seeds in
 // OUT/retrainings.db. Does nothing without any. Free it also after a failure.
-enum vw_status vw_reproduced_methods_make(const struct vw_experiment_params *params, struct vw_session *session,
+enum vw_status vw_reproduced_methods_make(const struct vw_experiment_params *params,
+                                          const struct vw_method_params *evaluated, struct vw_session *session,
                                           struct vw_reproduced_methods *methods);
 // Adds their tables, and those of the baselines that depend on a run: the others agree whatever the seed. `images` are
 // those of the runs; the names live as long as `methods`.

@@ -30,7 +30,7 @@ void vw_reproduction_pair(const struct vw_reproduction *reproduction, uint32_t p
 
 // ---- From the ledgers ----
 
-static enum vw_status read_runs(const struct vw_experiment_params *params, struct seed_runs *runs) {
+static enum vw_status read_runs(const struct vw_experiment_params *params, bool paper_methods, struct seed_runs *runs) {
     *runs = (struct seed_runs){.count = params->seeds,
                                .ledgers = vw_allocate(params->seeds, sizeof *runs->ledgers),
                                .inputs = vw_allocate(params->seeds, sizeof *runs->inputs)};
@@ -38,7 +38,7 @@ static enum vw_status read_runs(const struct vw_experiment_params *params, struc
     for (uint32_t i = 0; i < runs->count && !status; i++) {
         status = vw_seed_run_open(params->out, params->config->seed + i, &runs->ledgers[i]);
         if (!status) status = vw_scoring_load(runs->ledgers[i], params->config, &runs->inputs[i]);
-        runs->inputs[i].paper_methods = params->paper_methods;
+        runs->inputs[i].paper_methods = paper_methods;
     }
     return status;
 }
@@ -171,21 +171,22 @@ static enum vw_status write_tables(const struct seed_runs *runs, struct vw_repro
 // ---- All of it ----
 
 // Makes the runs and the methods. Retrainings of methods vary what the runs vary.
-static enum vw_status make_runs(const struct vw_experiment_params *params, struct vw_reproduced_methods *methods) {
+static enum vw_status make_runs(const struct vw_experiment_params *params, const struct vw_method_params *evaluated,
+                                struct vw_reproduced_methods *methods) {
     struct vw_session session = {0};
     struct vw_config config = *params->config;
     struct vw_experiment_params varied = *params;
     if (config.vary != VW_VARY_ALL && config.vary != VW_VARY_ALL_VALIDATION) config.base_seed = config.seed;
     varied.config = &config;
     enum vw_status status = vw_seed_runs_make(&varied, &session);
-    if (!status) status = vw_reproduced_methods_make(&varied, &session, methods);
+    if (!status) status = vw_reproduced_methods_make(&varied, evaluated, &session, methods);
     vw_session_close(&session);
     return status;
 }
 
 static enum vw_status compare_runs(struct vw_reproduction *reproduction) {
     struct seed_runs runs;
-    enum vw_status status = read_runs(reproduction->params, &runs);
+    enum vw_status status = read_runs(reproduction->params, reproduction->evaluated->paper_methods, &runs);
     if (!status) status = make_stops(&runs, reproduction);
     if (!status) status = write_tables(&runs, reproduction);
     if (!status && reproduction->params->lasting.wanted)
@@ -196,14 +197,16 @@ static enum vw_status compare_runs(struct vw_reproduction *reproduction) {
     return status;
 }
 
-enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, struct vw_reproduction *reproduction) {
-    *reproduction = (struct vw_reproduction){.params = params, .pair_count = params->seeds * (params->seeds - 1) / 2};
+enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, const struct vw_method_params *evaluated,
+                                    struct vw_reproduction *reproduction) {
+    *reproduction = (struct vw_reproduction){
+        .params = params, .evaluated = evaluated, .pair_count = params->seeds * (params->seeds - 1) / 2};
     struct vw_out_lock *lock = NULL;
-    uint32_t seeds = params->methods ? vw_method_scorers_seed_count(params) : params->seeds;
+    uint32_t seeds = evaluated->methods ? vw_method_scorers_seed_count(params) : params->seeds;
     enum vw_status status = vw_experiment_check(params, seeds, true);
-    if (!status) status = vw_method_scorers_check(params);
+    if (!status) status = vw_method_scorers_check(evaluated);
     if (!status) status = vw_out_lock_take(params->out, &lock);
-    if (!status) status = make_runs(params, &reproduction->methods);
+    if (!status) status = make_runs(params, evaluated, &reproduction->methods);
     if (!status) status = compare_runs(reproduction);
     const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
     if (!status) reproduction->report_path = vw_report_folder_finish(params->out, &report);

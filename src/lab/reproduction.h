@@ -21,13 +21,14 @@ struct vw_reproduction_stop {
 
 struct vw_reproduction {
     const struct vw_experiment_params *params; // borrowed
+    const struct vw_method_params *evaluated;  // borrowed
     uint32_t pair_count;
     struct vw_reproduction_stop *stops; // owned: every 5 epochs (more epochs where that gives more than 20 stops); the
                                         // last one is after all epochs
     uint32_t stop_count;
     char *agreement_path, *scatter_path;  // owned
     struct vw_lasting_seeds lasting;      // empty unless params->lasting.wanted
-    struct vw_reproduced_methods methods; // in the last stop; empty unless params->methods are named
+    struct vw_reproduced_methods methods; // in the last stop; empty unless evaluated->methods are named
     char *report_path;                    // owned; NULL when there is no report
 };
 
@@ -36,7 +37,7 @@ struct vw_reproduction {
 // VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to
 // OUT:
 // - seed_<seed>/: the runs (seed_runs.h)
-// - retrainings.db and gradient_scores_<seed>.csv, with params->methods
+// - retrainings.db and gradient_scores_<seed>.csv, with evaluated->methods
 // - reproduce.csv: header method,epochs,training_rays,seed_a,seed_b,photos,measure,value; a row per method, stop, pair
 //   and measure (vw_agreement_name). `photos`: the number compared. An empty value: undefined.
 // - scatter.csv: header name,method,seed_a,seed_b,value_a,value_b,corrupted; a row per method, pair and train photo
@@ -45,7 +46,8 @@ struct vw_reproduction {
 // - lasting_seeds.csv (lasting_seeds.h), with params->lasting.wanted
 // - report.html
 // Free the result also after a failure.
-enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, struct vw_reproduction *reproduction);
+enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, const struct vw_method_params *evaluated,
+                                    struct vw_reproduction *reproduction);
 void vw_reproduction_free(struct vw_reproduction *reproduction);
 
 // Finds the runs of a pair: (0,1), (0,2), ..., (1,2), ... for pair 0, 1, ...

@@ -15,7 +15,7 @@ json_t *vw_html_gate(const struct vw_report_run *run);
 json_t *vw_html_growth(const struct vw_report_run *run);
 // Returns {"measured": [dB], "photos": [count], "means": {method: [mean of the scores of the photos trained on, or
 // null]}} for those of dv_psnr, lasting_psnr and worth_psnr that have scores. At equal steps PSNR is linear in these
-// means if photos add up (lab/evaluation/evaluation.h).
+// means if photos add up.
 json_t *vw_html_retrainings(const struct vw_report_run *run);
 // Returns {"method": [...], "spearman": [...], "ci_low": [...], "ci_high": [...], "retrainings": count, "noise_db": dB
 // or null, "ceiling": correlation or null}: how well left-out retrainings are predicted, worth_psnr first; null if too

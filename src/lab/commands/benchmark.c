@@ -57,14 +57,13 @@ enum vw_status vw_lab_benchmark(const struct vw_options *options) {
     struct vw_device_list devices;
     enum vw_status status = vw_device_list_read(options, &devices);
     struct vw_benchmark_params params = {.common = vw_params_of_experiment(options, &devices, &progress),
+                                         .evaluated = lab->evaluated,
                                          .retraining_seeds = lab->retraining_seeds,
                                          .equal = options->equal,
                                          .leave_one_out = lab->leave_one_out,
                                          .curves = curves_of(lab->curves),
                                          .curve_scorers = lab->curves};
     struct vw_benchmark benchmark = {0};
-    params.common.methods = lab->methods;
-    params.common.run_equivalents = lab->run_equivalents;
     if (!status) status = read_subsets(lab->subsets, &params);
     if (!status) status = read_worths(lab, &params);
     params.common.seeds = lab->valued_seeds;
