@@ -1,4 +1,4 @@
-#include "run/resume.h"
+#include "run/run_private.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -13,7 +13,6 @@
 #include "run/out_folder.h"
 #include "run/plan/accuracy_levels.h"
 #include "run/plan/budget.h"
-#include "run/resume.h"
 #include "run/run_private.h"
 #include "run/scoring.h"
 #include "run/stop_rules.h"

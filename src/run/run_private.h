@@ -79,5 +79,9 @@ void vw_run_leave(struct vw_run *run);
 // Marks a run that stops early "interrupted" or "failed", with the scores so far. The recorded message stays. A ledger
 // that had ended before, and to which nothing was added, is left as it was; so is one whose steps do not match.
 void vw_run_end_early(struct vw_run *run, enum vw_status status);
+// Opens run->ledger and loads the newest usable checkpoint into run->trainer (decision 11), or sets run->complete when
+// no step is left. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or holds more steps than are
+// asked for; VW_ERROR_MISMATCH when it was edited.
+enum vw_status vw_run_resume(struct vw_run *run);
 
 #endif

@@ -9,6 +9,7 @@ command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get in
 # A benchmark of a scene notes its options, one a line, and gives dv_psnr an LDS of 0.2, and worth as many hundredths as its retrainings.
 cat >"$folder/stand_in" <<END
 #!/usr/bin/env bash
+[[ \$1 != report ]] || exec "$lab" "\$@"
 [[ \$1 == benchmark ]] || exec "$program" "\$@"
 shift
 scene=\$1 out=\$3
