@@ -1,5 +1,6 @@
 #include "base/csv.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -161,5 +162,34 @@ enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const 
     enum vw_status status = vw_csv_make_text(path, print, context, &text);
     if (!status) status = vw_file_write(path, text.text, text.size_bytes);
     free(text.text);
+    return status;
+}
+
+// ---- A name a line ----
+
+static char *trim(char *line) {
+    while (isspace((unsigned char)*line)) line++;
+    char *end = line + strlen(line);
+    while (end > line && isspace((unsigned char)end[-1])) end--;
+    *end = 0;
+    return line;
+}
+
+static const size_t NAMES_LIMIT_BYTES = (size_t)1 << 26;
+
+enum vw_status vw_names_read(const char *path, vw_name_taker *take_each, void *context, uint32_t *count) {
+    void *text;
+    size_t size_bytes;
+    *count = 0;
+    enum vw_status status = vw_file_read(path, NAMES_LIMIT_BYTES, &text, &size_bytes);
+    if (status) return status;
+    char *rest = text;
+    for (int line = 1; !status && rest; line++) {
+        char *name = trim(strsep(&rest, "\n"));
+        if (!*name) continue;
+        status = take_each(context, line, name);
+        ++*count;
+    }
+    free(text);
     return status;
 }

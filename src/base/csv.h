@@ -58,4 +58,13 @@ enum vw_status vw_csv_make_text(const char *path, vw_csv_printer *print, const v
 // Writes the same to the file `path`, completely or not at all.
 enum vw_status vw_csv_write_file(const char *path, vw_csv_printer *print, const void *context);
 
+// ---- A list: a name a line ----
+
+// Called with every name, without surrounding spaces, and its line number from 1. The name is borrowed. Blank lines are
+// skipped.
+typedef enum vw_status vw_name_taker(void *context, int line, const char *name);
+// Reads the names; `*count` is their number. Stops at the first failure of `take`. VW_ERROR_INPUT if the file cannot be
+// read.
+enum vw_status vw_names_read(const char *path, vw_name_taker *take, void *context, uint32_t *count);
+
 #endif

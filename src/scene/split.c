@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "scene/builder.h"
 #include "scene/formats/nerfw_tsv.h"
-#include "scene/formats/train_list.h"
 
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 

@@ -1,13 +1,11 @@
 #include "scene/formats/train_list.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "base/csv.h"
-#include "base/file.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "scene/builder.h"
@@ -154,31 +152,4 @@ enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path
         return vw_fail(VW_ERROR_INPUT, "%s: no train photo has a score of %g or more; use a lower threshold", path,
                        *least);
     return vw_fail(VW_ERROR_INPUT, "%s: names no train photo; give another list", path);
-}
-
-// ---- A name a line ----
-
-static char *trim(char *line) {
-    while (isspace((unsigned char)*line)) line++;
-    char *end = line + strlen(line);
-    while (end > line && isspace((unsigned char)end[-1])) end--;
-    *end = 0;
-    return line;
-}
-
-enum vw_status vw_names_read(const char *path, vw_name_taker *take_each, void *context, uint32_t *count) {
-    void *text;
-    size_t size_bytes;
-    *count = 0;
-    enum vw_status status = vw_file_read(path, FILE_LIMIT_BYTES, &text, &size_bytes);
-    if (status) return status;
-    char *rest = text;
-    for (int line = 1; !status && rest; line++) {
-        char *name = trim(strsep(&rest, "\n"));
-        if (!*name) continue;
-        status = take_each(context, line, name);
-        ++*count;
-    }
-    free(text);
-    return status;
 }

@@ -25,11 +25,4 @@
 enum vw_status vw_train_list_read(const struct vw_scene *scene, const char *path, const double *least, bool *chosen,
                                   uint32_t *passed_over);
 
-// Called with every name, without surrounding spaces, and its line number from 1. The name is borrowed. Blank lines are
-// skipped.
-typedef enum vw_status vw_name_taker(void *context, int line, const char *name);
-// Reads the names; `*count` is their number. Stops at the first failure of `take`. VW_ERROR_INPUT if the file cannot be
-// read.
-enum vw_status vw_names_read(const char *path, vw_name_taker *take, void *context, uint32_t *count);
-
 #endif
