@@ -25,4 +25,8 @@ void vw_pipelines_destroy(struct vw_gpu *gpu); // when no pass is left
 
 VkDescriptorType vw_descriptor_type(const struct vw_spirv_slot *slot);
 
+// Returns the statistics of the driver on a pipeline it made (registers, spills, instructions:
+// VK_KHR_pipeline_executable_properties) as "name value; name value", owned by the caller; NULL when memory is short.
+char *vw_statistics_format(const VkPipelineExecutableStatisticKHR *statistics, uint32_t count);
+
 #endif

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "viewworth/scene.h"
 
 struct vw_indexed_name {
     const char *name; // borrowed
@@ -14,6 +15,11 @@ struct vw_indexed_name {
 const char *vw_view_name_of(const char *name) {
     while (!strncmp(name, "./", 2)) name += 2;
     return name;
+}
+
+const char *vw_split_name(enum vw_split split) {
+    static const char *const names[] = {"train", "val", "test", "excluded"};
+    return names[split];
 }
 
 static unsigned char from_end(const struct vw_indexed_name *entry, size_t i) {

@@ -11,11 +11,6 @@
 
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 
-const char *vw_split_name(enum vw_split split) {
-    static const char *const names[] = {"train", "val", "test", "excluded"};
-    return names[split];
-}
-
 enum vw_status vw_scene_list_views(const struct vw_scene *scene, enum vw_split split, uint32_t **views,
                                    uint32_t *count) {
     *views = vw_allocate(scene->view_count, sizeof **views);

@@ -3,7 +3,7 @@
 
 #include "gpu/extensions.h"
 #include "gpu/limits.h"
-#include "gpu/pipeline_statistics.h"
+#include "gpu/pipeline.h"
 
 static const VkExtensionProperties of_linux[] = {{VK_EXT_DEBUG_UTILS_EXTENSION_NAME, 2}, {"VK_KHR_surface", 25}},
                                    of_apple[] = {{"VK_KHR_surface", 25},
