@@ -14,7 +14,6 @@
 #include "ledger/find_image.h"
 #include "run/imported/imported_run.h"
 #include "run/recorded/scored_run.h"
-#include "run/recorded/selection_list.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 

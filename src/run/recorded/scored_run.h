@@ -3,6 +3,8 @@
 #define VIEWWORTH_RUN_RECORDED_SCORED_RUN_H
 
 #include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
 
 #include "run/recorded/recorded_run.h"
 #include "viewworth/selection.h"
@@ -23,5 +25,15 @@ void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt);
 enum vw_status vw_scored_run_select(const struct vw_scored_run *run, const struct vw_selection_params *params,
                                     struct vw_selection *selection);
 void vw_scored_run_close(struct vw_scored_run *run);
+
+struct vw_selection_list {
+    const char *format;   // static; what was written
+    bool opens;           // the list is a scene
+    uint32_t train_count; // photos that the run was trained on
+};
+
+// Writes a selection of the run's images to the path `to`, in the format of the scene, as vw_photo_list_write() does.
+enum vw_status vw_selection_list_write(const struct vw_scored_run *run, const struct vw_selection *selection,
+                                       const char *to, struct vw_selection_list *list);
 
 #endif
