@@ -77,8 +77,7 @@ static char *printed(void (*print)(const void *), const void *context) {
     dup2(kept, STDOUT_FILENO);
     close(kept);
     close(file);
-    void *text = temporary_read(path, NULL);
-    return text;
+    return temporary_read(path, NULL);
 }
 
 static void print_row(const void *name) { vw_print("photo    %s\nworth    %d\n", (const char *)name, 3); }

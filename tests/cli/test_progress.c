@@ -37,8 +37,7 @@ static char *printed(const char *folder, bool quiet, uint32_t stop_after) {
     dup2(kept, STDERR_FILENO);
     close(kept);
     close(file);
-    void *text = temporary_read(path, NULL);
-    return text;
+    return temporary_read(path, NULL);
 }
 
 static int count_bars(const char *text) {

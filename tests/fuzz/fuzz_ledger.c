@@ -38,10 +38,9 @@ static void make_valid(void) {
     struct test_trainer trainer = test_four_epochs;
     void *bytes = NULL;
     trainer.epochs = 2;
-    char *path = test_ledger_record(fuzz_folder(), "valid.db", &trainer, 11);
+    AUTO_FREE char *path = test_ledger_record(fuzz_folder(), "valid.db", &trainer, 11);
     if (vw_file_read(path, FUZZ_FILE_BYTES_MOST, &bytes, &valid_bytes)) abort();
     unlink(path);
-    free(path);
     valid = bytes;
     atexit(free_valid);
 }
@@ -60,8 +59,8 @@ static void take_view(void *context, uint64_t step, uint32_t image_id, const str
 
 static void read_rows(struct vw_ledger *ledger) {
     const struct vw_ledger_image *images = NULL;
-    struct vw_step_record *records = NULL;
-    struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
     uint32_t image_count = 0, score_count = 0;
     uint64_t record_count = 0;
     fuzz_check_message(vw_ledger_get_images(ledger, &images, &image_count));
@@ -75,12 +74,10 @@ static void read_rows(struct vw_ledger *ledger) {
             "steps follow each other and name images");
     for (uint32_t i = 0; i < score_count; i++)
         check(vw_ledger_find_image(images, image_count, scores[i].image_id) != NULL, "scores name images");
-    free(records);
-    free(scores);
 }
 
 static void read_ledger(const char *path) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     struct vw_ledger_run run;
     fuzz_forget_message();
     enum vw_status status = vw_ledger_open(path, &ledger);
@@ -90,11 +87,10 @@ static void read_ledger(const char *path) {
     check(!vw_ledger_get_run(ledger, &run) && run.run_id && run.status, "it has a run");
     fuzz_check_message(vw_ledger_verify(ledger));
     read_rows(ledger);
-    vw_ledger_close(&ledger);
 }
 
 static void append_to_ledger(const char *path) {
-    struct vw_ledger *ledger = NULL;
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     fuzz_forget_message();
     fuzz_check_message(vw_ledger_open_to_append(path, &ledger));
     if (!ledger) return;
@@ -105,7 +101,6 @@ static void append_to_ledger(const char *path) {
     fuzz_check_message(vw_ledger_finish(ledger, "finished", "2026-11-21T04:00:00Z", test_scores, TEST_SCORE_COUNT));
     fuzz_check_message(vw_ledger_verify(ledger));
     read_rows(ledger);
-    vw_ledger_close(&ledger);
 }
 
 void fuzz_ledger(const uint8_t *data, size_t size_bytes) {

@@ -42,7 +42,7 @@ static void use_retrainings(const char *path) {
     struct vw_retrain_view found_view = {.image_id = 4};
     const struct vw_metric metric = {.metric = "auc/blur", .method = "dv_psnr", .value = 0.5, .ci_low = NAN};
     struct vw_retrain_result result = {0};
-    struct vw_retraining_store *retrainings = NULL;
+    AUTO(vw_retraining_store_close) struct vw_retraining_store *retrainings = NULL;
     bool found = false;
     fuzz_forget_message();
     fuzz_check_message(vw_retraining_store_open(path, &retrainings));
@@ -51,14 +51,13 @@ static void use_retrainings(const char *path) {
     fuzz_check_message(vw_retraining_store_find_views(retrainings, HEX_A, &found_view, 1));
     fuzz_check_message(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &params, &outcome, &view, 1));
     fuzz_check_message(vw_retraining_store_set_metrics(retrainings, HEX_B, HEX_A, &metric, 1));
-    vw_retraining_store_close(&retrainings);
 }
 
 static void use_sweeps(const char *path) {
     const struct vw_measurement measurements[] = {{"train_ms", 1.5}, {"device_mib", NAN}};
     const struct vw_sweep_metrics metric = {
         .configuration = "base", .parameter = "rays", .value = "500", .method = "dv_psnr"};
-    struct vw_sweeps *sweeps = NULL;
+    AUTO(vw_sweeps_close) struct vw_sweeps *sweeps = NULL;
     bool found = false;
     double value = 0;
     fuzz_forget_message();
@@ -67,7 +66,6 @@ static void use_sweeps(const char *path) {
     fuzz_check_message(vw_sweeps_find(sweeps, HEX_A, "train_ms", &found, &value));
     fuzz_check_message(vw_sweeps_keep(sweeps, HEX_A, measurements, 2));
     fuzz_check_message(vw_sweeps_set_metrics(sweeps, HEX_B, &metric, 1));
-    vw_sweeps_close(&sweeps);
 }
 
 static void use(int store, const char *path) {

@@ -18,13 +18,12 @@ static void replay(const char *name, fuzz_target *target) {
     int count = scandir(corpus, &entries, is_input, alphasort);
     if (count <= 0) fail_msg("%s: no inputs", corpus);
     for (int i = 0; i < count; i++) {
-        void *data = NULL;
+        AUTO_FREE void *data = NULL;
         size_t size_bytes = 0;
         snprintf(path, sizeof path, "%s/%s", corpus, entries[i]->d_name);
         fprintf(stderr, "%s\n", path);
         if (vw_file_read(path, INPUT_LIMIT_BYTES, &data, &size_bytes)) fail_msg("%s", vw_error_message());
         target(data, size_bytes);
-        free(data);
         free(entries[i]);
     }
     free(entries);

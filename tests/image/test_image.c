@@ -405,9 +405,8 @@ FOLDER_TEST(truncated_pixels_are_refused) {
     const char *path = temporary_path(*state, "cut.jpg");
     ASSERT_OK(vw_image_save(path, 64, 64, 3, pixels));
     size_t size_bytes;
-    void *whole = temporary_read(path, &size_bytes);
+    AUTO_FREE void *whole = temporary_read(path, &size_bytes);
     ASSERT_OK(vw_file_write(path, whole, size_bytes / 2));
-    free(whole);
     check_refused(path, VW_ERROR_IO, "cannot decode");
     const struct tiff tiff = {64, 64, 3, 8, false, ALPHA_NONE, .pixels = pixels};
     path = write_tiff(*state, "cut.tif", &tiff);

@@ -32,7 +32,7 @@ FOLDER_TEST(every_format_is_read_under_any_name) {
         size_t size_bytes;
         uint32_t format;
         snprintf(path, sizeof path, "%s/tests/fuzz/corpus/photo/%s", VW_SOURCE_FOLDER, samples[i].file);
-        void *bytes = temporary_read(path, &size_bytes);
+        AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
         assert_true(vw_photo_format_of_bytes(bytes, size_bytes, &format));
         assert_int_equal(format, samples[i].format);
         for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
@@ -45,7 +45,6 @@ FOLDER_TEST(every_format_is_read_under_any_name) {
             assert_near(rgba[0], 0, 0.02);
             assert_true(rgba[1] > 0.2 && rgba[2] > rgba[1] + 0.1 && rgba[2] < 0.8); // linear formats are brighter
         }
-        free(bytes);
     }
 }
 

@@ -13,8 +13,7 @@ static const struct vw_ledger_image images[] = {
 static char *written(const char *folder, const struct vw_ledger_score *scores, uint32_t count) {
     AUTO_FREE char *path = vw_path_join(folder, "scores.csv");
     ASSERT_OK(vw_report_write_csv(path, scores, count, images, VW_ARRAY_COUNT(images)));
-    void *text = temporary_read(path, NULL);
-    return text;
+    return temporary_read(path, NULL);
 }
 
 FOLDER_TEST(rows_are_ranked_within_their_method) {

@@ -73,8 +73,7 @@ static const char *in_copy(const struct fixture *fixture, const char *name) {
 
 static enum vw_status verify(const struct fixture *fixture) {
     AUTO(vw_verification_free) struct vw_verification verification = {0};
-    enum vw_status status = vw_run_verify(&(struct vw_verify_params){.out = fixture->out}, &verification);
-    return status;
+    return vw_run_verify(&(struct vw_verify_params){.out = fixture->out}, &verification);
 }
 
 // Lets changes pass that only the list tells.

@@ -92,8 +92,7 @@ static struct vw_scene *open_listed(const char *folder, uint32_t first) {
     AUTO_FREE char *list = vw_path_join(folder, "train.txt");
     tiny_scene_write(folder, &(struct tiny_scene){.first = first, .count = PHOTOS - first});
     ASSERT_OK(vw_file_write(list, names, sizeof names - 1));
-    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .corrupt = 7, .train_list = list));
-    return scene;
+    return tiny_scene_open(SCENE_PARAMS(.path = folder, .corrupt = 7, .train_list = list));
 }
 
 // The same photos elsewhere in the scene file, and trained on by a list, suffer the same.

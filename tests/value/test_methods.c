@@ -27,8 +27,7 @@ static void check_near(double value, double expected, const char *what) {
 
 static double played_value(test_rule *rule, uint32_t subset, uint64_t with_seed) {
     AUTO_FREE struct test_game *game = test_play_subset(rule, subset, VALUED, with_seed);
-    double value = game->records[game->count - 1].val_psnr - 12;
-    return value;
+    return game->records[game->count - 1].val_psnr - 12;
 }
 
 static double leave_one_out(test_rule *rule, uint32_t photo, uint64_t with_seed) {
