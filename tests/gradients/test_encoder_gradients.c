@@ -4,7 +4,6 @@
 
 #include "base/memory.h"
 #include "support/encoder_check.h"
-#include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "train/effects/encoder.h"
 

@@ -7,7 +7,6 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "reference/step_bench.h"
-#include "support/full.h"
 #include "support/gpu_fixture.h"
 
 // Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to

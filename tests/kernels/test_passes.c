@@ -10,7 +10,6 @@
 #include "gpu/shaders.h"
 #include "gpu/spirv.h"
 #include "kernels/checks/check.h"
-#include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
 #include "train/effects/registry.h"

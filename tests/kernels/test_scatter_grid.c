@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
-#include "support/full.h"
 #include "support/gpu_fixture.h"
 
 // A gradient scattered by one 64-bit atomic per feature.

@@ -3,7 +3,6 @@
 #include "support/ledger_sql.h"
 
 #include "ledger/ledger_private.h"
-#include "support/full.h"
 
 enum { STEP_COUNT = 1 + 2 * TEST_TRAIN_COUNT };
 

@@ -31,6 +31,9 @@
     static void name##_case(size_t index);                                                                             \
     TEST(name) { test_each_case(count, name##_case); }                                                                 \
     static void name##_case(size_t index)
+// scripts/test --full sets VIEWWORTH_FULL: tests that choose some of many cases then run all of them.
+static inline bool test_is_full(void) { return getenv("VIEWWORTH_FULL") != NULL; }
+
 // Runs one set-up before all tests of the program and one tear-down after them.
 #define TEST_GROUP(set_up, tear_down)                                                                                  \
     __attribute__((constructor)) static void add_group(void) { test_group(set_up, tear_down); }

@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "detect/decide.h"
-#include "support/full.h"
 #include "support/gpu_fixture.h"
 #include "support/temporary_folder.h"
 #include "train/effects/registry.h"

@@ -31,6 +31,12 @@ struct vw_config test_config_of(enum vw_field field) {
     return config;
 }
 
+struct vw_config test_config_with(const char *effects) {
+    struct vw_config config = test_config();
+    strcpy(config.effects, effects);
+    return config;
+}
+
 struct vw_scene *test_scene(void) {
     return synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 24, .height_px = 18});

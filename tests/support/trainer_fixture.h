@@ -12,7 +12,8 @@ enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
 
 // 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
 struct vw_config test_config(void);
-struct vw_config test_config_of(enum vw_field field); // the same of a small field of another kind
+struct vw_config test_config_of(enum vw_field field);   // the same of a small field of another kind
+struct vw_config test_config_with(const char *effects); // the same with exactly these
 struct vw_scene *test_scene(void);
 
 // Decides the effects by config->effects and the scene alone, without a pilot run, unless `params` has some. The device

@@ -137,8 +137,7 @@ TEST(what_does_not_fit_is_refused) {
         assert_refused(trainer, corrupted, UINT64_MAX, "damaged");
         ((uint8_t *)bytes)[at] ^= 1;
     }
-    struct test_run *after = test_allocate(1, sizeof *after);
-    test_run_finish(trainer, after); // untouched by what was refused
+    struct test_run *after = test_run_of(trainer); // untouched by what was refused
     test_run_assert_same(whole, after);
     free(bytes);
     temporary_folder_remove(folder);

@@ -4,7 +4,6 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
-#include "support/full.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
 #include "train/adjoint/lasting.h"

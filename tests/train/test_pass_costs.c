@@ -1,7 +1,6 @@
 // --profile: every pass that a run dispatches has a cost, dispatched as often as the cost says, and costs grow as the
 // work does.
 #include "support/cmocka_test.h"
-#include "support/full.h"
 
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"

@@ -84,8 +84,7 @@ static bool take_round(struct group *group) {
 
 static void assert_as_alone(struct group *group, uint32_t index) {
     struct vw_trainer *alone = open_member(group, &members[index], STEPS_PER_BATCH, NULL);
-    struct test_run *expected = test_allocate(1, sizeof *expected);
-    test_run_finish(alone, expected);
+    struct test_run *expected = test_run_of(alone);
     test_run_finish(group->trainers[index], group->runs[index]);
     test_run_assert_same(expected, group->runs[index]);
 }

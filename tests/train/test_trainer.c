@@ -141,9 +141,8 @@ TEST(validation_agrees_with_render) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     config.val_rays = TEST_VALS * 24 * 18;
-    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    test_run_finish(trainer, run);
+    struct test_run *run = test_run_of(trainer);
     for (uint32_t v = 0; v < TEST_VALS; v++) {
         const struct vw_image *image = &scene->views[5 + v].image;
         float *rgb = NULL, rgba[4];
@@ -318,9 +317,8 @@ TEST(a_field_file_round_trips) {
     struct vw_config config = test_config();
     char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "field.vwf");
-    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    test_run_finish(trainer, run);
+    struct test_run *run = test_run_of(trainer);
     ASSERT_OK(vw_trainer_save_field(trainer, path));
 
     trainer = test_trainer_create(scene, &config, true, 0);

@@ -11,16 +11,10 @@
 
 static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
 
-static struct vw_config config_with(const char *effects) {
-    struct vw_config config = test_config();
-    strcpy(config.effects, effects);
-    return config;
-}
-
 // Off, there is nothing of it.
 TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
-    struct vw_config config = config_with("none");
+    struct vw_config config = test_config_with("none");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     test_trainer_has_no_effects(trainer);
     assert_null(trainer->validation.view_fit.pass);
@@ -33,7 +27,7 @@ TEST(what_is_off_takes_no_room) {
     uint64_t bare = trainer->model.param_count;
     const uint64_t more[] = {6 * 5, 48 * (16 + 5), 6 * 5 + 48 * (16 + 5)};
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
-        config = config_with(forms[i]);
+        config = test_config_with(forms[i]);
         trainer = test_trainer_create(scene, &config, true, 1);
         assert_int_equal(trainer->model.param_count, bare + more[i]);
         test_release(trainer);
@@ -44,7 +38,7 @@ TEST(what_is_off_takes_no_room) {
 TEST(halves_share_no_column) {
     struct vw_scene *scene = synthetic_scene(
         &(struct synthetic_scene_params){.train_views = 5, .val_views = TEST_VALS, .width_px = 25, .height_px = 18});
-    struct vw_config config = config_with("appearance");
+    struct vw_config config = test_config_with("appearance");
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
     const struct vw_pixel *pixels = vw_buffer_map(trainer->validation.evaluator.pixels);
     struct vw_ray_range fitted[TEST_VALS];
@@ -73,14 +67,13 @@ static void darken(struct vw_view *view, double gain) {
 TEST(gains_are_found) {
     enum { DARK = 2, DARK_VAL = 1 };
     struct vw_scene *scene = test_scene();
-    struct vw_config config = config_with("appearance");
+    struct vw_config config = test_config_with("appearance");
     config.epochs = 30;
     struct test_run *before = test_run(scene, &config, true, 0);
     darken(&scene->views[DARK], 0.5);
     darken(&scene->views[5 + DARK_VAL], 0.5);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = test_allocate(1, sizeof *run);
-    test_run_finish(trainer, run);
+    struct test_run *run = test_run_of(trainer);
     double grey[2][5] = {{0}}; // what a train photo makes of grey, before and with less light
     for (uint32_t view = 0; view < scene->view_count; view++) {
         struct reference_photo photo[2] = {reference_photo_of(&trainer->model, (const float *)before->params, view),
@@ -104,7 +97,7 @@ TEST(gains_are_found) {
 // the params are as before, and a whole view leaves them so.
 TEST(a_code_is_fitted_and_taken_away) {
     struct vw_scene *scene = test_scene();
-    struct vw_config config = config_with("appearance,appearance_code");
+    struct vw_config config = test_config_with("appearance,appearance_code");
     config.epochs = 30;
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     const struct vw_step_record *records;

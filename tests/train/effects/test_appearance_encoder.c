@@ -8,18 +8,11 @@
 #include "train/effects/encoder.h"
 #include "train/trainer.h"
 
-static struct vw_config config_with(const char *effects) {
-    struct vw_config config = test_config();
-    strcpy(config.effects, effects);
-    return config;
-}
-
 // ---- Codes of views -------------------------------------------------------------------------------------------------
 
 static struct vw_trainer *train(const struct vw_scene *scene, const struct vw_config *config) {
-    struct test_run *run = test_allocate(1, sizeof *run);
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
-    test_run_finish(trainer, run);
+    test_run_of(trainer);
     return trainer;
 }
 
@@ -74,7 +67,7 @@ static void brighten(struct vw_scene *scene, uint32_t view, uint32_t first, uint
 // What is rendered depends on the left half alone; afterwards the whole photo is seen again.
 TEST(whole_views_show_their_left_halves) {
     struct vw_scene *scene = test_scene();
-    struct vw_config config = config_with("appearance_encoder");
+    struct vw_config config = test_config_with("appearance_encoder");
     struct vw_trainer *trainer = train(scene, &config);
     struct vw_whole_view seen[3] = {0};
     float *renders[2] = {NULL};
@@ -120,7 +113,7 @@ TEST(the_weight_of_consistency_is_in_the_config) {
 // ---- Learning -------------------------------------------------------------------------------------------------------
 
 static double trained_psnr(const struct vw_scene *scene, const char *effects) {
-    struct vw_config config = config_with(effects);
+    struct vw_config config = test_config_with(effects);
     config.epochs = 20;
     config.rays = 100;
     config.levels = 6;

@@ -82,8 +82,7 @@ TEST(validation_skips_nothing) {
     snprintf(without.effects, sizeof without.effects, "none");
     struct vw_trainer *on = test_trainer_create(scene, &with, true, 1),
                       *off = test_trainer_create(scene, &without, true, 1);
-    struct test_run *run = test_allocate(1, sizeof *run);
-    test_run_finish(on, run);
+    struct test_run *run = test_run_of(on);
     float *zeros = test_allocate(VW_OCCUPANCY_CELLS, sizeof *zeros), *rendered_on, *rendered_off;
     ASSERT_OK(
         vw_buffer_write(on->field.effect_buffers[VW_SLOT_OCCUPANCY], 0, zeros, sizeof *zeros * VW_OCCUPANCY_CELLS));
@@ -124,8 +123,7 @@ TEST(the_occupied_share_is_that_of_the_params) {
     assert_true(share == 1.0); // an untrained field has density 1 or so everywhere
     float *params = test_allocate(trainer->model.param_bytes, 1);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
-    struct test_run *run = test_allocate(1, sizeof *run);
-    test_run_finish(trainer, run);
+    test_run_of(trainer);
     ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &share));
     assert_true(share > 0.0 && share <= 1.0);
     ASSERT_OK(vw_occupied_share(&trainer->field, config.samples, &again));

@@ -82,8 +82,7 @@ TEST(wrong_cameras_are_mended) {
         config.rays = 100;
         config.levels = 6;
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-        struct test_run *run = test_allocate(1, sizeof *run);
-        test_run_finish(trainer, run);
+        struct test_run *run = test_run_of(trainer);
         psnr[with] = 0.0;
         for (uint32_t i = run->count - 20; i < run->count; i++) psnr[with] += run->records[i].val_psnr / 20.0;
         error[with] = error_of_cameras(scene, true_views, trainer, with ? run->params : NULL);

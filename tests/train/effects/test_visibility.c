@@ -8,12 +8,6 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-static struct vw_config config_with(const char *effects) {
-    struct vw_config config = test_config();
-    strcpy(config.effects, effects);
-    return config;
-}
-
 // ---- Boxes before the scene -----------------------------------------------------------------------------------------
 
 // A box of its own colour in every second train photo, a third of it wide and high.
@@ -61,13 +55,12 @@ TEST(boxes_before_the_scene_are_left_out) {
         test_scene_open((struct vw_scene_params){.path = VW_SOURCE_FOLDER "/scenes/clean.json", .downscale = 2});
     hide(scene);
     for (int with = 0; with < 2; with++) {
-        struct vw_config config = config_with(with ? "visibility" : "none");
+        struct vw_config config = test_config_with(with ? "visibility" : "none");
         config.epochs = 20;
         config.rays = 100;
         config.levels = 6;
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-        struct test_run *run = test_allocate(1, sizeof *run);
-        test_run_finish(trainer, run);
+        struct test_run *run = test_run_of(trainer);
         psnr[with] = run->records[run->count - 1].val_psnr;
         if (with) mean_visibility(scene, trainer, run->params, visible);
         test_release(trainer);
