@@ -183,7 +183,8 @@ check "each file has its keys" file_says "$folder/transforms_test.json" "j ->> '
     j -> '\$.train_filenames' IS NULL"
 rm "$folder"/transforms_*.json
 sed -i 's/0\.8/0.9/' "$blender/transforms_test.json"
-check "files with other cameras become three, too" prints '\(transforms\)$' "$program" select "$folder/blender.run" --top 5 --to "$folder/three/"
+check "files with other cameras become three, too" prints '\(transforms\)$' \
+    "$program" select "$folder/blender.run" --top 5 --to "$folder/three/"
 check "each with its own" file_says "$folder/three/transforms_test.json" "j ->> '\$.camera_angle_x' = 0.9"
 
 # ---- COLMAP -------------------------------------------------------------------------------------------------------------
