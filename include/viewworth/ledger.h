@@ -1,19 +1,19 @@
 // The ledger: OUT/ledger.db, an SQLite file with one run. Its tables:
-// - run, image, step, view, score: their columns stay, and new ones are appended (src/ledger/schema.c);
+// - run, image, step, view, score: their columns stay, and new ones are appended;
 // - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
 //
-// The tables of lasting credit (value.h; src/ledger/schema.c), empty in a run without it:
+// The tables of lasting credit (value.h), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
 // - lasting_step(run_id, step, psnr, loss, size_psnr, size_loss): vw_lasting_step, one row per step but step 0;
 // - lasting_check(run_id, image_id, from_step, predicted_psnr, measured_psnr, predicted_loss, measured_loss):
 //   vw_gate_check, the gate;
 // - lasting_view(run_id, step, image_id, psnr): dB that the PSNR of validation photo image_id at the end gains by the
-//   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for rounding
-//   (src/train/adjoint/lasting.h).
+//   step; a row for every step but step 0 and every validation photo. lasting_step.psnr is their mean, but for
+//   rounding.
 //
 // The rows form a hash chain. Each hash covers the values in the order named here, rows in the order of their keys
-// (src/ledger/README.md says what that protects, and what it does not):
+// (src/ledger/README.md in the source tree says what that protects, and what it does not):
 // - run.row_hash: run_id, scene_hash, seed, subset_hash, device, driver, shader_hash, version, and all image rows;
 // - step.row_hash: the row_hash before it (for step 0 that of the run), the other columns of the step and its view
 // rows;

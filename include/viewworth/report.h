@@ -21,7 +21,7 @@ struct vw_report_params {
     const struct vw_scene *scene; // an open scene, for thumbnails of the runs that used it; NULL: none
     const char *device;           // renders recipes that are not open; NULL: the preferred device
     struct vw_report_options options;
-    const struct vw_report_extra *extra; // a further table (src/report/page.h); NULL: none
+    const struct vw_report_extra *extra; // a further table (src/report/page.h of the source tree); NULL: none
 };
 
 // Writes one self-contained HTML page of all folders to the file `to`, whole or not at all. Shows of each folder its

@@ -26,8 +26,8 @@
 //       (E^(1/3) long, at most half of the late third; circular) are drawn anew, within the late third and within the
 //       epochs before it, for both ranks and all photos alike. The variance is divided by the share that such blocks
 //       show of it (1 - length of a block / late epochs) and raised by half for what all epochs of a run share (as in
-//       src/value/uncertainty.h). The 95 % interval is that of Student with E - 1 degrees of freedom, cut to [0,1]; NaN
-//       below four epochs
+//       src/value/uncertainty.h of the source tree). The 95 % interval is that of Student with E - 1 degrees of
+//       freedom, cut to [0,1]; NaN below four epochs
 //   lasting_psnr, lasting_loss
 //       the effect of the steps on the photo at the end of the training: the sum, over all steps t on the photo
 //       (those of burn-in too), of lambda(t) . s(t), where s(t) is the step's change of the params and lambda(t) the
@@ -48,8 +48,8 @@
 //       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality that every photo has, and
 //       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are
 //       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
-//       between them (src/value/evaluation/worth_regression.h). Least-squares worths are a datamodel (Ilyas et al.
-//       2022). A provider's worth is fitted likewise, with providers as players
+//       between them (src/value/evaluation/worth_regression.h of the source tree). Least-squares worths are a datamodel
+//       (Ilyas et al. 2022). A provider's worth is fitted likewise, with providers as players
 //
 // The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
 //
@@ -103,10 +103,10 @@ extern const char vw_value_default_method[];
 // Computes the score of every method for every train image, method by method, in image order. Each score has
 // - value, unit, visits (the number of visits that count);
 // - standard_error and the ends of the 95 % interval of value and rank, from the photo's contribution in each epoch
-//   (src/value/uncertainty.h).
-// Scores of lasting credit have no intervals. A method has no scores if no
-// photo has a visit that counts; without a step after burn-in the count is 0. `*scores` is owned by the caller (free);
-// its strings are static. VW_ERROR_INPUT for a step on an image that is not in `images`, VW_ERROR_MEMORY.
+//   (src/value/uncertainty.h of the source tree).
+// Scores of lasting credit have no intervals. A method has no scores if no photo has a visit that counts; without a
+// step after burn-in the count is 0. `*scores` is owned by the caller (free); its strings are static. VW_ERROR_INPUT
+// for a step on an image that is not in `images`, VW_ERROR_MEMORY.
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count);
 

@@ -63,15 +63,15 @@ const struct vw_option vw_option_table[] = {
     {"view", "NAME|N", "Photo to render: its name, or its index among the validation photos", VW_OPTIONS_VIEW,
      VW_SECTION_MAIN, OPTION(TEXT, view), COMMON, DEFAULT("0")},
     {"verify", NULL,
-     "Recommended; needs the scene and a device: train on the lists of several rules and on all photos, and keep all "
-     "photos unless a list is better on validation photos that did not select it; up to 25 lists with --seeds "
+     "Train on the lists of several rules and on all photos, and keep all photos unless a list is better on validation "
+     "photos that did not select it (recommended; needs the scene and a device); up to 25 lists with --seeds "
      "trainings each. The same command resumes",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, verify), COMMON},
     {"seeds", "K",
      "Number of trainings of each list (compare, select --verify) or configuration (tradeoff), one per seed; seeds "
      "count up from --seed",
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
-     COMMON, DEFAULT("3, of select 2"), NEEDS("verify")},
+     COMMON, DEFAULT("3; for select 2"), NEEDS("verify")},
     {"without-outliers", NULL,
      "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
      "with --method by that score alone, and keep all others; this is the rule if no other is given",
@@ -104,8 +104,7 @@ const struct vw_option vw_option_table[] = {
      "training on the others; scores are means over the trainings, and the same command resumes",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_MAIN, OPTION(COUNT, kfold), RANGE(2, 10), COMMON},
     {"equal", NULL,
-     "What trainings on different numbers of photos have in common: the number of steps, or the number of epochs (as "
-     "in the paper)",
+     "Quantity that is equal in trainings on different numbers of photos: steps, or epochs (as in the paper)",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, CHOICE(equal, equal_choice, VW_EQUAL_EPOCHS), COMMON},
     {"views", "N", "Number of test photos (without test photos: validation photos) to render side by side",
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(COUNT, views), RANGE(0, 1000)},

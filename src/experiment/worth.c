@@ -145,7 +145,7 @@ static enum vw_status check_run(struct work *work) {
     if (vw_is_imported(&recorded->row))
         return vw_fail(VW_ERROR_USAGE, "%s: was imported: it has no scene to train on again", recorded->ledger_path);
     if (strcmp(recorded->row.status, "finished") != 0)
-        return vw_fail(VW_ERROR_USAGE, "%s: the run is not finished but %s; finish it by viewworth value --resume",
+        return vw_fail(VW_ERROR_USAGE, "%s: the run is %s, not finished; finish it by viewworth value --resume",
                        recorded->ledger_path, recorded->row.status);
     if (!work->result->scoring.score_count)
         return vw_fail(VW_ERROR_USAGE, "%s: the run has no scores; value the scene by viewworth value",

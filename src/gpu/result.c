@@ -16,7 +16,7 @@ enum vw_status vw_gpu_fail(int result, const char *call, const char *object) {
     case VK_ERROR_DEVICE_LOST:
         return vw_fail(
             VW_ERROR_DEVICE_LOST,
-            "%s: the device stopped answering in %s; run again (--resume goes on); if it happens again, update "
+            "%s: the device stopped answering in %s; run again (--resume continues); if it happens again, update "
             "the driver or choose another --device",
             object, call);
     case VK_ERROR_INCOMPATIBLE_DRIVER:

@@ -39,16 +39,16 @@ static bool can_record(struct vw_submission *batch) {
         keep_failure(
             batch,
             vw_fail(VW_ERROR_DEVICE,
-                    "a batch records between vw_submission_begin and vw_submission_submit, one batch at a time"));
+                    "only one submission can record at a time, between vw_submission_begin and vw_submission_submit"));
     return !batch->status;
 }
 
 static enum vw_status begin(struct vw_submission *batch) {
     struct vw_gpu *gpu = batch->gpu;
-    enum vw_status status = vw_wait_check(gpu, "a batch before");
+    enum vw_status status = vw_wait_check(gpu, "an earlier submission");
     if (status) return status;
     if (batch->in_flight)
-        return vw_fail(VW_ERROR_DEVICE, "a batch is begun while in flight; call vw_submission_wait first");
+        return vw_fail(VW_ERROR_DEVICE, "the submission is still in flight; call vw_submission_wait first");
     if (!gpu->recording) gpu->recording = batch;
     if (!can_record(batch)) return batch->status;
 
@@ -103,8 +103,9 @@ void vw_submission_dispatch_indirect(struct vw_submission *batch, const struct v
     if (!can_record(batch)) return;
     enum vw_status status = vw_buffer_check_range(groups, offset_bytes, sizeof(VkDispatchIndirectCommand));
     if (!status && offset_bytes % 4)
-        status = vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, no multiple of 4",
-                         pass->name, (unsigned long long)offset_bytes, groups->name);
+        status =
+            vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, which is not a multiple of 4",
+                    pass->name, (unsigned long long)offset_bytes, groups->name);
     if (!status)
         status = dispatch(batch, pass, push, push_bytes,
                           (struct vw_workgroups){.listed = groups, .offset_bytes = offset_bytes});

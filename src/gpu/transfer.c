@@ -94,8 +94,8 @@ enum vw_status vw_wait_choose_limit(struct vw_gpu *gpu) {
 static enum vw_status fail_hung(const struct vw_gpu *gpu, const char *work) {
     return vw_fail(
         VW_ERROR_DEVICE_LOST,
-        "the device did not finish %s in %g s; if it only is slow, use fewer --rays, --samples or --val-rays, "
-        "or set %s to more seconds; else update the driver, or choose another --device (--resume goes on)",
+        "the device did not finish %s in %g s; if it is only slow, use fewer --rays, --samples or --val-rays, "
+        "or set %s to more seconds; otherwise update the driver or choose another --device (--resume continues)",
         work, gpu->wait_limit_s, LIMIT_NAME);
 }
 

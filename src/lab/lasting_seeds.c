@@ -28,8 +28,8 @@ static enum vw_status make_means(const struct vw_score_tables *tables, uint32_t 
     const struct vw_score_table *table = vw_score_tables_find(tables, methods[method]);
     if (!table)
         return vw_fail(VW_ERROR_INPUT,
-                       "the runs have no %s after these epochs: a sweep is of a whole run; give --epochs as many as "
-                       "they have",
+                       "the runs have no %s at this number of epochs, because lasting credit covers a whole run; set "
+                       "--epochs to theirs",
                        methods[method]);
     seeds->methods[method] = methods[method];
     seeds->units[method] = vw_value_method_find(methods[method])->unit;

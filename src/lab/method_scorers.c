@@ -80,7 +80,7 @@ enum vw_status vw_method_scorers_check(const struct vw_method_params *params) {
     struct budget budget;
     uint32_t count = 0;
     if (!params->methods && params->run_equivalents)
-        return vw_fail(VW_ERROR_USAGE, "--run-equivalents are of --methods; add --methods all, or leave them out");
+        return vw_fail(VW_ERROR_USAGE, "--run-equivalents needs --methods");
     while (vw_word_list_next(&rest, &word))
         if (++count > VW_METHOD_BUDGETS_MAX || !read_budget(word, &budget))
             return vw_fail(

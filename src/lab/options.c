@@ -19,7 +19,7 @@ _Static_assert(sizeof(enum vw_vary) == sizeof(uint32_t) && sizeof(enum vw_optimi
 
 const struct vw_option vw_lab_option_table[] = {
     {"vary", NULL,
-     "What the seed changes between the runs: all of order, pixels and init, or one kind alone, where everything else "
+     "Parts of a run that the seed varies: all of order, pixels and init, or one kind alone, where everything else "
      "uses --seed in all runs; validation: the validation pixels alone, which are the same in all runs otherwise; "
      "all,validation: each run has its own, so that their error does not count as agreement",
      VW_LAB_REPRODUCE, VW_SECTION_MAIN, CHOICE(common.config.vary, vary_choice, VW_VARY_ALL_VALIDATION), COMMON},

@@ -192,7 +192,7 @@ function fillRuns() {
     ['hash of the scene', one => one.run.scene_hash], ['hash of the photos trained on', one => one.run.subset_hash],
     ['hash of the shaders', one => one.run.shader_hash], ['head of the ledger', one => one.run.head],
   ];
-  const chosen = {accuracy: '--accuracy', budget_s: '--budget, s', preset: 'accuracy level chosen', trade_off: 'trade-off'};
+  const chosen = {accuracy: 'accuracy level', budget_s: '--budget, s', trade_off: 'trade-off'};
   for (const [key, title] of Object.entries(chosen))
     if (runs.some(one => (one.plan || {})[key] !== undefined)) facts.push([title, one => textOf((one.plan || {})[key])]);
   const row = ([title, value]) => [element('th', {scope: 'row'}, title), ...runs.map(one =>

@@ -122,7 +122,7 @@ static enum vw_status take(struct vw_out_lock *lock) {
         close(lock->file);
         lock->file = -1;
     }
-    return vw_fail(VW_ERROR_USAGE, "%s: other processes come and go there; name another folder", lock->out);
+    return vw_fail(VW_ERROR_USAGE, "%s: other processes keep locking and releasing it; name another folder", lock->out);
 }
 
 // ---- What the folder holds -----------------------------------------------------------------------------------------

@@ -27,8 +27,7 @@ static enum vw_status check_decay(const struct vw_run_params *params) {
     if (!params->config || params->config->learning_rate_decay == 1.0) return VW_OK;
     if (params->until_stable > 0 && params->lasting.wanted)
         return vw_fail(VW_ERROR_USAGE,
-                       "--lasting: follows back all planned epochs of a run with --learning-rate-decay, "
-                       "of which --until-stable may leave some out; leave it out");
+                       "--lasting needs every planned epoch when the learning rate decays; drop --until-stable");
     return VW_OK;
 }
 

@@ -200,11 +200,11 @@ static enum vw_status check_together(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE, "--levels, --features, --log2-table, --base-resolution, --growth and "
                                        "--table-precision: need --field hash");
     if (config->coarse_network == VW_COARSE_NETWORK_OWN && config->field != VW_FIELD_MLP)
-        return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; take --coarse-network shared",
+        return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not %s; use --coarse-network shared",
                        vw_field_name(config->field));
     if (config->coarse_network == VW_COARSE_NETWORK_OWN && !config->importance_samples)
         return vw_fail(VW_ERROR_USAGE, "--coarse-network own: needs --importance-samples above 0, which it places; "
-                                       "take --coarse-network shared");
+                                       "use --coarse-network shared");
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)

@@ -31,7 +31,7 @@ for time in '' nan 1e999s -90s 9s 0.1min 2000h 90sec '90 s'; do
 done
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
 check "nor does the learning rate decay over them" refuses '--learning-rate-decay' --budget 90s --learning-rate-decay 0.1
-check "nor is a run swept that may leave out planned epochs" refuses '--until-stable may leave some out' --until-stable 0.9 \
+check "nor has a run lasting credit that may leave out planned epochs" refuses 'drop --until-stable' --until-stable 0.9 \
     --learning-rate-decay 0.1 --lasting
 check "epochs that leave none to score are refused" refuses '--burn-in 1 to score; take more' --budget 90s --epochs 1
 check "what a budget cannot buy is refused" refuses 'allow more time' --budget 10s --burn-in 50000 --epochs 60000 "${tiny[@]}"
@@ -80,7 +80,7 @@ check "is kept" kept "$took"
 check "at an epoch's end, and finished" is_whole timed
 check "as JSON" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget' AS j)
-    SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'preset') > 0
+    SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'accuracy') > 0
            AND j ->> 'options' LIKE '%--rays 64 --samples 16 --val-rays 64 % --epochs $(config timed epochs)' FROM answer")" = 1
 read -ra options <<<"$(sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget.options'")"
 check "the report says what was chosen" grep -q '"budget_s": *10' "$folder/timed/report.html"

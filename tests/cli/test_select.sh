@@ -279,7 +279,7 @@ query elsewhere.run "UPDATE run SET status = 'interrupted', scene_options_json =
 check "the way to train names known options alone, as a shell takes them" prints \
     "^train    viewworth value $folder/colmap --train $folder/from.txt --downscale 2 --providers '\\$\(touch pwned\)' --out ANOTHER$" \
     "$program" select "$folder/elsewhere.run" --top 5 --to "$folder/from.txt"
-check "a run that did not finish is warned of" grep -q '^warning: .*not finished but interrupted' "$folder/stderr"
+check "a run that did not finish is warned of" grep -q '^warning: .*the run is interrupted, not finished' "$folder/stderr"
 check "as are photos that were corrupted by --corrupt" grep -q '^warning: .*corrupted 3 photos (--corrupt)' "$folder/stderr"
 
 # ---- A scene that has changed since ---------------------------------------------------------------------------------------

@@ -143,7 +143,7 @@ cp -r valued other
 sqlite3 other/ledger.db "UPDATE run SET status = 'interrupted', scene_options_json = '{\"corrupt\":2}';
     UPDATE image SET sha256 = '00' WHERE name IN ('view_000', 'view_003', 'view_006')"
 check "another state of the photos" compare states --list top:3 --scores other --seed 5 --seeds 1 --views 0
-check "an unfinished run is warned of" grep -q '^warning: other/ledger.db: the run is not finished but interrupted' stderr
+check "an unfinished run is warned of" grep -q '^warning: other/ledger.db: the run is interrupted, not finished' stderr
 check "corrupted photos are" grep -q '^warning: .* corrupted 2 photos (--corrupt), and 0 are to be' stderr
 check "those to train on that have changed are" grep -q '^warning: --scores other: 2 photos have changed' stderr
 

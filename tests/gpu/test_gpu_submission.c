@@ -349,7 +349,7 @@ TEST(listed_workgroups_out_of_place_are_refused) {
     static const struct {
         uint64_t offset_bytes;
         const char *part;
-    } wrong[] = {{2, "no multiple of 4"}, {VALUE_BYTES - 8, "buffer c"}};
+    } wrong[] = {{2, "not a multiple of 4"}, {VALUE_BYTES - 8, "buffer c"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
         vw_submission_begin(bench.batch);
         dispatch_listed(&bench, bench.a_to_b, bench.c, wrong[i].offset_bytes);
@@ -401,7 +401,7 @@ TEST(one_batch_records_at_a_time) {
     vw_submission_begin(bench.batch);
     vw_submission_begin(second);
     scale(second, bench.a_to_b, 2);
-    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "one batch at a time");
+    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "only one submission can record at a time");
     scale(bench.batch, bench.a_to_b, 3);
     ASSERT_OK(vw_submission_submit(bench.batch));
     vw_submission_begin(bench.batch);
@@ -495,9 +495,9 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
     ASSERT_OK(vw_submission_submit(batch));
     double started_s = vw_now_s();
     ASSERT_FAILS(vw_submission_wait(batch), VW_ERROR_DEVICE_LOST,
-                 "did not finish a batch of 1 commands in 0.002 s; if it only is slow");
+                 "did not finish a batch of 1 commands in 0.002 s; if it is only slow");
     vw_submission_begin(second);
-    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish a batch before");
+    ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish an earlier submission");
     uint32_t word;
     ASSERT_FAILS(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
     vw_submission_destroy(&batch);

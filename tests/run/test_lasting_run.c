@@ -262,7 +262,7 @@ TEST(what_no_pass_can_follow_is_refused) {
     out = temporary_path(*state, "interrupted");
     config.epochs = 4000;
     ASSERT_FAILS(make_run(out, &config, (struct vw_run_params){0}, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "not finished but interrupted");
+    ASSERT_FAILS(follow(out, 0, false, &observer), VW_ERROR_USAGE, "the run is interrupted, not finished");
     assert_int_equal(observer.passes, 0);
 }
 

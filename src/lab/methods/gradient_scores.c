@@ -109,7 +109,7 @@ static enum vw_status open_run(struct work *work) {
         return vw_fail(VW_ERROR_USAGE, "%s: is a run of another scene; give its scene, or another --out",
                        work->recorded.ledger_path);
     if (work->params->epochs && work->params->epochs != work->recorded.config.epochs)
-        return vw_fail(VW_ERROR_USAGE, "%s: is of %u epochs, not %u; give --epochs %u, or another --out",
+        return vw_fail(VW_ERROR_USAGE, "%s: is a run of %u epochs, not %u; give --epochs %u, or another --out",
                        work->recorded.ledger_path, work->recorded.config.epochs, work->params->epochs,
                        work->recorded.config.epochs);
     status = vw_ledger_get_steps(work->recorded.ledger, &work->records, &work->record_count);

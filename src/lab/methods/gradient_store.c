@@ -33,13 +33,15 @@ static enum vw_status read_row(const struct vw_csv *csv, struct vw_gradient_stor
     uint32_t method = 0;
     if (csv->field_count != COLUMNS || !read_real(csv->fields[SCORE], &score) ||
         !read_real(csv->fields[CPU_SECONDS], &seconds))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: is not a row of scores; remove the file: they are computed anew",
-                       store->path, csv->line);
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%u: is not a row of scores; remove the file, and the scores are computed again", store->path,
+                       csv->line);
     while (method < VW_GRADIENT_METHODS && strcmp(vw_gradient_methods[method].name, csv->fields[METHOD]) != 0) method++;
     bool of_run = strcmp(csv->fields[RUN_ID], store->run_id) == 0 && is_number(csv->fields[STEPS], store->steps);
     if (method == VW_GRADIENT_METHODS || !of_run) return VW_OK; // another version's, or another run's
     if (found[method] == store->photo_count || !is_number(csv->fields[IMAGE_ID], store->photos[found[method]]))
-        return vw_fail(VW_ERROR_INPUT, "%s:%u: is of no photo that is next; remove the file: scores are computed anew",
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s:%u: is not the row of the next photo; remove the file, and the scores are computed again",
                        store->path, csv->line);
     store->scores[method][found[method]++] = score;
     store->seconds[method] = seconds;

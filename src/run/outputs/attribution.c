@@ -119,14 +119,13 @@ static void warn(const struct vw_attribution *attribution) {
         if (rows[i].validation_count > 0) leaked = &rows[i], leaked_count++;
     }
     if (shared)
-        vw_log_warning("%u groups of near-duplicates are of several providers, the first that of %s: each copy "
-                       "earns credit of its own; "
-                       "pay for one photo of each, and value the rest without the others",
-                       shared_count, shared->image->name);
+        vw_log_warning(
+            "%u groups of near-duplicates belong to several providers (first: %s); each copy earns credit, so "
+            "pay for one photo of each group",
+            shared_count, shared->image->name);
     if (leaked)
-        vw_log_warning("%u groups of near-duplicates both train and validate, the first that of %s: what trains there "
-                       "scores high by being "
-                       "known; exclude one side",
+        vw_log_warning("%u groups of near-duplicates contain both training and validation photos (first: %s), which "
+                       "inflates their scores; exclude one side",
                        leaked_count, leaked->image->name);
     if (attribution->none_positive)
         vw_log_warning("--payout: no provider's sum is positive, so that all share equally");

@@ -296,7 +296,7 @@ char *vw_report_folder_finish(const char *out, const struct vw_report_params *pa
     struct gathering gathering = {.params = params};
     char *path = vw_path_join(out, "report.html");
     if (path && !write_report(&gathering, &out, 1, path)) return path;
-    vw_log_warning("no report: %s; viewworth report %s makes it once that is mended", vw_error_message(), out);
+    vw_log_warning("no report: %s; correct this, then run viewworth report %s", vw_error_message(), out);
     free(path);
     return NULL;
 }

@@ -66,7 +66,7 @@ static void log_plan(const struct vw_plan *plan, const struct vw_config *config)
     const char *trade_off = text_of(plan->record, "trade_off");
     snprintf(lead, sizeof lead, plan->budget_s > 0 ? "budget   %g s: " : "accuracy ", plan->budget_s);
     vw_accuracy_options(config, text);
-    vw_log_info("%s%s (%s)", lead, text_of(plan->record, "preset"), text);
+    vw_log_info("%s%s (%s)", lead, text_of(plan->record, "accuracy"), text);
     if (plan->budget_s > 0)
         vw_log_info("         about %u epochs at %.3g ms a step", plan->epochs_planned, 1e3 * plan->step_s);
     if (*trade_off) vw_log_info("         trade-off: %s", trade_off);
@@ -77,8 +77,7 @@ static enum vw_status choose_level(const struct vw_run_params *params, struct vw
     vw_accuracy_apply(level, params->explicit_fields, config);
     enum vw_status status = vw_config_check(config);
     if (!status)
-        status = write_record(plan, json_pack("{s:s, s:s, s:s}", "accuracy", level->name, "preset", level->name,
-                                              "trade_off", level->trade_off));
+        status = write_record(plan, json_pack("{s:s, s:s}", "accuracy", level->name, "trade_off", level->trade_off));
     if (!status) log_plan(plan, config);
     return status;
 }
@@ -167,10 +166,10 @@ static enum vw_status record_plan(const struct choice *choice, struct vw_config 
     const struct vw_accuracy_level *level = &choice->levels[choice->chosen.candidate];
     vw_accuracy_apply(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
-    return write_record(plan, json_pack("{s:s*, s:f, s:s, s:f, s:I, s:I, s:s}", "accuracy", choice->params->accuracy,
-                                        "budget_s", plan->budget_s, "preset", level->name, "step_s", plan->step_s,
-                                        "epochs_planned", (json_int_t)config->epochs, "epochs_most",
-                                        (json_int_t)plan->epochs_most, "trade_off", level->trade_off));
+    return write_record(plan,
+                        json_pack("{s:s, s:f, s:f, s:I, s:I, s:s}", "accuracy", level->name, "budget_s", plan->budget_s,
+                                  "step_s", plan->step_s, "epochs_planned", (json_int_t)config->epochs, "epochs_most",
+                                  (json_int_t)plan->epochs_most, "trade_off", level->trade_off));
 }
 
 static void warn_of_few_epochs(const struct choice *choice, const struct vw_plan *plan) {

@@ -32,7 +32,7 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run) {
                        run->ledger_path);
     if (strcmp(run->row.status, "finished") != 0)
         return vw_fail(VW_ERROR_USAGE,
-                       "%s: the run is not finished but %s; finish it by viewworth value SCENE --out %s --resume",
+                       "%s: the run is %s, not finished; finish it by viewworth value SCENE --out %s --resume",
                        run->ledger_path, run->row.status, run->out);
     enum vw_status status = vw_lasting_check_config(&run->config);
     if (!status) status = vw_ledger_get_steps(run->ledger, &records, &count);

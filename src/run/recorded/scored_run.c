@@ -39,8 +39,8 @@ void vw_scored_run_warn(const struct vw_scored_run *run, uint32_t corrupt) {
     const struct vw_recorded_run *recorded = &run->recorded;
     json_int_t corrupted = json_integer_value(json_object_get(run->scene_options, "corrupt"));
     if (strcmp(recorded->row.status, "finished") != 0)
-        vw_log_warning("%s: the run is not finished but %s: scores may change with the steps that it lacks",
-                       recorded->ledger_path, recorded->row.status);
+        vw_log_warning("%s: the run is %s, not finished; its scores may still change", recorded->ledger_path,
+                       recorded->row.status);
     if (corrupted != corrupt)
         vw_log_warning("%s: the run corrupted %" JSON_INTEGER_FORMAT " photos (--corrupt), and %" PRIu32
                        " are to be corrupted now: its scores are of other photos",

@@ -361,7 +361,7 @@ enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uin
     if (!status) status = check_description(lasting, path, file.description, next_step);
     if (!status && known_from > *next_step + 1)
         status = vw_fail(VW_ERROR_INPUT,
-                         "%s: goes on at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
+                         "%s: continues at step %" PRIu64 ", but no credits of steps before %" PRIu64 " are known; %s",
                          path, *next_step, known_from, remedy);
     if (!status && file.payload_bytes != vw_buffer_list_bytes(&list))
         status = vw_fail(VW_ERROR_INPUT, "%s: holds %" PRIu64 " bytes, not the %" PRIu64 " of this run; %s", path,

@@ -199,13 +199,10 @@ static enum vw_status follow_pose(const struct vw_config *config, const struct v
                                   uint32_t count) {
     if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
     if (config->field != VW_FIELD_HASH)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--effects: pose is not there with --field %s; leave it out, or take --field hash",
-                       vw_field_name(config->field));
+        return vw_fail(VW_ERROR_USAGE, "--effects: pose needs --field hash, not %s", vw_field_name(config->field));
     if (vw_effects_is_on(verdicts, count, "unbounded"))
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "--effects: pose cannot be beside unbounded; leave one of them out (--effects +pose,-unbounded)");
+        return vw_fail(VW_ERROR_USAGE,
+                       "--effects: pose excludes unbounded; leave one out (--effects +pose,-unbounded)");
     return VW_OK;
 }
 
@@ -215,8 +212,8 @@ static enum vw_status follow_encoder(const struct vw_config *config, struct vw_e
     if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
     if (config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "transient"))
         return vw_fail(VW_ERROR_USAGE,
-                       "--consistency-weight: the consistency loss is not there beside the effect transient; take 0, "
-                       "or leave one of the effects transient and appearance_encoder out");
+                       "--consistency-weight: excludes the effect transient; use 0, or leave out transient or "
+                       "appearance_encoder");
     enum vw_status status = switch_off(config, verdicts, count, "appearance",
                                        "appearance_encoder replaces appearance; leave one of them out");
     return !status ? switch_off(config, verdicts, count, "appearance_code",

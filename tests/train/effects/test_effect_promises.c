@@ -139,9 +139,9 @@ TEST(what_cannot_be_together_is_refused_by_name) {
         const char *refused; // the message; NULL: nothing is refused
         const char *left;    // what goes off by itself
     } cases[] = {
-        {"+pose", "pose", VW_FIELD_MLP, VW_LOSS_L2, 0, "pose is not there with --field mlp", NULL},
+        {"+pose", "pose", VW_FIELD_MLP, VW_LOSS_L2, 0, "pose needs --field hash, not mlp", NULL},
         {"+pose", "pose", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, NULL},
-        {"+pose", "pose,unbounded", VW_FIELD_HASH, VW_LOSS_L2, 0, "pose cannot be beside unbounded", NULL},
+        {"+pose", "pose,unbounded", VW_FIELD_HASH, VW_LOSS_L2, 0, "pose excludes unbounded", NULL},
         {"auto", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "occupancy"},
         {"+transient", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, "occupancy"},
         {"transient,occupancy", "occupancy,transient", VW_FIELD_HASH, VW_LOSS_L2, 0,
