@@ -42,7 +42,7 @@ TEST(distortion_is_the_documented_polynomial) {
     assert_near(y_px, 510 * y_distorted + 240, 1e-9);
 }
 
-// Every point of a photo that some direction inside the fold is seen at must come back to that direction.
+// Checks that every pixel coordinate at which a direction inside the fold is seen leads back to that direction.
 static void check_round_trip(const struct vw_camera *camera) {
     int seen = 0;
     for (int row = -12; row <= 12; row++) {
@@ -171,7 +171,7 @@ TEST(fisheye_lenses_map_angles) {
     assert_false(vw_camera_unproject(&camera, 320 + 500 * 0.704, 240, direction));
 }
 
-// The reach is where there begins to be no inverse.
+// The reach is the radius from which the lens has no inverse.
 TEST(the_reach_ends_where_the_inverse_does) {
     struct vw_camera cameras[] = {distorted(-0.5, 0, 0, 0), distorted(-1, 0.4, 0, 0), plain, plain, plain};
     cameras[2].k4 = 1;

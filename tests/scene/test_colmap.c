@@ -25,7 +25,7 @@ static void rotate(const double q[4], const double v[3], double rotated[3]) {
     }
 }
 
-// A world position in the camera's OpenGL axes: by COLMAP's formula, and by the view's matrix.
+// Checks that COLMAP's formula and the view's matrix bring a world position to the same place in the camera's axes.
 static void check_pose(const struct colmap_test_image *image, const struct vw_view *view) {
     const double world[3] = {0.3, -1.7, 2.9};
     double expected[3], found[3] = {0};
@@ -145,7 +145,7 @@ FOLDER_TEST(a_model_lies_in_one_of_two_folders) {
     assert_ptr_equal(scene->missing, scene->notes[0]);
 }
 
-// Points that a single view of the scene sees are no evidence.
+// Points that a single view of the scene sees are not used as evidence.
 FOLDER_TEST(points_of_missing_photos_are_dropped) {
     const struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse", &model);

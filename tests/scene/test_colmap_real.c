@@ -41,9 +41,9 @@ static bool same_place(const struct vw_view *a, const struct vw_view *b) {
     return sqrt(square) < 2e-7;
 }
 
-// Directions are compared for all views. What is seen at the nearest depth is compared where both formats put the
-// camera at the same place: the matrices of fox are rotations only to 1e-6, and its COLMAP model, made from them, has
-// cameras up to 3e-6 world units away.
+// Checks that all views have the same directions in both formats. Points at the nearest depth are compared where both
+// formats put the camera at the same place: the matrices of fox are rotations only to 1e-6, and its COLMAP model, made
+// from them, has cameras up to 3e-6 world units away.
 static void check_same_rays(const char *name, uint32_t same_places) {
     const char *path = real_scene_path(name);
     if (!path) skip();
@@ -88,9 +88,10 @@ static double mean_error_px(const struct vw_scene *scene) {
     return sum / scene->track_count;
 }
 
-// fox: 0.746 px at twice this size, for 5841 points, of which the 4000 with the longest tracks are in the file: these
-// may differ by some percent. sacre_coeur: computed on the very files, so to the last digit stated. statue_of_liberty:
-// stated with two digits. A camera convention that is off by half a pixel anywhere would show in all three.
+// Checks the mean reprojection error against the stated one. fox: 0.746 px at twice this size, for 5841 points; the
+// file has the 4000 with the longest tracks, whose error may differ by some percent. sacre_coeur: computed on the same
+// files, so it agrees to the last digit stated. statue_of_liberty: stated with two digits. A camera convention that is
+// off by half a pixel anywhere would show in all three.
 static void check_errors(const char *name, uint32_t points, double stated_px, double tolerance_px) {
     const char *path = real_scene_path(name);
     if (!path) skip();

@@ -111,7 +111,7 @@ FOLDER_TEST(huge_counts_are_refused) {
     }
 }
 
-// A model that is refused once a number is changed, whether it is written as binary or as text.
+// Checks that a model is refused once a number is changed, whether it is written as binary or as text.
 static void check_refused(const char *folder, const struct colmap_test_model *model, const char *file,
                           const char *field) {
     colmap_write_text(folder, "sparse/1", model); // never read

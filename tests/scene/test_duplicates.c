@@ -10,7 +10,7 @@
 
 enum { TRAIN = 32, VAL = 4, SIDE_PX = 64 };
 
-// 36 views on an orbit, 10 degrees apart; the last four validate.
+// Makes 36 views on an orbit, 10 degrees apart; the last four validate.
 static struct vw_scene *make_scene(void) {
     return synthetic_scene(&(struct synthetic_scene_params){
         .train_views = TRAIN, .val_views = VAL, .width_px = SIDE_PX, .height_px = SIDE_PX});
@@ -204,7 +204,7 @@ TEST(far_validation_views_are_told) {
     distances = measure(scene, &count);
     assert_true(distances[0].far && distances[1].far && !distances[2].far && !distances[3].far);
     assert_true(distances[0].between_world > 2.5 &&
-                distances[0].angle_deg > 40); // of the training view that is nearest in both
+                distances[0].angle_deg > 40); // from the training view that is nearest in both
     free(distances);
 
     for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther

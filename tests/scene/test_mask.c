@@ -26,7 +26,7 @@ static const char *write_mask(const char *folder, const char *name, uint32_t wid
     return path;
 }
 
-// The mask as text again.
+// Checks that the mask, written as text again, is the expected one.
 static void check_mask(const uint8_t *mask, const char *expected) {
     assert_non_null(mask);
     char text[256] = "";
@@ -107,7 +107,7 @@ FOLDER_TEST(bad_masks_are_refused) {
 
 // ---- In scenes ------------------------------------------------------------------------------------------------------
 
-static const char half[] = "####...." // of a photo of 8 x 6
+static const char half[] = "####...." // mask of a photo of 8 x 6
                            "####...."
                            "####...."
                            "####...."

@@ -42,7 +42,7 @@ TEST(an_ending_is_found_only_behind_a_slash_and_only_if_it_is_of_one_name) {
     assert_int_equal(find_ending(&index, "./e.png"), 9);
     assert_int_equal(find_ending(&index, "left/d.png"), 4);
     assert_int_equal(find_ending(&index, "d.png"), -1);       // three
-    assert_int_equal(find_ending(&index, "right/d.png"), -1); // whole, and behind another letter
+    assert_int_equal(find_ending(&index, "right/d.png"), -1); // whole, and after a letter
     assert_int_equal(find_ending(&index, "b.png"), -1);
     assert_int_equal(find_ending(&index, ""), -1);
 }

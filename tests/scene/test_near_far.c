@@ -4,7 +4,7 @@
 #include "support/cmocka_test.h"
 #include "support/synthetic_scene.h"
 
-// Two views: the first sees every point, the second every `stride`th. Points are owned by the scene.
+// Makes a scene whose view 0 sees every point and view 1 every `stride`th. The scene owns the points.
 static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, double offset_world) {
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 4, .val_views = 2, .width_px = 8, .height_px = 6, .world_offset = offset_world});
@@ -53,14 +53,14 @@ TEST(each_view_has_its_own) {
         scene->points[p].position_world[0] += 1e-3 * (p % 4);
     }
     ASSERT_OK(vw_near_far_measure(scene));
-    assert_near(scene->views[1].near_world, 2, 1e-9); // those that it sees: p % 4 == 0
+    assert_near(scene->views[1].near_world, 2, 1e-9); // it sees the points with p % 4 == 0
     assert_near(scene->views[1].far_world, 2, 1e-9);
     assert_true(scene->views[0].far_world > scene->views[0].near_world);
 }
 
 // ---- The box --------------------------------------------------------------------------------------------------------
 
-// 1000 points through a box of 2 x 1 x 0.5 around (0.5, 0, 0), and 20 strays as far as 1000 units away.
+// Spreads 1000 points over a box of 2 x 1 x 0.5 around (0.5, 0, 0), and 20 strays up to 1000 units away.
 static void scatter(struct vw_scene *scene, double offset_world) {
     for (uint32_t p = 0; p < scene->point_count; p++) {
         double *position = scene->points[p].position_world;

@@ -16,8 +16,7 @@ enum { PHOTOS_MOST = 16 };
 
 #define HEADERS(...) SCENE_PARAMS(.headers_only = true, __VA_ARGS__)
 
-// Writes the list of a scene as it is opened with these params. Of the photos to train on those are chosen whose
-// letter in `chosen` is y.
+// Writes the list of a scene as it is opened with these params. A train photo is chosen if its letter in `chosen` is y.
 static enum vw_status write_list(const struct vw_scene_params *params, const char *chosen, const char *to,
                                  const char *format, bool opens) {
     struct vw_listed_photo photos[PHOTOS_MOST];
@@ -36,7 +35,7 @@ static enum vw_status write_list(const struct vw_scene_params *params, const cha
     return status;
 }
 
-// A word per view: its name and t(rain), v(al), T(est) or x(excluded).
+// Checks the splits of the scene. `expected` has a word per view: its name and t(rain), v(al), T(est) or x(excluded).
 static void check_scene(const struct vw_scene_params *params, const char *expected) {
     char text[1000] = "";
     AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
@@ -277,8 +276,8 @@ FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
     ASSERT_FAILS(vw_photo_list_write(&list, &format, &opens), VW_ERROR_INPUT, "it lacks images/gone.png");
 }
 
-// A folder that holds such a file is read as transforms.json before all else: lists of other formats must not take its
-// name.
+// A folder that holds transforms.json is read as that format before all others, so lists of other formats must not take
+// its name.
 FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
     static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
                                         "transforms_test.json"};
@@ -294,7 +293,7 @@ FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
                      VW_ERROR_USAGE, "another scene");
     }
     const char *elsewhere =
-        temporary_path(*state, "tourism/transforms.json"); // which is no folder of the other scene's files
+        temporary_path(*state, "tourism/transforms.json"); // not the folder of the scene that is listed
     ASSERT_OK(write_list(HEADERS(.path = *state), "yyn", elsewhere, "colmap", false));
 }
 

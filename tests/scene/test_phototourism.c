@@ -53,7 +53,7 @@ static void write_dense(const char *folder, const char *tsv) {
     temporary_file(folder, "splits.tsv", tsv);
 }
 
-// One letter per view: t(rain), v(al), T(est), x(excluded).
+// Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
 static void check_splits(const struct vw_scene *scene, const char *expected) {
     char splits[100] = "";
     for (uint32_t v = 0; v < scene->view_count; v++) splits[v] = "tvTx"[scene->views[v].split];
@@ -142,7 +142,7 @@ FOLDER_TEST(the_tsv_stays_in_the_folder) {
 
 // ---- Precedence -----------------------------------------------------------------------------------------------------
 
-// transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
+// Writes transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
 static void write_transforms(const char *folder, double focal_px, double shift, double turn) {
     char *json = vw_format_text("{\"fl_x\": %.17g, \"frames\": [", focal_px);
     for (uint32_t i = 0; i < PHOTOS; i++) {
@@ -220,7 +220,7 @@ FOLDER_TEST(points_of_other_photos_are_no_evidence) {
     write_transforms(*state, 7, 0, 0);
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count,
-                     1); // p0 alone sees the first, p0 and p1 the second: image 10 is no photo of the scene
+                     1); // p0 alone sees the first, p0 and p1 the second: image 10 is not in the scene
     vw_scene_close(&scene);
     for (uint32_t i = 0; i < PHOTOS; i++)
         model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];

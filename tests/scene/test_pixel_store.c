@@ -46,7 +46,7 @@ TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_f
     AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
     const uint32_t wanted[] = {5, 2, 5};
     for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
-    assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // what is needed without pixels is known
+    assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // the size is known without pixels
     ASSERT_OK(vw_scene_decode(scene, wanted, 3));
     for (uint32_t v = 0; v < PHOTOS; v++) assert_int_equal(scene->views[v].image.pixels != NULL, v == 2 || v == 5);
     assert_int_equal(scene->source->decoded_count, 2);

@@ -4,7 +4,7 @@
 #include "support/gpu_fixture.h"
 #include "support/recipe_fixture.h"
 
-static const double sphere_centre[3] = {0.2, -0.1, 0.3}, sphere_radius = 0.5; // of RECIPE_SPHERE
+static const double sphere_centre[3] = {0.2, -0.1, 0.3}, sphere_radius = 0.5; // centre and radius in RECIPE_SPHERE
 
 static struct vw_scene_params on_gpu(void) { return (struct vw_scene_params){.gpu = test_gpu()}; }
 
@@ -24,7 +24,7 @@ static void pixel_of(const struct vw_scene *scene, uint32_t view, double x_px, d
     vw_image_pixel(&scene->views[view].image, (uint32_t)x_px, (uint32_t)y_px, rgba);
 }
 
-// The direction, in world axes, from a view's position through a place in its photo.
+// Finds the direction, in world axes, from a view's position through a place in its photo.
 static void world_ray(const struct vw_view *view, double x_px, double y_px, double direction[3]) {
     double camera[3], length;
     assert_true(vw_camera_unproject(&view->camera, x_px, y_px, camera));
@@ -45,7 +45,7 @@ static double miss_distance(const struct vw_view *view, double x_px, double y_px
     return sqrt(distance2);
 }
 
-// Every pixel shows the sphere exactly where the line through its centre meets it.
+// Checks that a pixel shows the sphere exactly where the line through its centre meets it.
 static void check_silhouette(const struct vw_scene *scene) {
     uint32_t inside = 0, outside = 0;
     for (uint32_t v = 0; v < scene->view_count; v++)
@@ -63,7 +63,7 @@ static void check_silhouette(const struct vw_scene *scene) {
     assert_true(inside > 1000 && outside > 1000);
 }
 
-// The silhouette circle, projected: just inside it the photo shows the sphere, just outside it does not.
+// Checks that the photo shows the sphere just inside its projected silhouette, and does not just outside.
 static void check_rim(const struct vw_scene *scene) {
     for (uint32_t v = 0; v < scene->view_count; v++)
         for (int i = 0; i < 16; i++)
@@ -99,7 +99,7 @@ TEST(a_distorted_lens_bends_the_sphere) {
     check_rim(scene);
 }
 
-// Signed distances of the shapes below from a point.
+// Returns the signed distance of a point from the sphere; the functions below do so for the other shapes.
 static double from_sphere(const double p[3]) {
     return sqrt(pow(p[0] - 0.2, 2) + pow(p[1] + 0.1, 2) + pow(p[2] - 0.3, 2)) - 0.5;
 }
@@ -113,7 +113,7 @@ static double from_cylinder(const double p[3]) { return fmax(hypot(p[0] - 0.1, p
 #define LIT_BACKGROUND                                                                                                 \
     "\"sun\": {\"direction\": [0.6, 0, 0.8], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]"
 
-// A point of a convex grey shape is as bright as the slope of the distance there, its normal, says.
+// Checks that a point of a convex grey shape is as bright as its normal, the slope of the distance there, demands.
 static void check_brightness(const struct vw_point *point, double (*distance)(const double p[3])) {
     double normal[3], length = 0;
     for (int i = 0; i < 3; i++) {
@@ -221,10 +221,10 @@ TEST(a_scene_far_from_the_origin_looks_the_same) {
         const uint8_t *a = here->views[v].image.pixels, *b = there->views[v].image.pixels;
         for (uint32_t i = 0; i < 32 * 24 * 4; i++) different += a[i] != b[i];
     }
-    if (different > 3 * 4) fail_msg("%u channel values differ", different); // of rim pixels
+    if (different > 3 * 4) fail_msg("%u channel values differ", different); // only pixels on the rim may differ
 }
 
-// A square whose columns have one colour each, ten different ones in all.
+// Checks that the pixels that differ from `clean` are a square of ten colours, each column of a single one.
 static void check_striped_box(const struct vw_image *image, const uint8_t *clean, uint32_t side_px) {
     uint32_t columns = 0, changes = 0, last = 0;
     for (uint32_t x = 0; x < image->width_px; x++) {
@@ -278,8 +278,8 @@ TEST(defects_have_their_strength) {
         if (v == 0 || (v > 3 && v != 6)) assert_memory_equal(scene->views[v].sha256, clean->views[v].sha256, 32);
 }
 
-// Exposure is no defect: photos of a flat grey differ as its spreads say, whatever they are for, and stay the same for
-// a seed.
+// Exposure is not a defect: photos of a flat grey differ as its spreads say, in every split, and stay the same for a
+// seed.
 TEST(exposure_varies_by_view) {
     const char *grey = "\"background\": [0.5, 0.5, 0.5], \"exposure\": {\"gain\": 0.2, \"tint\": 0.05}";
     struct vw_scene *scene = draw("\"background\": [0, 0, 0]", grey, NULL, NULL),
@@ -372,7 +372,7 @@ TEST(tracks_end_at_the_points) {
     if (alike < 0.85 * compared) fail_msg("only %u of %u tracks show their point's colour", alike, compared);
 }
 
-// Points behind an occluder, or behind a shape, are not seen.
+// Points that an occluder or a shape hides are not seen.
 TEST(hidden_points_have_no_track) {
     const char *defects = "\"defects\": [{\"kind\": \"occluder\", \"strength\": 0.95, \"views\": [3]}]";
     AUTO(vw_scene_close) struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);

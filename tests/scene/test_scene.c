@@ -31,7 +31,7 @@ FOLDER_TEST(inward_cameras_have_a_box_around_their_axes) {
     struct vw_box box = box_of(*state, &(struct tiny_scene){0}, "closest to all optical axes");
     check_box(&box, 0, 0, 0, half_extent, 1e-12);
     box = box_of(*state, &(struct tiny_scene){.offset_world = {1e6, -2e6, 3e6}}, "closest to all optical axes");
-    check_box(&box, 1e6, -2e6, 3e6, half_extent, 1e-8); // what doubles near 3e6 resolve is 5e-10
+    check_box(&box, 1e6, -2e6, 3e6, half_extent, 1e-8); // doubles near 3e6 resolve 5e-10
     box = box_of(*state, &(struct tiny_scene){.scale_world = 1e6}, "closest to all optical axes");
     check_box(&box, 0, 0, 0, 1e6 * half_extent, 1e-6);
 }
@@ -56,7 +56,7 @@ FOLDER_TEST(a_box_of_other_coordinates_is_ignored) {
     check_box(&box, 0, 0, 0, 1e3 * half_extent, 1e-8);
 }
 
-// Four cameras on a square of side 2, all looking along -z (`outward` 0), or away from the square's centre.
+// Returns the box of four cameras on a square of side 2 that look along -z, or away from its centre if `outward`.
 static struct vw_box box_of_square(const char *folder, bool outward) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 4});
     char *frames[4], *json;

@@ -1,10 +1,10 @@
-// Which view trains, validates or tests; name lists and providers.
+// Splits: the choice of views that train, validate or test; name lists and providers.
 #include "support/cmocka_test.h"
 
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-// One letter per view: t(rain), v(al), T(est), x(excluded).
+// Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
 static void check_splits(const struct vw_scene_params *params, const char *expected) {
     AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
     char splits[100] = "";

@@ -12,7 +12,7 @@ static struct vw_scene *open_scene(const char *folder) {
     return tiny_scene_open(SCENE_PARAMS(.path = folder));
 }
 
-// Which photos are chosen, as their digits.
+// Checks which photos the list chooses. `expected` has their digits.
 static void check_list(const char *folder, const char *name, const char *text, const double *least,
                        const char *expected, uint32_t expected_passed_over) {
     struct vw_scene *scene = open_scene(folder);
@@ -29,7 +29,7 @@ static void check_list(const char *folder, const char *name, const char *text, c
     vw_scene_close(&scene);
 }
 
-// In one line that holds both texts.
+// Checks that the list is refused with a message of one line that holds both texts.
 static void check_refusal(const char *folder, const char *name, const char *text, const double *least,
                           const char *first, const char *second) {
     struct vw_scene *scene = open_scene(folder);

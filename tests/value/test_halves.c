@@ -10,7 +10,7 @@ enum { PHOTOS = 6, VIEWS = 5, IMAGES = PHOTOS + VIEWS, EPOCHS = 6, STEPS = 1 + P
 static struct vw_ledger_image images[IMAGES];
 static char names[IMAGES][16];
 
-// Every other image validates at first, then all train.
+// Makes images of which every other one validates at first, and the rest train.
 static void make_images(void) {
     for (uint32_t i = 0; i < IMAGES; i++) {
         snprintf(names[i], sizeof names[i], "photo %u", i);
@@ -144,7 +144,8 @@ FOLDER_TEST(a_sweep_by_validation_photo_has_halves) {
     }
     input.lasting = (struct vw_lasting_pass){.steps = steps, .step_count = STEPS - 1, .view_psnr = *view_psnr};
     ASSERT_OK(vw_halves_score(ledger, &input, halves, VW_HALF_B, &scores, &score_count));
-    for (uint32_t i = 0; i < score_count; i++) assert_null(strstr(scores[i].method, "lasting")); // of all photos alone
+    for (uint32_t i = 0; i < score_count; i++)
+        assert_null(strstr(scores[i].method, "lasting")); // lasting credit needs a value per validation photo
     free(scores);
     input.lasting.views = views;
     input.lasting.view_count = VIEWS;

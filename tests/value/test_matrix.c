@@ -25,7 +25,7 @@ static void add_image(struct run *run, const char *name, const char *split) {
     run->image_count++;
 }
 
-// `errors` has one entry per validation view; NULL flags the step.
+// Adds a step. `errors` has one entry per validation view; NULL flags the step.
 static void add_step(struct run *run, uint32_t epoch, uint32_t photo, const struct vw_view_error *errors) {
     struct vw_step_record *record = &run->records[run->count];
     *record = (struct vw_step_record){.step = run->count,
@@ -70,7 +70,7 @@ static struct vw_view_error error_of(double psnr_db, double l1) {
     return (struct vw_view_error){pow(10, -psnr_db / 10), l1};
 }
 
-// Two views; the first of the last step is matched perfectly, which counts as 100 dB.
+// Makes a run with two views. The last step matches the first view perfectly, which counts as 100 dB.
 static struct run *hand_made(void) {
     static const struct {
         uint32_t epoch, photo;
@@ -157,7 +157,7 @@ FOLDER_TEST(a_run_without_views_has_no_columns) {
     assert_true(records[1].validated && isnan(records[1].val_psnr_pooled));
 }
 
-// Some units in [-1, 1), each a function of its place.
+// Returns a number in [-1, 1) that depends on the arguments alone.
 static double noise(uint64_t seed, uint32_t a, uint32_t b) {
     uint32_t words[4];
     vw_random_words(seed, VW_RANDOM_JITTER, a, b, 0, words);
@@ -230,7 +230,7 @@ TEST(one_view_at_a_time_is_left_out) {
     for (int v = 0; v < 3; v++) {
         assert_int_equal(views[v].image_id, ids[v]);
         assert_true(views[v].end_psnr == end_psnr[v]);
-        assert_false(views[v].disagrees || views[v].stays_low); // of three nobody can say
+        assert_false(views[v].disagrees || views[v].stays_low); // three views are too few to judge one
     }
     const struct vw_matrix single = {photos, ids, 3, 1, psnr, l1, NULL, end_psnr, 3};
     ASSERT_OK(vw_matrix_jackknife(&single, views, standard_errors));
@@ -239,8 +239,8 @@ TEST(one_view_at_a_time_is_left_out) {
 
 enum { ODD_PHOTOS = 24, ODD_VIEWS = 6 };
 
-// Views that share the photos' worth, with noise as strong as `noise_share` of it; view 2 shows something else when
-// `corrupted`.
+// Evaluates views that share the photos' worth, with noise as strong as `noise_share` of it; view 2 shows something
+// unrelated when `corrupted`.
 static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct vw_view_evidence views[ODD_VIEWS]) {
     static uint32_t photos[ODD_PHOTOS], ids[ODD_VIEWS] = {0, 1, 2, 3, 4, 5};
     static double psnr[ODD_PHOTOS * ODD_VIEWS], l1[ODD_PHOTOS * ODD_VIEWS], end_psnr[ODD_VIEWS],
@@ -306,7 +306,7 @@ TEST(a_constant_view_hides_no_odd_one) {
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     assert_true(views[1].stays_low);
     end_psnr[1] = 21;
-    for (uint32_t p = 0; p < ODD_PHOTOS; p++) // of the other three nobody can say
+    for (uint32_t p = 0; p < ODD_PHOTOS; p++) // three views still vary, too few to judge one
         for (uint32_t v = 3; v < 5; v++) psnr[p * ODD_VIEWS + v] = 0;
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].disagrees);

@@ -17,7 +17,7 @@ static double value_of(const struct vw_ledger_score *scores, uint32_t count, con
     return test_find_score(scores, count, method, test_train_views[photo])->value;
 }
 
-// Sums of some dozen numbers near 20 are right to 1e-13.
+// Checks a sum of some dozen numbers near 20, which is right to 1e-13.
 static void check_near(double value, double expected, const char *what) {
     if (!(fabs(value - expected) <= 1e-11))
         fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
@@ -76,7 +76,7 @@ TEST(additive_worths_come_back) {
     }
 }
 
-// Two photos show the same: whichever comes first in an epoch brings all that either has, the other nothing.
+// Plays two photos that show the same: the first of them in an epoch brings all that either has, the other nothing.
 static double duplicates(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)with_seed;
     if (order[step] > 1) return 0.1;

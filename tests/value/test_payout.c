@@ -41,7 +41,7 @@ TEST(sums_are_of_the_photos) {
     struct vw_provider_score *groups = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_providers_score(scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT, &groups, &count));
-    assert_int_equal(count, 6); // what is not known to add up is left out
+    assert_int_equal(count, 6); // scores that are not known to add up are left out
     check_group(&groups[0], "", "dv_psnr", 7, 0.1, 1);
     check_group(&groups[1], "alice", "dv_psnr", 2, 0.5, 2); // 0.3, 0.4
     check_group(&groups[2], "bob", "dv_psnr", 1, 1.3, 2);   // 0.5, 1.2
@@ -107,7 +107,7 @@ TEST(amounts_are_divided_to_the_cent) {
          99,
          {49, 30, 20},
          false},                                     // 49.5, 29.7, 19.8: the two cents left go to the largest fractions
-        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false}, // what harms is not paid, nor does it take from others
+        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false}, // a harmful provider is not paid, nor does it take from others
         {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, false}, // 800.8 and 200.2
         {{-1, -2, -3}, 3, 100, {34, 33, 33}, true},         //
         {{0, 0}, 2, 5, {3, 2}, true},                       //
@@ -174,9 +174,9 @@ TEST(a_payout_is_split_by_lasting_credit) {
     enum { PHOTOS = 4, SCORES = 7 };
     static const struct {
         const char *what;
-        double values[5];          // of photos 1, 2, 3, 5 and 6
-        double ci_high[2];         // of the worth of photos 6 and 2
-        uint64_t expected[PHOTOS]; // of photos 1, 6, 2 and 5
+        double values[5];          // lasting credit of photos 1, 2, 3, 5 and 6
+        double ci_high[2];         // upper limits of the worth of photos 6 and 2
+        uint64_t expected[PHOTOS]; // cents for photos 1, 6, 2 and 5
     } cases[] = {
         {"above the scene's lowest", {0.5, 0.25, -0.5, 0.25, -0.25}, {1, 1}, {5334, 1333, 1667, 1666}},
         {"a shift means nothing", {100.5, 100.25, 99.5, 100.25, 99.75}, {1, 1}, {5334, 1333, 1667, 1666}},

@@ -16,7 +16,7 @@ static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64
     return worth_db[order[step]] + test_noise(seed, step);
 }
 
-// Before the late epochs the losses are the other way round.
+// Plays a game whose losses are reversed before the late epochs.
 static struct test_game *play(test_rule *rule, uint32_t epochs) {
     struct test_game *game = test_play(rule, epochs, 3);
     for (uint32_t step = 1; step < game->count; step++) {

@@ -10,7 +10,7 @@ static const double response_db[PULSE_STEPS] = {-0.95, -0.28, -0.15, -0.12, -0.1
 // In the epochs after burn-in; their mean is 1.
 static const double scales[EPOCHS] = {9, 0.9, 1.1, 0.9, 1.1};
 
-static double pulse(uint64_t step) { // of a step counted from 1
+static double pulse(uint64_t step) { // `step` counts from 1
     uint64_t place = (step - 1) % PHOTOS, epoch = (step - 1) / PHOTOS;
     return place >= PULSE_PLACE && place < PULSE_PLACE + PULSE_STEPS ? scales[epoch] * response_db[place - PULSE_PLACE]
                                                                      : 0;
@@ -22,7 +22,7 @@ struct game {
     struct vw_value_input input;
 };
 
-// Photos in the same order in every epoch, and a trend that differs from step to step alike.
+// Makes a game with the same order of photos in every epoch and a trend that rises by the same amount at every step.
 static void make_game(struct game *game) {
     *game = (struct game){0};
     for (uint32_t i = 0; i <= PHOTOS; i++)

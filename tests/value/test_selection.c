@@ -50,7 +50,7 @@ TEST(rules_choose_by_value_and_interval) {
 TEST(percentages_round_to_the_nearest_photo) {
     static const struct {
         double percent;
-        const char *top, *drop; // of five; NULL: refused
+        const char *top, *drop; // photos chosen from five; NULL: refused
     } cases[] = {
         {0.001, "2", "2 1 5 3 6"}, {9.9, "2", "2 1 5 3 6"},  {10, "2", "2 1 5 3"}, {29.9, "2", "2 1 5 3"},
         {30, "2 1", "2 1 5"},      {60, "2 1 5", "2 1"},     {80, "2 1 5 3", "2"}, {89.9, "2 1 5 3", "2"},
@@ -105,9 +105,9 @@ static void check_without_outliers(const struct vw_ledger_score *rows, uint32_t 
 
 TEST(outliers_of_any_score_are_left_out) {
     static const struct vw_ledger_score rows[] = {
-        ROWS("dv_psnr", 9, 11, 9, 11, 10, 10, 5.5, 40),                  // 5.5: z = -3.04; high scores are no outliers
-        ROWS("dv_loss", 9, 5.6, 10, 11, 11, 10, 2, 10),                  // 5.6: z = -2.97
-        ROWS("quality", 9, 11, 1, 11, 10, NAN, 10, 10),                  // an unknown score is none
+        ROWS("dv_psnr", 9, 11, 9, 11, 10, 10, 5.5, 40), // 5.5: z = -3.04; high scores do not count as outliers
+        ROWS("dv_loss", 9, 5.6, 10, 11, 11, 10, 2, 10), // 5.6: z = -2.97
+        ROWS("quality", 9, 11, 1, 11, 10, NAN, 10, 10), // an unknown score is none
         {.image_id = 8, .method = "dv_psnr", .value = -99, .visits = 4}, // a validation photo
         ROWS("other", 0, 11, 9, 11, 9, 10, 10, 10),
     };
@@ -186,7 +186,7 @@ TEST(amounts_are_read_whole) {
     static const char *const bad[] = {"", "%", " 3", "3 ", "3 %", "+3", "-3", "inf", "nan%", "3%%", "few", ".5"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(good); i++) {
         struct vw_selection_params params = {0};
-        if (!vw_selection_read_amount(good[i].text, &params)) fail_msg("%s is no amount", good[i].text);
+        if (!vw_selection_read_amount(good[i].text, &params)) fail_msg("%s is not an amount", good[i].text);
         assert_true(params.amount == good[i].amount && params.percent == good[i].percent);
     }
     for (size_t i = 0; i < VW_ARRAY_COUNT(bad); i++)

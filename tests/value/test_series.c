@@ -66,7 +66,7 @@ TEST(revisits_telescope) {
     input.images++; // so that the first image is one that is trained on
     input.image_count--;
     ASSERT_OK(vw_series_make(&input, VW_MEASURE_PSNR, VW_FORM_REVISIT, &series));
-    for (uint32_t i = 0; i < series.count; i++) // the first visit has none before it: the untrained field is no visit
+    for (uint32_t i = 0; i < series.count; i++) // the untrained field does not count as an earlier visit
         assert_int_equal(isnan(series.visits[i].delta), i < TEST_TRAIN_COUNT);
     vw_series_free(&series);
 }
@@ -171,7 +171,7 @@ static double mixed_with_draws(const uint32_t *order, uint32_t first, uint32_t s
 // Undoing the filter amplifies rounding, 1e-14 of some 20 dB, by (1 + b) / (1 - b) = 19.
 static const double amplified_rounding = 1e-12;
 
-// The worth comes back with the luck of its step's draw: credits are no noisier than deltas without momentum.
+// The worth comes back with the noise that its step drew: credits are not noisier than deltas without momentum.
 TEST(draws_stay_with_their_steps) {
     AUTO_FREE struct test_game *game = test_play(mixed_with_draws, 20, seed);
     AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);

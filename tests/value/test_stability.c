@@ -1,4 +1,5 @@
-// When scores count as stable: of records alone, whatever stands behind the last complete epoch.
+// The rule by which scores count as stable: it depends on records alone, and ignores those after the last complete
+// epoch.
 #include "support/ledger_fixture.h"
 
 #include "value/stability.h"
@@ -9,7 +10,7 @@ static struct test_recording *train(double noise_db, uint32_t epochs) {
     return test_record(&trainer);
 }
 
-// `watch` is zero before; the caller ends it.
+// Begins `watch`, which is zero before, and adds the records; the caller ends it.
 static void watch_records(const struct test_recording *training, uint32_t record_count, uint32_t burn_in_epochs,
                           struct vw_stability_watch *watch) {
     ASSERT_OK(vw_stability_watch_begin(test_train_views, TEST_TRAIN_COUNT, burn_in_epochs, watch));

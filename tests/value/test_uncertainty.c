@@ -22,9 +22,9 @@ static double normal(uint64_t stream, uint32_t a, uint32_t b) {
 struct game {
     const char *name;
     uint32_t photos, epochs;
-    double correlation;  // of neighbouring epochs
-    double drift;        // of the mean, in standard deviations of a visit, at the first epoch; gone after a few
-    double growth;       // of the standard deviation, first to last epoch
+    double correlation;  // correlation of neighbouring epochs
+    double drift;        // shift of the mean at the first epoch, in standard deviations of a visit; gone after a few
+    double growth;       // factor of the standard deviation, last epoch over the first
     double run_share;    // variance of a sum that all epochs of a run share, over that of what they do not
     double photo_spread; // standard deviation of the logarithm of the photos' standard deviations
     double missing;      // share of epochs without a visit
@@ -106,9 +106,9 @@ TEST(intervals_hold_the_mean) {
     }
 }
 
-// What is not claimed: without what runs share the intervals are a little wide, with twice as much narrow; of few
-// epochs wide, or narrow where these are too few to tell that neighbours are alike or that noise fell while it was
-// still large.
+// Limits of the intervals: they are a little wide when runs share nothing, and narrow when runs share twice as much.
+// With few epochs they are wide, or narrow where the epochs are too few to tell that neighbours are alike or that noise
+// fell while it was still large.
 TEST(where_less_is_claimed) {
     const struct game games[] = {
         {"runs share nothing", 36, 32, 0, 0, 1, 0, 0.4, 0, 0.96, 0.99},
@@ -169,7 +169,7 @@ TEST(what_is_unknown_is_said) {
     for (uint32_t p = 0; p < 2; p++)
         assert_true(isnan(intervals[p].standard_error) && isnan(intervals[p].ci_low) && isnan(intervals[p].ci_high));
     assert_true(intervals[2].standard_error >
-                0); // that two visits agree is no proof: the other photos' variance is heard
+                0); // the agreement of two visits does not prove precision: the other photos' variance is used too
     check_near((intervals[2].ci_low + intervals[2].ci_high) / 2, 1, "the middle of two visits");
     for (uint32_t i = 0; i < PHOTOS * EPOCHS; i++) by_epoch[i] = i / EPOCHS;
     ASSERT_OK(vw_intervals_of_sums(by_epoch, PHOTOS, EPOCHS, intervals));

@@ -13,12 +13,12 @@ static double given_db[PHOTOS] = {2, 1, -9, 3, 0.5, -12, 1.5, 0, 2.5, 0, 1, 2};
 static double noise_of(uint64_t seed, uint32_t key) {
     uint32_t words[4];
     vw_random_words(seed, VW_RANDOM_JITTER, 5, key, 0, words);
-    double sum = -2; // of four uniform numbers: variance 1/3
+    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
     for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
     return sum * sqrt(3);
 }
 
-// Without noise. With `copies`, photos 0 to 3 are the same: one of them gives what all do.
+// Returns an outcome without noise. With `copies`, photos 0 to 3 are the same: one of them gives as much as all.
 static double play(const uint32_t *ids, uint32_t count, bool copies) {
     double sum = 0, different = 0;
     bool seen = false;
@@ -31,7 +31,7 @@ static double play(const uint32_t *ids, uint32_t count, bool copies) {
     return 20 + PER_LOG_SHARE_DB * log(different / PHOTOS) + sum / different;
 }
 
-// Without the photos first ... first + left_out - 1.
+// Returns the outcome without the photos `first` to `first + left_out - 1`.
 static double play_without(uint32_t first, uint32_t left_out, bool copies) {
     uint32_t ids[PHOTOS], count = 0;
     for (uint32_t i = 0; i < PHOTOS; i++)
@@ -71,7 +71,7 @@ static void take_subset(const struct vw_subsets *subsets, uint32_t place, uint32
     played->rows[row].image_count = count;
 }
 
-// With `providers`, each has as many neighbouring photos.
+// Plays `count` retrainings. With `providers`, each has the same number of neighbouring photos.
 static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, uint32_t providers, bool copies) {
     static const char *const names[] = {"ada", "bob", "cyd", "dee"};
     struct played *played = calloc(1, sizeof *played);
@@ -108,7 +108,7 @@ static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, 
     return played;
 }
 
-// A prior: the worths with noise of so many times their own spread.
+// Adds a prior: `share` times the worths, plus noise with a standard deviation of `noise`.
 static void add_score(struct played *played, const char *method, double share, double noise, uint64_t seed) {
     for (uint32_t i = 0; i < PHOTOS; i++)
         played->scores[played->input.score_count++] =
@@ -306,7 +306,7 @@ TEST(the_claim_grows_with_what_is_known) {
     assert_string_equal(exact.claims[1].method, "dv_psnr");
     assert_true(exact.claims[1].accuracy.spearman > 0.9);
     assert_true(noisy.claims[0].accuracy.spearman < exact.claims[0].accuracy.ci_low && noisy.ceiling < exact.ceiling);
-    if (fabs(noisy.noise_db - 0.6) > 0.3) fail_msg("the noise is %g dB, not 0.6", noisy.noise_db); // of 13 trainings
+    if (fabs(noisy.noise_db - 0.6) > 0.3) fail_msg("the noise is %g dB, not 0.6", noisy.noise_db); // in 13 trainings
     assert_int_equal(exact.retraining_count, 100);
     assert_true(exact.repeat_count >= 13 && exact.provider_retraining_count == 0);
 }
