@@ -1,4 +1,4 @@
-// The index of this invocation in a dispatch that vw_batch_dispatch may have folded into y.
+// The index of this invocation in a dispatch that vw_submission_dispatch may have folded into y.
 #ifndef INVOCATION_GLSL
 #define INVOCATION_GLSL
 

@@ -30,7 +30,7 @@ struct vw_run_state {
     bool backward;              // the backward pass of lasting credit: its own steps, replayed and followed back
 };
 
-// Called before the first and after every batch of steps, and at the end. Returning false asks the run to stop.
+// Called before the first and after every group of steps, and at the end. Returning false asks the run to stop.
 typedef bool vw_run_progress(void *context, const struct vw_run_state *state);
 
 // Fields of vw_config that `accuracy` and `budget_s` leave as they are.

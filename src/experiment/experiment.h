@@ -23,7 +23,7 @@ struct vw_experiment_params {
     uint32_t together; // runs or trainings that take their steps together on each device; 0: by it
     struct vw_report_options report;
     struct vw_lasting_options lasting; // for single runs
-    struct vw_interrupt interrupt;     // asked between batches of steps, and between retrainings
+    struct vw_interrupt interrupt;     // asked between submissions of steps, and between retrainings
     vw_run_progress *progress;         // called by single runs; NULL: none
     void *context;                     // passed to progress
 };

@@ -14,7 +14,7 @@ enum vw_status vw_timed_trainer_open(const struct vw_trainer_params *params, uin
     struct vw_config config = *params->config;
     struct vw_trainer_params ours = *params;
     struct vw_trainer_stats stats;
-    config.epochs = 1 + rounds * 2 * params->steps_per_batch; // an epoch has at least one step
+    config.epochs = 1 + rounds * 2 * params->steps_per_submission; // an epoch has at least one step
     ours.config = &config;
     uint64_t before = vw_gpu_buffer_bytes(params->gpu);
     enum vw_status status = vw_trainer_create(&ours, &timed->trainer);

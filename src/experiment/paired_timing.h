@@ -28,7 +28,7 @@ struct vw_step_timing {
 };
 
 // Creates the trainer, with epochs enough for so many rounds instead of params->config->epochs. In a round it takes two
-// batches of params->steps_per_batch steps, which must not be 0. Close it also after a failure.
+// submissions of params->steps_per_submission steps, which must not be 0. Close it also after a failure.
 enum vw_status vw_timed_trainer_open(const struct vw_trainer_params *params, uint32_t rounds,
                                      struct vw_timed_trainer *timed);
 // Times all trainers for `rounds` rounds (4 to VW_TIMING_ROUNDS_MAX). VW_ERROR_INTERRUPTED when the interrupt is

@@ -1,4 +1,4 @@
-// The commands of a batch, kept until it is submitted, so that each can be placed in the earliest epoch that its
+// The commands of a submission, kept until it is submitted, so that each can be placed in the earliest epoch that its
 // hazards allow.
 #ifndef VIEWWORTH_GPU_COMMAND_LIST_H
 #define VIEWWORTH_GPU_COMMAND_LIST_H

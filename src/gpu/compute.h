@@ -99,36 +99,38 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
 void vw_pass_destroy(struct vw_pass **pass);
 const char *vw_pass_name(const struct vw_pass *pass);
 
-// ---- Batches -------------------------------------------------------------------------------------------------------
+// ---- Submissions
+// -------------------------------------------------------------------------------------------------------
 
-enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **batch);
-void vw_submission_destroy(struct vw_submission **batch); // waits for it first
+enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **submission);
+void vw_submission_destroy(struct vw_submission **submission); // waits for it first
 
-void vw_submission_begin(struct vw_submission *batch); // must not be in flight; one batch of a device records at a time
+void vw_submission_begin(
+    struct vw_submission *submission); // must not be in flight; one submission of a device records at a time
 // Runs at least `invocations` invocations: ceil(invocations / workgroup size) workgroups, folded into y beyond
 // workgroup_count_x (shaders find their index with invocation_index() of shaders/invocation.glsl). `push_bytes` must
 // equal the size of the shader's push constant block. It runs as early as the accesses recorded before allow, also
 // before or beside commands recorded earlier.
-void vw_submission_dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                             size_t push_bytes, uint64_t invocations);
 // Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once
 // everything before has run, also none. Whoever writes them keeps to workgroup_count_x and _y, and folds as
 // invocation_index() expects.
-void vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+void vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                                      size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
-void vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+void vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                         struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
-// Ends recording and submits; several batches may be in flight, they run in order. Reports what recording met.
-enum vw_status vw_submission_submit(struct vw_submission *batch);
-// Waits until the batch is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
-enum vw_status vw_submission_wait(struct vw_submission *batch);
+// Ends recording and submits; several submissions may be in flight, they run in order. Reports what recording met.
+enum vw_status vw_submission_submit(struct vw_submission *submission);
+// Waits until the submission is done (at once when it was never submitted); READBACK buffers it wrote can then be read.
+enum vw_status vw_submission_wait(struct vw_submission *submission);
 
 // ---- Timers --------------------------------------------------------------------------------------------------------
 
 struct vw_gpu_timer {
     const char *name, *role; // name and role of the pass
     uint64_t dispatches;
-    double total_ms; // device time of finished batches; timers may drop a dispatch, never block
+    double total_ms; // device time of finished submissions; timers may drop a dispatch, never block
 };
 // Timers so far, in order of first use; the array belongs to `gpu` and is valid until the next wait. Empty without
 // timers.

@@ -28,8 +28,9 @@ enum vw_status vw_ranges_find(struct vw_ranges *ranges, uint64_t offset_bytes, u
 uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool writes);
 void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t epoch);
 
-// Dispatches and copies of the last submission of a batch, and the barriers between them (not the one that ends it).
-uint32_t vw_submission_commands(const struct vw_submission *batch);
-uint32_t vw_submission_barriers(const struct vw_submission *batch);
+// Dispatches and copies of the last submission of a submission, and the barriers between them (not the one that ends
+// it).
+uint32_t vw_submission_commands(const struct vw_submission *submission);
+uint32_t vw_submission_barriers(const struct vw_submission *submission);
 
 #endif

@@ -33,7 +33,7 @@ static double timed_s(const struct vw_gpu *gpu, const struct vw_pass *pass) {
 
 // Measures the shortest of a few rounds, after one to warm up: a peak is the best that was reached. It uses the
 // device's clock if there is one, since a fast device is done before the host has noticed.
-static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_submission *batch, struct vw_pass *const *passes,
+static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_submission *submission, struct vw_pass *const *passes,
                                   uint32_t count, const struct vw_push_peak *push, uint64_t invocations,
                                   double *shortest_s) {
     enum vw_status status = VW_OK;
@@ -41,11 +41,11 @@ static enum vw_status time_passes(struct vw_gpu *gpu, struct vw_submission *batc
     for (int round = 0; round <= ROUNDS_MAX && !status; round++) {
         double started_s = vw_now_s(), timed_before_s = timed_s(gpu, passes[0]);
         if (round > ROUNDS_MIN && started_s - first_s > BUDGET_S) break;
-        vw_submission_begin(batch);
+        vw_submission_begin(submission);
         for (uint32_t i = 0; i < count; i++)
-            vw_submission_dispatch(batch, passes[i], push, push ? sizeof *push : 0, invocations);
-        status = vw_submission_submit(batch);
-        if (!status) status = vw_submission_wait(batch);
+            vw_submission_dispatch(submission, passes[i], push, push ? sizeof *push : 0, invocations);
+        status = vw_submission_submit(submission);
+        if (!status) status = vw_submission_wait(submission);
         double passed_s = vw_now_s() - started_s, device_s = timed_s(gpu, passes[0]) - timed_before_s;
         if (device_s > 0.0) passed_s = device_s;
         if (round == 1 || (round > 1 && passed_s < *shortest_s)) *shortest_s = passed_s;
@@ -57,7 +57,7 @@ static enum vw_status measure_multiplies(struct vw_gpu *gpu, double *per_s) {
     const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f}; // a chain that stays between 0 and 8
     struct vw_buffer *to = NULL;
     struct vw_pass *pass = NULL;
-    struct vw_submission *batch = NULL;
+    struct vw_submission *submission = NULL;
     double shortest_s = 0.0;
     enum vw_status status =
         vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "peak_to", .size_bytes = 16 * INVOCATIONS}, &to);
@@ -65,10 +65,10 @@ static enum vw_status measure_multiplies(struct vw_gpu *gpu, double *per_s) {
     const struct vw_pass_params params = {
         .shader = &vw_shader_multiply_registers, .bindings = &binding, .binding_count = 1};
     if (!status) status = vw_pass_create(gpu, &params, &pass);
-    if (!status) status = vw_submission_create(gpu, &batch);
-    if (!status) status = time_passes(gpu, batch, &pass, 1, &push, INVOCATIONS, &shortest_s);
+    if (!status) status = vw_submission_create(gpu, &submission);
+    if (!status) status = time_passes(gpu, submission, &pass, 1, &push, INVOCATIONS, &shortest_s);
     if (!status) *per_s = 8.0 * 4.0 * VW_PEAK_TRIPS * VW_PEAK_REPEATS * INVOCATIONS / shortest_s;
-    vw_submission_destroy(&batch);
+    vw_submission_destroy(&submission);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&to);
     return status;
@@ -147,15 +147,16 @@ static enum vw_status create_windows(struct vw_gpu *gpu, struct copy *copy) {
 
 static enum vw_status measure_copies(struct vw_gpu *gpu, double *bytes_per_s) {
     struct copy copy = {0};
-    struct vw_submission *batch = NULL;
+    struct vw_submission *submission = NULL;
     double shortest_s = 0.0;
     enum vw_status status = create_buffers(gpu, &copy);
     if (!status) status = create_windows(gpu, &copy);
-    if (!status) status = vw_submission_create(gpu, &batch);
+    if (!status) status = vw_submission_create(gpu, &submission);
     if (!status)
-        status = time_passes(gpu, batch, copy.windows, copy.window_count, NULL, copy.window_bytes / 16, &shortest_s);
+        status =
+            time_passes(gpu, submission, copy.windows, copy.window_count, NULL, copy.window_bytes / 16, &shortest_s);
     if (!status) *bytes_per_s = 2.0 * (double)copy.window_count * (double)copy.window_bytes / shortest_s;
-    vw_submission_destroy(&batch);
+    vw_submission_destroy(&submission);
     destroy_copy(&copy);
     return status;
 }

@@ -20,52 +20,52 @@ struct vw_submission {
     char message[512];
 };
 
-uint32_t vw_submission_commands(const struct vw_submission *batch) { return (uint32_t)batch->list.count; }
+uint32_t vw_submission_commands(const struct vw_submission *submission) { return (uint32_t)submission->list.count; }
 
-uint32_t vw_submission_barriers(const struct vw_submission *batch) { return batch->list.barrier_count; }
+uint32_t vw_submission_barriers(const struct vw_submission *submission) { return submission->list.barrier_count; }
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Keeps a failure just recorded with vw_fail() for vw_submission_submit(); VW_OK leaves the batch as it is.
-static void keep_failure(struct vw_submission *batch, enum vw_status status) {
+// Keeps a failure just recorded with vw_fail() for vw_submission_submit(); VW_OK leaves the submission as it is.
+static void keep_failure(struct vw_submission *submission, enum vw_status status) {
     if (!status) return;
-    batch->status = status;
-    snprintf(batch->message, sizeof batch->message, "%s", vw_error_message());
+    submission->status = status;
+    snprintf(submission->message, sizeof submission->message, "%s", vw_error_message());
 }
 
 // Returns false once something failed; all later commands are then skipped.
-static bool can_record(struct vw_submission *batch) {
-    if (!batch->status && batch->gpu->recording != batch)
+static bool can_record(struct vw_submission *submission) {
+    if (!submission->status && submission->gpu->recording != submission)
         keep_failure(
-            batch,
+            submission,
             vw_fail(VW_ERROR_DEVICE,
                     "only one submission can record at a time, between vw_submission_begin and vw_submission_submit"));
-    return !batch->status;
+    return !submission->status;
 }
 
-static enum vw_status begin(struct vw_submission *batch) {
-    struct vw_gpu *gpu = batch->gpu;
+static enum vw_status begin(struct vw_submission *submission) {
+    struct vw_gpu *gpu = submission->gpu;
     enum vw_status status = vw_wait_check(gpu, "an earlier submission");
     if (status) return status;
-    if (batch->in_flight)
+    if (submission->in_flight)
         return vw_fail(VW_ERROR_DEVICE, "the submission is still in flight; call vw_submission_wait first");
-    if (!gpu->recording) gpu->recording = batch;
-    if (!can_record(batch)) return batch->status;
+    if (!gpu->recording) gpu->recording = submission;
+    if (!can_record(submission)) return submission->status;
 
-    vw_command_list_begin(&batch->list, ++gpu->epoch, batch->timer.queries != VK_NULL_HANDLE);
-    VkResult result = vkResetCommandPool(gpu->device, batch->pool, 0);
-    if (result) return vw_gpu_fail(result, "vkResetCommandPool", "batch");
+    vw_command_list_begin(&submission->list, ++gpu->epoch, submission->timer.queries != VK_NULL_HANDLE);
+    VkResult result = vkResetCommandPool(gpu->device, submission->pool, 0);
+    if (result) return vw_gpu_fail(result, "vkResetCommandPool", "submission");
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                            .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
-    result = vkBeginCommandBuffer(batch->commands, &info);
-    if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "batch");
-    vw_submission_timer_reset(gpu, &batch->timer);
+    result = vkBeginCommandBuffer(submission->commands, &info);
+    if (result) return vw_gpu_fail(result, "vkBeginCommandBuffer", "submission");
+    vw_submission_timer_reset(gpu, &submission->timer);
     return VW_OK;
 }
 
-void vw_submission_begin(struct vw_submission *batch) {
-    batch->status = VW_OK;
-    keep_failure(batch, begin(batch));
+void vw_submission_begin(struct vw_submission *submission) {
+    submission->status = VW_OK;
+    keep_failure(submission, begin(submission));
 }
 
 // Chooses as few rows as the device allows, of even length.
@@ -81,106 +81,108 @@ static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, str
     return VW_OK;
 }
 
-static enum vw_status dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+static enum vw_status dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                                size_t push_bytes, struct vw_workgroups groups) {
     if (push_bytes != pass->push_bytes)
         return vw_fail(VW_ERROR_DEVICE, "pass %s: %zu push constant bytes given, the shader has %u", pass->name,
                        push_bytes, pass->push_bytes);
-    return vw_command_list_add_dispatch(&batch->list, pass, push, groups);
+    return vw_command_list_add_dispatch(&submission->list, pass, push, groups);
 }
 
-void vw_submission_dispatch(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                             size_t push_bytes, uint64_t invocations) {
-    if (!can_record(batch)) return;
+    if (!can_record(submission)) return;
     struct vw_workgroups groups;
     enum vw_status status = fold(pass, invocations, &groups);
-    if (!status && groups.x) status = dispatch(batch, pass, push, push_bytes, groups);
-    keep_failure(batch, status);
+    if (!status && groups.x) status = dispatch(submission, pass, push, push_bytes, groups);
+    keep_failure(submission, status);
 }
 
-void vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
+void vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                                      size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes) {
-    if (!can_record(batch)) return;
+    if (!can_record(submission)) return;
     enum vw_status status = vw_buffer_check_range(groups, offset_bytes, sizeof(VkDispatchIndirectCommand));
     if (!status && offset_bytes % 4)
         status =
             vw_fail(VW_ERROR_DEVICE, "pass %s: workgroups are listed at byte %llu of %s, which is not a multiple of 4",
                     pass->name, (unsigned long long)offset_bytes, groups->name);
     if (!status)
-        status = dispatch(batch, pass, push, push_bytes,
+        status = dispatch(submission, pass, push, push_bytes,
                           (struct vw_workgroups){.listed = groups, .offset_bytes = offset_bytes});
-    keep_failure(batch, status);
+    keep_failure(submission, status);
 }
 
-static enum vw_status copy(struct vw_submission *batch, struct vw_buffer *from, struct vw_buffer *to,
+static enum vw_status copy(struct vw_submission *submission, struct vw_buffer *from, struct vw_buffer *to,
                            VkBufferCopy region) {
     enum vw_status status = vw_buffer_check_range(from, region.srcOffset, region.size);
     if (!status) status = vw_buffer_check_range(to, region.dstOffset, region.size);
-    return status || !region.size ? status : vw_command_list_add_copy(&batch->list, from, to, region);
+    return status || !region.size ? status : vw_command_list_add_copy(&submission->list, from, to, region);
 }
 
-void vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+void vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                         struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes) {
-    if (can_record(batch))
-        keep_failure(batch, copy(batch, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
+    if (can_record(submission))
+        keep_failure(submission,
+                     copy(submission, from, to, (VkBufferCopy){from_offset_bytes, to_offset_bytes, size_bytes}));
 }
 
 // ---- Submitting -----------------------------------------------------------------------------------------------------
 
-static enum vw_status submit(struct vw_submission *batch) {
-    VkResult result = vkEndCommandBuffer(batch->commands);
-    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "batch");
-    enum vw_status status = vw_gpu_check_validation(batch->gpu);
+static enum vw_status submit(struct vw_submission *submission) {
+    VkResult result = vkEndCommandBuffer(submission->commands);
+    if (result) return vw_gpu_fail(result, "vkEndCommandBuffer", "submission");
+    enum vw_status status = vw_gpu_check_validation(submission->gpu);
     if (status) return status;
-    result = vkResetFences(batch->gpu->device, 1, &batch->fence);
-    if (result) return vw_gpu_fail(result, "vkResetFences", "batch");
+    result = vkResetFences(submission->gpu->device, 1, &submission->fence);
+    if (result) return vw_gpu_fail(result, "vkResetFences", "submission");
     const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &batch->commands};
-    result = vkQueueSubmit(batch->gpu->queue, 1, &info, batch->fence);
-    if (result) return vw_gpu_fail(result, "vkQueueSubmit", "batch");
-    batch->in_flight = true;
-    return vw_gpu_check_validation(batch->gpu);
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &submission->commands};
+    result = vkQueueSubmit(submission->gpu->queue, 1, &info, submission->fence);
+    if (result) return vw_gpu_fail(result, "vkQueueSubmit", "submission");
+    submission->in_flight = true;
+    return vw_gpu_check_validation(submission->gpu);
 }
 
-enum vw_status vw_submission_submit(struct vw_submission *batch) {
-    bool recorded = can_record(batch);
-    if (batch->gpu->recording == batch) {
-        batch->gpu->recording = NULL;
-        batch->gpu->epoch = batch->list.last_epoch;
+enum vw_status vw_submission_submit(struct vw_submission *submission) {
+    bool recorded = can_record(submission);
+    if (submission->gpu->recording == submission) {
+        submission->gpu->recording = NULL;
+        submission->gpu->epoch = submission->list.last_epoch;
     }
-    if (!recorded) return vw_fail(batch->status, "%s", batch->message);
-    vw_command_list_write(&batch->list, batch->commands, &batch->timer);
-    return submit(batch);
+    if (!recorded) return vw_fail(submission->status, "%s", submission->message);
+    vw_command_list_write(&submission->list, submission->commands, &submission->timer);
+    return submit(submission);
 }
 
-enum vw_status vw_submission_wait(struct vw_submission *batch) {
-    if (!batch->in_flight) return VW_OK;
+enum vw_status vw_submission_wait(struct vw_submission *submission) {
+    if (!submission->in_flight) return VW_OK;
     char work[64];
-    snprintf(work, sizeof work, "a batch of %" PRIu32 " commands", vw_submission_commands(batch));
-    enum vw_status status = vw_wait_for_fence(batch->gpu, batch->fence, work);
-    batch->in_flight = false;
-    if (!status) status = vw_submission_timer_collect(batch->gpu, &batch->timer);
-    return status ? status : vw_gpu_check_validation(batch->gpu);
+    snprintf(work, sizeof work, "a submission of %" PRIu32 " commands", vw_submission_commands(submission));
+    enum vw_status status = vw_wait_for_fence(submission->gpu, submission->fence, work);
+    submission->in_flight = false;
+    if (!status) status = vw_submission_timer_collect(submission->gpu, &submission->timer);
+    return status ? status : vw_gpu_check_validation(submission->gpu);
 }
 
 // ---- Life -----------------------------------------------------------------------------------------------------------
 
-static enum vw_status create_commands(struct vw_submission *batch) {
-    VkDevice device = batch->gpu->device;
+static enum vw_status create_commands(struct vw_submission *submission) {
+    VkDevice device = submission->gpu->device;
     const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .queueFamilyIndex = batch->gpu->chosen.queue_family};
-    VkResult result = vkCreateCommandPool(device, &pool, NULL, &batch->pool);
-    if (result) return vw_gpu_fail(result, "vkCreateCommandPool", "batch");
-    const VkCommandBufferAllocateInfo commands = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandPool = batch->pool, .commandBufferCount = 1};
-    result = vkAllocateCommandBuffers(device, &commands, &batch->commands);
-    if (result) return vw_gpu_fail(result, "vkAllocateCommandBuffers", "batch");
+                                          .queueFamilyIndex = submission->gpu->chosen.queue_family};
+    VkResult result = vkCreateCommandPool(device, &pool, NULL, &submission->pool);
+    if (result) return vw_gpu_fail(result, "vkCreateCommandPool", "submission");
+    const VkCommandBufferAllocateInfo commands = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                  .commandPool = submission->pool,
+                                                  .commandBufferCount = 1};
+    result = vkAllocateCommandBuffers(device, &commands, &submission->commands);
+    if (result) return vw_gpu_fail(result, "vkAllocateCommandBuffers", "submission");
     const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    result = vkCreateFence(device, &fence, NULL, &batch->fence);
-    return result ? vw_gpu_fail(result, "vkCreateFence", "batch") : VW_OK;
+    result = vkCreateFence(device, &fence, NULL, &submission->fence);
+    return result ? vw_gpu_fail(result, "vkCreateFence", "submission") : VW_OK;
 }
 
-enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **batch) {
+enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **submission) {
     struct vw_submission *made = vw_allocate(1, sizeof *made);
     if (!made) return VW_ERROR_MEMORY;
     made->gpu = gpu;
@@ -190,12 +192,12 @@ enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **b
         vw_submission_destroy(&made);
         return status;
     }
-    *batch = made;
+    *submission = made;
     return VW_OK;
 }
 
-void vw_submission_destroy(struct vw_submission **batch) {
-    struct vw_submission *dying = *batch;
+void vw_submission_destroy(struct vw_submission **submission) {
+    struct vw_submission *dying = *submission;
     if (!dying) return;
     if (!dying->gpu->hung) vw_submission_wait(dying);
     if (dying->gpu->recording == dying) dying->gpu->recording = NULL;
@@ -206,5 +208,5 @@ void vw_submission_destroy(struct vw_submission **batch) {
     }
     vw_command_list_free(&dying->list);
     free(dying);
-    *batch = NULL;
+    *submission = NULL;
 }

@@ -76,7 +76,7 @@ void vw_barrier_record(VkCommandBuffer commands, struct vw_barrier_params params
 
 // ---- Waiting, with an end: a device that hangs is reported ----------------------------------------------------------
 
-// A batch of a GPU takes seconds at most. On a CPU one of many steps may rightly take minutes.
+// A submission of a GPU takes seconds at most. On a CPU one of many steps may rightly take minutes.
 static const double LIMIT_S = 120.0, CPU_LIMIT_S = 3600.0, LONGEST_LIMIT_S = 1e9;
 static const char LIMIT_NAME[] = "VIEWWORTH_DEVICE_TIMEOUT_S";
 

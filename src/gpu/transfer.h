@@ -1,4 +1,4 @@
-// Commands that the host waits for: one command buffer of the device, outside all batches. All waits have an end.
+// Commands that the host waits for: one command buffer of the device, outside all submissions. All waits have an end.
 #ifndef VIEWWORTH_GPU_TRANSFER_H
 #define VIEWWORTH_GPU_TRANSFER_H
 

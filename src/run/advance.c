@@ -166,7 +166,7 @@ static enum vw_status settle(struct vw_run *run) {
 }
 
 // Takes one submission of steps on the way to `last_step`.
-static enum vw_status take_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
+static enum vw_status take_submission(struct vw_run *run, uint64_t last_step, bool *ended) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
     *ended = false;
@@ -198,7 +198,7 @@ enum vw_status vw_run_catch_up(struct vw_run *run) {
     bool ended = run->over;
     enum vw_status status = begin(run);
     if (!status) release(run, last_step);
-    while (!status && !ended) status = take_batch(run, last_step, &ended);
+    while (!status && !ended) status = take_submission(run, last_step, &ended);
     return drain(run, status);
 }
 
@@ -224,8 +224,8 @@ static enum vw_status start(struct vw_run *run, uint64_t steps, uint64_t *last_s
 }
 
 // Advances a run. A run that stops is held, while the runs that share its submissions continue.
-static enum vw_status advance_batch(struct vw_run *run, uint64_t last_step, bool *ended) {
-    enum vw_status status = take_batch(run, last_step, ended);
+static enum vw_status advance_submission(struct vw_run *run, uint64_t last_step, bool *ended) {
+    enum vw_status status = take_submission(run, last_step, ended);
     if (!status) return VW_OK;
     status = drain(run, status);
     *ended = true;
@@ -239,7 +239,7 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps) {
     uint64_t last_step = 0;
     bool ended = false;
     enum vw_status status = start(run, steps, &last_step, &ended);
-    while (!status && !ended) status = advance_batch(run, last_step, &ended);
+    while (!status && !ended) status = advance_submission(run, last_step, &ended);
     return status;
 }
 
@@ -264,7 +264,7 @@ enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum 
         for (uint32_t i = 0; i < count; i++) {
             if (courses[i].ended) continue;
             runs[i]->stopping |= interrupted;
-            statuses[i] = advance_batch(runs[i], courses[i].last_step, &courses[i].ended);
+            statuses[i] = advance_submission(runs[i], courses[i].last_step, &courses[i].ended);
             interrupted |= statuses[i] == VW_ERROR_INTERRUPTED;
             vw_first_failure_note(&failure, statuses[i]);
             left += !courses[i].ended;

@@ -20,10 +20,10 @@
 // budget. The session outlives the run. `*run` is untouched on failure.
 enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct vw_session *session, uint32_t device,
                                       struct vw_run **run);
-// Takes all steps that are left of several runs, batch by batch: those on the same device of a session in the same
-// submissions, while other devices take those of others. Each has the bits and the rows that it has alone, and ends as
-// by vw_run_advance(): statuses[i]. A run that fails does not stop the others; one that is interrupted does. Returns
-// the first failure, with its message.
+// Takes all steps that are left of several runs, submission by submission: those on the same device of a session in the
+// same submissions, while other devices take those of others. Each has the bits and the rows that it has alone, and
+// ends as by vw_run_advance(): statuses[i]. A run that fails does not stop the others; one that is interrupted does.
+// Returns the first failure, with its message.
 enum vw_status vw_runs_advance(struct vw_run *const *runs, uint32_t count, enum vw_status *statuses);
 // Finishes a run like vw_run_finish(), but writes only field.vwf and scores.csv. Does nothing on a run that was
 // finished when it was opened and has no steps left.

@@ -81,13 +81,13 @@ enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t ray
     enum vw_status status = make_room_for_views(rays, evaluator);
     if (!status) status = create_buffers(rays, evaluator);
     if (!status) status = create_passes(evaluator);
-    if (!status) status = vw_submission_create(field->gpu, &evaluator->batch);
+    if (!status) status = vw_submission_create(field->gpu, &evaluator->submission);
     if (status) vw_evaluator_destroy(evaluator);
     return status;
 }
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
-    vw_submission_destroy(&evaluator->batch);
+    vw_submission_destroy(&evaluator->submission);
     vw_gpu_objects_destroy(&evaluator->objects);
     free(evaluator->views);
     evaluator->views = NULL;
@@ -106,25 +106,25 @@ enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const str
     memcpy(vw_buffer_map(evaluator->pixels), pixels, count * sizeof *pixels);
     if (sees_photos(evaluator)) list_views(evaluator, pixels, count);
     struct vw_push_rays push = {.first_pixel = 0, .ray_count = count};
-    vw_submission_begin(evaluator->batch);
-    vw_submission_dispatch(evaluator->batch, evaluator->generate, &push, sizeof push, evaluator->ray_count);
-    enum vw_status status = vw_submission_submit(evaluator->batch);
-    return !status ? vw_submission_wait(evaluator->batch) : status;
+    vw_submission_begin(evaluator->submission);
+    vw_submission_dispatch(evaluator->submission, evaluator->generate, &push, sizeof push, evaluator->ray_count);
+    enum vw_status status = vw_submission_submit(evaluator->submission);
+    return !status ? vw_submission_wait(evaluator->submission) : status;
 }
 
 // Records the rays of one view. The field renders whole groups, of which the last may reach into the next view's rays:
 // only those of this view are kept.
-static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *batch, uint32_t first,
+static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *submission, uint32_t first,
                         uint32_t count) {
     const struct vw_model *model = evaluator->field->model;
     const uint32_t end = first + count;
     for (; first < end; first += evaluator->chunk_rays) {
         uint32_t rays = end - first < evaluator->chunk_rays ? end - first : evaluator->chunk_rays;
         struct vw_push_samples push = {.first_ray = first, .ray_count = vw_model_pad_rays(model, rays)};
-        vw_importance_record(model, &evaluator->importance, batch, &push);
-        model->kind->record_forward(model, &evaluator->passes, batch, &(struct vw_field_chunk){.rays = &push});
+        vw_importance_record(model, &evaluator->importance, submission, &push);
+        model->kind->record_forward(model, &evaluator->passes, submission, &(struct vw_field_chunk){.rays = &push});
         push.ray_count = rays;
-        vw_submission_dispatch(batch, evaluator->composite, &push, sizeof push, rays);
+        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push, rays);
     }
 }
 
@@ -135,19 +135,19 @@ uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator) {
     return sum;
 }
 
-void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch) {
-    if (!sees_photos(evaluator)) record_rays(evaluator, batch, 0, evaluator->ray_count);
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
+    if (!sees_photos(evaluator)) record_rays(evaluator, submission, 0, evaluator->ray_count);
     for (uint32_t i = 0; i < evaluator->view_count; i++) {
-        vw_effects_record_photo(evaluator->field->model, &evaluator->effects, batch, evaluator->views[i].view);
-        record_rays(evaluator, batch, evaluator->views[i].first, evaluator->views[i].count);
+        vw_effects_record_photo(evaluator->field->model, &evaluator->effects, submission, evaluator->views[i].view);
+        record_rays(evaluator, submission, evaluator->views[i].first, evaluator->views[i].count);
     }
 }
 
 enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator) {
-    vw_submission_begin(evaluator->batch);
-    vw_evaluator_record(evaluator, evaluator->batch);
-    enum vw_status status = vw_submission_submit(evaluator->batch);
-    return !status ? vw_submission_wait(evaluator->batch) : status;
+    vw_submission_begin(evaluator->submission);
+    vw_evaluator_record(evaluator, evaluator->submission);
+    enum vw_status status = vw_submission_submit(evaluator->submission);
+    return !status ? vw_submission_wait(evaluator->submission) : status;
 }
 
 enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,

@@ -26,7 +26,7 @@ struct vw_evaluator {
     struct vw_field_passes passes; // the field's
     struct vw_importance importance;
     struct vw_effect_sets effects;
-    struct vw_submission *batch; // for evaluator_set_pixels
+    struct vw_submission *submission; // for evaluator_set_pixels
     // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
     uint32_t view_count;
@@ -43,7 +43,7 @@ enum vw_status vw_evaluator_run(struct vw_evaluator *evaluator);
 enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count,
                                    vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
-void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *batch);
+void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *submission);
 // Returns the number of chunks.
 uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator);
 

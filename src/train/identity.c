@@ -19,15 +19,15 @@ void vw_shader_hash(uint8_t hash[VW_HASH_BYTES]) {
     vw_hasher_end(&hasher, hash);
 }
 
-void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *schedule,
+void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *photo_order,
                              uint8_t hash[VW_HASH_BYTES]) {
-    const uint32_t *views = schedule->train_views;
+    const uint32_t *views = photo_order->train_views;
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    for (uint32_t i = 0; i < schedule->train_count; i++) vw_hasher_add_text(&hasher, scene->views[views[i]].name);
-    if (schedule->kept) vw_hasher_add_text(&hasher, "kept");
-    for (uint32_t i = 0; i < schedule->kept_count; i++)
-        vw_hasher_add_text(&hasher, scene->views[views[schedule->kept[i]]].name);
+    for (uint32_t i = 0; i < photo_order->train_count; i++) vw_hasher_add_text(&hasher, scene->views[views[i]].name);
+    if (photo_order->kept) vw_hasher_add_text(&hasher, "kept");
+    for (uint32_t i = 0; i < photo_order->kept_count; i++)
+        vw_hasher_add_text(&hasher, scene->views[views[photo_order->kept[i]]].name);
     vw_hasher_end(&hasher, hash);
 }
 

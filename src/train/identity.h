@@ -20,7 +20,7 @@ struct vw_run_identity { // its pointers are borrowed
 
 enum vw_status vw_identity_run_id(const struct vw_run_identity *identity, uint8_t run_id[VW_HASH_BYTES]);
 // Hashes the names of the train views in their order, without those that are left out.
-void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *schedule,
+void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo_order *photo_order,
                              uint8_t hash[VW_HASH_BYTES]);
 
 #endif

@@ -29,7 +29,7 @@ enum vw_status vw_importance_create(const struct vw_radiance_field *field, const
 // Records the placing of a chunk's samples, and the way back of a coarse network. Does nothing without importance
 // samples.
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
-                          struct vw_submission *batch, const struct vw_push_samples *chunk);
+                          struct vw_submission *submission, const struct vw_push_samples *chunk);
 
 // Adds what it takes to place importance samples by the even samples of `rays`. `trains`: where there is a coarse
 // network, it learns by them.

@@ -1,5 +1,5 @@
-// The schedule of a training: how many steps it has, which photo each step takes, and how many steps a batch holds.
-// Steps count from 1; step 0 is the untrained field.
+// The order of photos in a training: how many steps it has, which photo each step takes, and how many steps a
+// submission holds. Steps count from 1; step 0 is the untrained field.
 #ifndef VIEWWORTH_TRAIN_PHOTO_ORDER_H
 #define VIEWWORTH_TRAIN_PHOTO_ORDER_H
 
@@ -18,39 +18,40 @@ struct vw_photo_order {
     uint64_t order_seed;
     uint32_t *order; // owned; of the epoch `ordered_epoch`: indices in train_views
     uint64_t ordered_epoch;
-    uint32_t batch_steps_max, batch_steps; // the most steps a batch may hold, and how many the next one holds
-    bool adapts;                           // batch_steps grows until a batch takes long enough
-    double step_s;                         // the least time that a step of a batch took; INFINITY: unknown
+    uint32_t submission_steps_max,
+        submission_steps; // the most steps a submission may hold, and how many the next one holds
+    bool adapts;          // submission_steps grows until a submission takes long enough
+    double step_s;        // the least time that a step of a submission took; INFINITY: unknown
 };
 
 // Creates the order on `views` (scene indices, ascending), or on the scene's split train when it is NULL.
 // VW_ERROR_USAGE when the list is wrong, VW_ERROR_INPUT when there is no view.
 enum vw_status vw_photo_order_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
-                                     const struct vw_config *config, struct vw_photo_order *schedule);
-void vw_photo_order_destroy(struct vw_photo_order *schedule);
+                                     const struct vw_config *config, struct vw_photo_order *photo_order);
+void vw_photo_order_destroy(struct vw_photo_order *photo_order);
 
 // Leaves out some of the train views (scene indices, ascending): their steps are taken on the others, in turn. Before
 // the first step is asked for. VW_ERROR_USAGE when a view is not trained on or none is left.
-enum vw_status vw_photo_order_leave_out(const uint32_t *views, uint32_t count, struct vw_photo_order *schedule);
+enum vw_status vw_photo_order_leave_out(const uint32_t *views, uint32_t count, struct vw_photo_order *photo_order);
 
-uint64_t vw_photo_order_total_steps(const struct vw_photo_order *schedule);
-uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *schedule, uint64_t step); // 0 for step 0
-uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *schedule,
+uint64_t vw_photo_order_total_steps(const struct vw_photo_order *photo_order);
+uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *photo_order, uint64_t step); // 0 for step 0
+uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *photo_order,
                                   uint64_t step); // the last step of the step's epoch
 // Returns the photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene.
-uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *schedule, uint64_t step);
-uint32_t vw_photo_order_view_of_step(struct vw_photo_order *schedule, uint64_t step);
+uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *photo_order, uint64_t step);
+uint32_t vw_photo_order_view_of_step(struct vw_photo_order *photo_order, uint64_t step);
 
 // The bytes that a step exchanges with the device, and how many a submission may hold.
-struct vw_batch_room {
+struct vw_submission_room {
     uint32_t pixels_per_step;
-    uint64_t bytes_per_step, batch_bytes;
+    uint64_t bytes_per_step, submission_bytes;
 };
-// Sets the size of batches: `steps_per_batch`, or (0) one that adapts to the time that steps take. A batch has up to
-// 1,024 steps if there is room for them, else up to 64, and never more than 2^20 pixels.
-void vw_photo_order_set_batches(struct vw_photo_order *schedule, const struct vw_batch_room *room,
-                                uint32_t steps_per_batch);
-// Takes into account that a batch of `step_count` steps took that long.
-void vw_photo_order_adapt_batches(struct vw_photo_order *schedule, uint32_t step_count, double seconds);
+// Sets the size of submissions: `steps_per_submission`, or (0) one that adapts to the time that steps take. A
+// submission has up to 1,024 steps if there is room for them, else up to 64, and never more than 2^20 pixels.
+void vw_photo_order_set_submissions(struct vw_photo_order *photo_order, const struct vw_submission_room *room,
+                                    uint32_t steps_per_submission);
+// Takes into account that a submission of `step_count` steps took that long.
+void vw_photo_order_adapt_submissions(struct vw_photo_order *photo_order, uint32_t step_count, double seconds);
 
 #endif

@@ -11,7 +11,8 @@
 enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions **submissions) {
     struct vw_submissions *made = vw_allocate(1, sizeof *made);
     enum vw_status status = made ? VW_OK : VW_ERROR_MEMORY;
-    for (int i = 0; i < BATCHES_IN_FLIGHT && !status; i++) status = vw_submission_create(gpu, &made->batches[i]);
+    for (int i = 0; i < SUBMISSIONS_IN_FLIGHT && !status; i++)
+        status = vw_submission_create(gpu, &made->submissions[i]);
     if (status) vw_submissions_destroy(&made);
     else *submissions = made;
     return status;
@@ -20,7 +21,7 @@ enum vw_status vw_submissions_create(struct vw_gpu *gpu, struct vw_submissions *
 void vw_submissions_destroy(struct vw_submissions **submissions) {
     struct vw_submissions *dying = *submissions;
     if (!dying) return;
-    for (int i = 0; i < BATCHES_IN_FLIGHT; i++) vw_submission_destroy(&dying->batches[i]); // waits
+    for (int i = 0; i < SUBMISSIONS_IN_FLIGHT; i++) vw_submission_destroy(&dying->submissions[i]); // waits
     free(dying);
     *submissions = NULL;
 }
@@ -32,9 +33,11 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
     return fit ? (uint32_t)fit : 1;
 }
 
-// ---- Batches --------------------------------------------------------------------------------------------------------
+// ---- Submissions
+// --------------------------------------------------------------------------------------------------------
 
-// Keeps a failure. It fails all trainers that are in the batch, or will be: the next one that asks receives it, too.
+// Keeps a failure. It fails all trainers that are in the submission, or will be: the next one that asks receives it,
+// too.
 static enum vw_status keep_failure(struct vw_submissions *submissions, enum vw_status status) {
     if (!status) return VW_OK;
     submissions->failure = status;
@@ -49,7 +52,7 @@ enum vw_status vw_submissions_check(const struct vw_submissions *submissions) {
 
 static enum vw_status wait_for(struct vw_submissions *submissions, uint32_t index) {
     if (!submissions->in_flight[index]) return VW_OK;
-    enum vw_status status = vw_submission_wait(submissions->batches[index]);
+    enum vw_status status = vw_submission_wait(submissions->submissions[index]);
     submissions->in_flight[index] = false;
     submissions->took_s[index] = vw_now_s() - submissions->submitted_s[index];
     return keep_failure(submissions, status);
@@ -61,7 +64,7 @@ enum vw_status vw_submissions_wait(struct vw_submissions *submissions, uint32_t 
 }
 
 enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_t index) {
-    struct vw_submission *batch = submissions->batches[index];
+    struct vw_submission *submission = submissions->submissions[index];
     bool recorded = false;
     enum vw_status status = vw_submissions_wait(submissions, index);
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
@@ -71,13 +74,13 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
         const struct vw_submissions_member *member = &submissions->members[i];
         if (!member->has_steps(member->trainer, index)) continue;
-        if (!recorded) vw_submission_begin(batch);
+        if (!recorded) vw_submission_begin(submission);
         recorded = true;
-        member->record_steps(member->trainer, index, batch);
+        member->record_steps(member->trainer, index, submission);
     }
     if (!recorded) return status;
     submissions->submitted_s[index] = vw_now_s();
-    status = vw_submission_submit(batch);
+    status = vw_submission_submit(submission);
     submissions->in_flight[index] = !status;
     return keep_failure(submissions, status);
 }
@@ -93,7 +96,7 @@ enum vw_status vw_submissions_join(struct vw_submissions *submissions, const str
 
 void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer) {
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT; i++) (void)wait_for(submissions, i); // its buffers are in use
+    for (uint32_t i = 0; i < SUBMISSIONS_IN_FLIGHT; i++) (void)wait_for(submissions, i); // its buffers are in use
     for (uint32_t i = 0; i < submissions->member_count; i++)
         if (submissions->members[i].trainer != trainer) submissions->members[kept++] = submissions->members[i];
     submissions->member_count = kept;

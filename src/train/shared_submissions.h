@@ -1,6 +1,6 @@
 // The command lists that trainers submit. Trainers that share them take steps together: each records its own steps
-// into the same batch, where the scheduler of src/gpu places them side by side, because they touch no common buffer. So
-// K trainings wait at as many barriers as one. Results are bit-identical to training alone.
+// into the same submission, where the scheduler of src/gpu places them side by side, because they touch no common
+// buffer. So K trainings wait at as many barriers as one. Results are bit-identical to training alone.
 #ifndef VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
 #define VIEWWORTH_TRAIN_SHARED_SUBMISSIONS_H
 
@@ -14,26 +14,26 @@ struct vw_submission;
 struct vw_trainer;
 
 enum { VW_TRAINERS_TOGETHER_MAX = 16 };
-enum { BATCHES_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
+enum { SUBMISSIONS_IN_FLIGHT = 2 }; // one runs while the host records the next and reads the last one's records
 
 // A trainer, and what it is asked.
 struct vw_submissions_member {
     struct vw_trainer *trainer;
-    // Returns whether it can record steps into the batch `index` now: its steps of that batch are handed out, and one
-    // is left that needs no look at the state before.
+    // Returns whether it can record steps into the submission `index` now: its steps of that submission are handed out,
+    // and one is left that needs no look at the state before.
     bool (*has_steps)(const struct vw_trainer *trainer, uint32_t index);
     // Decodes the photos that these steps draw from; a failure ends this trainer alone.
     void (*decode_photos)(struct vw_trainer *trainer);
-    void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch);
+    void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission);
 };
 
 struct vw_submissions {
-    struct vw_submission *batches[BATCHES_IN_FLIGHT];
-    bool in_flight[BATCHES_IN_FLIGHT]; // submitted, and not waited for
-    double submitted_s[BATCHES_IN_FLIGHT], took_s[BATCHES_IN_FLIGHT];
+    struct vw_submission *submissions[SUBMISSIONS_IN_FLIGHT];
+    bool in_flight[SUBMISSIONS_IN_FLIGHT]; // submitted, and not waited for
+    double submitted_s[SUBMISSIONS_IN_FLIGHT], took_s[SUBMISSIONS_IN_FLIGHT];
     struct vw_submissions_member members[VW_TRAINERS_TOGETHER_MAX];
     uint32_t member_count;
-    enum vw_status failure; // that of any batch: it ends all of them
+    enum vw_status failure; // that of any submission: it ends all of them
     struct vw_saved_error why;
 };
 
@@ -52,7 +52,8 @@ enum vw_status vw_submissions_join(struct vw_submissions *submissions, const str
 void vw_submissions_leave(struct vw_submissions *submissions, const struct vw_trainer *trainer);
 // Returns the failure that ended all submissions, with its message, or VW_OK.
 enum vw_status vw_submissions_check(const struct vw_submissions *submissions);
-// Submits the batch `index` with the next steps of every trainer that has some and no steps in that batch already.
+// Submits the submission `index` with the next steps of every trainer that has some and no steps in that submission
+// already.
 enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_t index);
 enum vw_status vw_submissions_wait(struct vw_submissions *submissions, uint32_t index);
 

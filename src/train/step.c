@@ -93,12 +93,12 @@ static enum vw_status create_update_grid(struct vw_step_passes *step, uint32_t i
 }
 
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
-                              struct vw_photo_order *schedule, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                              struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
                               struct vw_step_passes *step) {
     *step =
         (struct vw_step_passes){.field = field,
                                 .objects = {.gpu = field->gpu},
-                                .schedule = schedule,
+                                .photo_order = photo_order,
                                 .pixels = pixels,
                                 .scalars = scalars,
                                 .rays = config->rays,
@@ -132,49 +132,49 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     return count;
 }
 
-void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                               uint32_t first_pixel) {
     const struct vw_model *model = step->field->model;
     struct vw_push_rays rays = {
         .first_pixel = first_pixel, .ray_count = step->rays, .key = vw_model_key_of_step(model, number)};
-    vw_effects_record_begin(model, &step->effects, batch, number, rays.key);
-    vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    vw_effects_record_rays(model, &step->effects, step, batch, &rays);
-    vw_effects_record_photo(model, &step->effects, batch, 0);
+    vw_effects_record_begin(model, &step->effects, submission, number, rays.key);
+    vw_submission_dispatch(submission, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    vw_effects_record_rays(model, &step->effects, step, submission, &rays);
+    vw_effects_record_photo(model, &step->effects, submission, 0);
     for (uint32_t first = 0; first < step->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, step->padded_rays, first, rays.key);
-        vw_gradient_record_chunk(step, &step->gradient, batch, &chunk);
+        vw_gradient_record_chunk(step, &step->gradient, submission, &chunk);
         const struct vw_field_chunk samples = {&chunk, step->effect_buffers[VW_SLOT_KEPT]};
-        vw_effects_record_chunk_gradient(model, &step->effects, batch, &samples);
+        vw_effects_record_chunk_gradient(model, &step->effects, submission, &samples);
     }
-    vw_gradient_record_end(step, &step->gradient, batch, step->padded_rays);
-    vw_effects_record_gradient(model, &step->effects, step, batch, &rays, number);
+    vw_gradient_record_end(step, &step->gradient, submission, step->padded_rays);
+    vw_effects_record_gradient(model, &step->effects, step, submission, &rays, number);
 }
 
-void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            float extra) {
     const struct vw_model *model = step->field->model;
     double rate = (1.0 + extra) * vw_model_rate_of_step(model, number);
     struct vw_push_update update = {.count = step->padded_rays,
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};
-    vw_effects_record_update(model, &step->effects, batch, &update);
+    vw_effects_record_update(model, &step->effects, submission, &update);
     update.count = model->moved_columns;
-    vw_submission_dispatch(batch, step->update_weights, &update, sizeof update, update.count);
+    vw_submission_dispatch(submission, step->update_weights, &update, sizeof update, update.count);
     for (uint32_t i = 0; i < model->window_count; i++) {
         update.count = model->windows[i].pair_count;
-        vw_submission_dispatch(batch, step->update_grid[i], &update, sizeof update, update.count);
+        vw_submission_dispatch(submission, step->update_grid[i], &update, sizeof update, update.count);
     }
 }
 
-void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *batch, uint32_t scalar_row) {
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t scalar_row) {
     struct vw_push_reduce push = {.count = step->padded_rays, .scalar_row = scalar_row};
-    vw_submission_dispatch(batch, step->reduce_loss, &push, sizeof push, 1);
+    vw_submission_dispatch(submission, step->reduce_loss, &push, sizeof push, 1);
 }
 
-void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            uint32_t first_pixel, uint32_t scalar_row) {
-    vw_step_record_gradients(step, batch, number, first_pixel);
-    vw_step_record_update(step, batch, number, 0);
-    vw_step_record_loss(step, batch, scalar_row); // reads what all passes before it have found
+    vw_step_record_gradients(step, submission, number, first_pixel);
+    vw_step_record_update(step, submission, number, 0);
+    vw_step_record_loss(step, submission, scalar_row); // reads what all passes before it have found
 }

@@ -5,10 +5,10 @@
 
 #include "train/step_passes.h"
 
-// Creates the passes. `schedule` says of which photos the steps are. `pixels` has room for vw_pixel of many steps,
+// Creates the passes. `photo_order` says of which photos the steps are. `pixels` has room for vw_pixel of many steps,
 // `scalars` takes vec4 rows. All three outlive the passes.
 enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_config *config,
-                              struct vw_photo_order *schedule, struct vw_buffer *pixels, struct vw_buffer *scalars,
+                              struct vw_photo_order *photo_order, struct vw_buffer *pixels, struct vw_buffer *scalars,
                               struct vw_step_passes *step);
 void vw_step_destroy(struct vw_step_passes *step);
 
@@ -19,17 +19,17 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
                                 struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX]);
 
 // Records the first part of a step, up to the loss of each ray and the gradients.
-void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                               uint32_t first_pixel);
 // Records the optimiser's part at the step's learning rate, which moves the params by 1 + `extra` times what it says
 // (0 in every run).
-void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            float extra);
 // Records the last part: the step's loss and flags, to scalars[scalar_row].
-void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *batch, uint32_t scalar_row);
+void vw_step_record_loss(const struct vw_step_passes *step, struct vw_submission *submission, uint32_t scalar_row);
 
 // Records step `number` (from 1) on the pixels from `first_pixel` on; the loss and the flags go to scalars[scalar_row].
-void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number,
+void vw_step_record_passes(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            uint32_t first_pixel, uint32_t scalar_row);
 
 #endif

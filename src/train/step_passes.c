@@ -67,26 +67,26 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
 }
 
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
-                                struct vw_submission *batch, const struct vw_push_samples *chunk) {
+                                struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_effects_record_chunk(model, &step->effects, &passes->specialization, batch, chunk);
-    model->kind->record_forward(model, passes, batch, &samples);
+    vw_effects_record_chunk(model, &step->effects, &passes->specialization, submission, chunk);
+    model->kind->record_forward(model, passes, submission, &samples);
 }
 
 void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                             struct vw_submission *batch, const struct vw_push_samples *chunk) {
+                             struct vw_submission *submission, const struct vw_push_samples *chunk) {
     const struct vw_model *model = step->field->model;
     const struct vw_field_chunk samples = {chunk, step->effect_buffers[VW_SLOT_KEPT]};
-    vw_submission_dispatch(batch, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
-    model->kind->record_backward(model, &gradient->field, batch, &samples);
+    vw_submission_dispatch(submission, gradient->backward_rays, chunk, sizeof *chunk, chunk->ray_count);
+    model->kind->record_backward(model, &gradient->field, submission, &samples);
 }
 
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                              struct vw_submission *batch, const struct vw_push_samples *chunk) {
-    vw_importance_record(step->field->model, &gradient->importance, batch, chunk);
-    vw_gradient_record_forward(step, &gradient->field, batch, chunk);
-    vw_gradient_record_back(step, gradient, batch, chunk);
+                              struct vw_submission *submission, const struct vw_push_samples *chunk) {
+    vw_importance_record(step->field->model, &gradient->importance, submission, chunk);
+    vw_gradient_record_forward(step, &gradient->field, submission, chunk);
+    vw_gradient_record_back(step, gradient, submission, chunk);
 }
 
 struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
@@ -97,11 +97,11 @@ struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint
 }
 
 void vw_gradient_record_end(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                            struct vw_submission *batch, uint32_t rays) {
+                            struct vw_submission *submission, uint32_t rays) {
     const struct vw_model *model = step->field->model;
     struct vw_push_reduce push = {.count = rays};
     for (uint32_t i = 0; i < model->effect_count; i++)
         if (gradient->ends[i])
-            vw_submission_dispatch(batch, gradient->ends[i], &push, sizeof push,
+            vw_submission_dispatch(submission, gradient->ends[i], &push, sizeof push,
                                    model->effects[i]->ray_gradient_invocations);
 }

@@ -25,7 +25,7 @@ struct vw_gradient_passes {
 struct vw_step_passes {
     struct vw_radiance_field *field;    // borrowed
     struct vw_gpu_objects objects;      // owned: all buffers and passes that are not borrowed
-    struct vw_photo_order *schedule;    // borrowed; of the consistency loss
+    struct vw_photo_order *photo_order; // borrowed; of the consistency loss
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;
@@ -49,19 +49,19 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
                                   const struct vw_specialization *specialization, struct vw_gradient_passes *gradient);
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                              struct vw_submission *batch, const struct vw_push_samples *chunk);
+                              struct vw_submission *submission, const struct vw_push_samples *chunk);
 // Records the chunk's beginning, after the placing of samples, up to their rgb and density, by these passes of the
 // field.
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,
-                                struct vw_submission *batch, const struct vw_push_samples *chunk);
+                                struct vw_submission *submission, const struct vw_push_samples *chunk);
 // Records the chunk's end, from there on.
 void vw_gradient_record_back(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                             struct vw_submission *batch, const struct vw_push_samples *chunk);
+                             struct vw_submission *submission, const struct vw_push_samples *chunk);
 // Returns the piece of `rays` that begins at `first`, up to a chunk.
 struct vw_push_samples vw_gradient_chunk(const struct vw_step_passes *step, uint32_t rays, uint32_t first,
                                          vw_uint4 key);
 // Records what follows the last chunk of `rays`.
 void vw_gradient_record_end(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
-                            struct vw_submission *batch, uint32_t rays);
+                            struct vw_submission *submission, uint32_t rays);
 
 #endif

@@ -1,4 +1,4 @@
-// Batches of steps: create what they need, draw their pixels, record and submit them, and hand out their records.
+// Submissions of steps: create what they need, draw their pixels, record and submit them, and hand out their records.
 #include "train/trainer.h"
 
 #include <math.h>
@@ -16,8 +16,10 @@ static uint32_t rows_per_step(const struct vw_trainer *trainer) {
     return vw_validation_rows_per_measurement(&trainer->validation);
 }
 
-// Returns one step more than a batch takes: the first batch also contains step 0.
-static uint32_t records_per_slot(const struct vw_trainer *trainer) { return trainer->schedule.batch_steps_max + 1; }
+// Returns one step more than a submission takes: the first submission also contains step 0.
+static uint32_t records_per_slot(const struct vw_trainer *trainer) {
+    return trainer->photo_order.submission_steps_max + 1;
+}
 
 static uint32_t rows_per_slot(const struct vw_trainer *trainer) {
     return records_per_slot(trainer) * rows_per_step(trainer);
@@ -30,24 +32,25 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     return trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// Returns the room of a batch. On a CPU a step takes milliseconds: room for 64 default steps is enough for a batch.
-static struct vw_batch_room batch_room(const struct vw_trainer *trainer) {
+// Returns the room of a submission. On a CPU a step takes milliseconds: room for 64 default steps is enough for a
+// submission.
+static struct vw_submission_room submission_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;
-    return (struct vw_batch_room){.pixels_per_step = trainer->config.rays,
-                                  .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)trainer->config.rays +
-                                                    sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
-                                  .batch_bytes = is_cpu ? 1000000 : 1 << 25};
+    return (struct vw_submission_room){.pixels_per_step = trainer->config.rays,
+                                       .bytes_per_step = sizeof(struct vw_pixel) * (uint64_t)trainer->config.rays +
+                                                         sizeof(vw_float4) * (uint64_t)rows_per_step(trainer),
+                                       .submission_bytes = is_cpu ? 1000000 : 1 << 25};
 }
 
-static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_batch) {
-    const struct vw_batch_room room = batch_room(trainer);
-    vw_photo_order_set_batches(&trainer->schedule, &room, steps_per_batch);
-    uint64_t slot_pixels = (uint64_t)trainer->config.rays * trainer->schedule.batch_steps_max;
+static enum vw_status create_transfers(struct vw_trainer *trainer, uint32_t steps_per_submission) {
+    const struct vw_submission_room room = submission_room(trainer);
+    vw_photo_order_set_submissions(&trainer->photo_order, &room, steps_per_submission);
+    uint64_t slot_pixels = (uint64_t)trainer->config.rays * trainer->photo_order.submission_steps_max;
     const struct vw_buffer_params pixels = {.name = "pixels",
-                                            .size_bytes = BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,
+                                            .size_bytes = SUBMISSIONS_IN_FLIGHT * sizeof(struct vw_pixel) * slot_pixels,
                                             .memory = VW_BUFFER_UPLOAD};
     const struct vw_buffer_params scalars = {.name = "scalars",
-                                             .size_bytes = 16ull * BATCHES_IN_FLIGHT * rows_per_slot(trainer),
+                                             .size_bytes = 16ull * SUBMISSIONS_IN_FLIGHT * rows_per_slot(trainer),
                                              .memory = VW_BUFFER_READBACK};
     enum vw_status status = allocate_records(trainer);
     if (!status) status = vw_buffer_create(trainer->gpu, &pixels, &trainer->pixels);
@@ -67,8 +70,9 @@ static enum vw_status take_effects(struct vw_trainer *trainer, const struct vw_t
 
 static enum vw_status choose_views(struct vw_trainer *trainer, const struct vw_trainer_params *params) {
     enum vw_status status = vw_photo_order_create(trainer->scene, params->train_views, params->train_view_count,
-                                                  &trainer->config, &trainer->schedule);
-    if (!status) status = vw_photo_order_leave_out(params->left_out_views, params->left_out_count, &trainer->schedule);
+                                                  &trainer->config, &trainer->photo_order);
+    if (!status)
+        status = vw_photo_order_leave_out(params->left_out_views, params->left_out_count, &trainer->photo_order);
     if (!status && trainer->validate) status = vw_validation_list_views(trainer->scene, &trainer->validation);
     return status;
 }
@@ -77,9 +81,9 @@ static enum vw_status create_field(struct vw_trainer *trainer, const struct vw_d
     struct vw_device_choices choices;
     vw_device_choose(vw_gpu_get_info(trainer->gpu), &choices);
     if (forced) choices = *forced;
-    enum vw_status status =
-        vw_model_create(&trainer->config, trainer->scene, trainer->schedule.train_views, trainer->schedule.train_count,
-                        trainer->effects, &choices, vw_gpu_get_limits(trainer->gpu), &trainer->model);
+    enum vw_status status = vw_model_create(&trainer->config, trainer->scene, trainer->photo_order.train_views,
+                                            trainer->photo_order.train_count, trainer->effects, &choices,
+                                            vw_gpu_get_limits(trainer->gpu), &trainer->model);
     uint64_t seed = vw_config_seed_of(&trainer->config, VW_VARY_INIT);
     return !status ? vw_field_create(trainer->gpu, &trainer->model, trainer->scene, seed, &trainer->field) : status;
 }
@@ -101,27 +105,27 @@ static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
                                      .field = &trainer->field,
                                      .step = &trainer->step,
                                      .validation = &trainer->validation,
-                                     .schedule = &trainer->schedule,
+                                     .photo_order = &trainer->photo_order,
                                      .pixels = trainer->pixels,
                                      .scalars = trainer->scalars};
 }
 
 // ---- Submission -----------------------------------------------------------------------------------------------------
 
-static void record_training(struct vw_trainer *trainer, struct vw_submission *batch, uint64_t step,
+static void record_training(struct vw_trainer *trainer, struct vw_submission *submission, uint64_t step,
                             uint32_t first_pixel, uint32_t scalar_row) {
-    uint32_t rays = trainer->config.rays, view = vw_photo_order_view_of_step(&trainer->schedule, step);
+    uint32_t rays = trainer->config.rays, view = vw_photo_order_view_of_step(&trainer->photo_order, step);
     struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
     const struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
                                         .picture_side = trainer->model.picture_side};
     vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels);
     if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays);
-    vw_step_record_passes(&trainer->step, batch, step, first_pixel, scalar_row);
-    vw_validation_record(&trainer->validation, batch, scalar_row);
+    vw_step_record_passes(&trainer->step, submission, step, first_pixel, scalar_row);
+    vw_validation_record(&trainer->validation, submission, scalar_row);
 }
 
 static uint64_t last_step(const struct vw_trainer *trainer) {
-    uint64_t total = vw_photo_order_total_steps(&trainer->schedule);
+    uint64_t total = vw_photo_order_total_steps(&trainer->photo_order);
     return trainer->stop_step < total ? trainer->stop_step : total;
 }
 
@@ -133,12 +137,13 @@ static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
 static enum vw_status decode_photos(struct vw_trainer *trainer) {
     enum { STEPS_LEAST = 16 };
     uint64_t first = trainer->next_step ? trainer->next_step : 1,
-             total = vw_photo_order_total_steps(&trainer->schedule);
-    uint32_t steps = trainer->schedule.batch_steps > STEPS_LEAST ? trainer->schedule.batch_steps : STEPS_LEAST;
+             total = vw_photo_order_total_steps(&trainer->photo_order);
+    uint32_t steps =
+        trainer->photo_order.submission_steps > STEPS_LEAST ? trainer->photo_order.submission_steps : STEPS_LEAST;
     uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
     if (!views) return VW_ERROR_MEMORY;
     for (; count < steps && first + count <= total; count++)
-        views[count] = vw_photo_order_view_of_step(&trainer->schedule, first + count);
+        views[count] = vw_photo_order_view_of_step(&trainer->photo_order, first + count);
     enum vw_status status = vw_scene_decode(trainer->scene, views, count);
     free(views);
     return status;
@@ -150,20 +155,20 @@ static void decode_or_fail(struct vw_trainer *trainer) {
 }
 
 // Records the next steps, up to the last one.
-static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *batch) {
-    uint32_t row = index * rows_per_slot(trainer), steps = trainer->schedule.batch_steps;
-    uint32_t pixel = index * trainer->schedule.batch_steps_max * trainer->config.rays;
-    struct vw_batch_slot *slot = &trainer->slots[index];
+static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission) {
+    uint32_t row = index * rows_per_slot(trainer), steps = trainer->photo_order.submission_steps;
+    uint32_t pixel = index * trainer->photo_order.submission_steps_max * trainer->config.rays;
+    struct vw_submission_slot *slot = &trainer->slots[index];
     if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
-    *slot = (struct vw_batch_slot){.first_step = trainer->next_step, .in_flight = true};
+    *slot = (struct vw_submission_slot){.first_step = trainer->next_step, .in_flight = true};
     if (trainer->next_step == 0) { // the untrained field
-        vw_validation_record(&trainer->validation, batch, row);
+        vw_validation_record(&trainer->validation, submission, row);
         row += rows_per_step(trainer);
         slot->row_count++;
         trainer->next_step++;
     }
     for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last; steps--) {
-        record_training(trainer, batch, trainer->next_step++, pixel, row);
+        record_training(trainer, submission, trainer->next_step++, pixel, row);
         pixel += trainer->config.rays;
         row += rows_per_step(trainer);
         slot->row_count++;
@@ -187,9 +192,9 @@ static enum vw_status create_parts(struct vw_trainer *trainer, const struct vw_t
     if (!status) status = take_effects(trainer, params);
     if (!status) status = choose_views(trainer, params);
     if (!status) status = create_field(trainer, params->choices);
-    if (!status) status = create_transfers(trainer, params->steps_per_batch);
+    if (!status) status = create_transfers(trainer, params->steps_per_submission);
     if (!status)
-        status = vw_step_create(&trainer->field, &trainer->config, &trainer->schedule, trainer->pixels,
+        status = vw_step_create(&trainer->field, &trainer->config, &trainer->photo_order, trainer->pixels,
                                 trainer->scalars, &trainer->step);
     if (!status) status = create_validation(trainer);
     trainer->parts = list_parts(trainer);
@@ -218,7 +223,7 @@ void vw_trainer_destroy(struct vw_trainer **pointer) {
     vw_validation_destroy(&trainer->validation);
     vw_step_destroy(&trainer->step);
     vw_field_destroy(&trainer->field);
-    vw_photo_order_destroy(&trainer->schedule);
+    vw_photo_order_destroy(&trainer->photo_order);
     vw_buffer_destroy(&trainer->pixels);
     vw_buffer_destroy(&trainer->scalars);
     free(trainer->records);
@@ -258,8 +263,8 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
                                       .val_psnr_pooled = NAN,
                                       .val_l1 = NAN};
     if (step > 0) {
-        record->epoch = vw_photo_order_epoch_of_step(&trainer->schedule, step);
-        record->view = vw_photo_order_view_of_step(&trainer->schedule, step);
+        record->epoch = vw_photo_order_epoch_of_step(&trainer->photo_order, step);
+        record->view = vw_photo_order_view_of_step(&trainer->photo_order, step);
         record->train_loss = ((double)rows->x + rows->y) / trainer->config.rays;
         record->nonfinite = rows->z != 0.0f;
         record->clamped_count = (uint64_t)rows->w;
@@ -272,19 +277,19 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
     trainer->floored_steps += record->floored_views > 0;
 }
 
-// Waits for the oldest batch in flight, if any, and lends its records.
+// Waits for the oldest submission in flight, if any, and lends its records.
 static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     uint32_t index = trainer->next_slot;
-    struct vw_batch_slot *slot = &trainer->slots[index];
+    struct vw_submission_slot *slot = &trainer->slots[index];
     *records = trainer->records;
     *count = 0;
     if (!slot->in_flight && trainer->failure) vw_error_restore(&trainer->why);
     if (!slot->in_flight) return trainer->failure ? trainer->failure : vw_submissions_check(trainer->submissions);
-    trainer->next_slot = (index + 1) % BATCHES_IN_FLIGHT;
+    trainer->next_slot = (index + 1) % SUBMISSIONS_IN_FLIGHT;
     enum vw_status status = vw_submissions_wait(trainer->submissions, index);
     slot->in_flight = false;
     if (status) return status;
-    vw_photo_order_adapt_batches(&trainer->schedule, slot->row_count, trainer->submissions->took_s[index]);
+    vw_photo_order_adapt_submissions(&trainer->photo_order, slot->row_count, trainer->submissions->took_s[index]);
     const vw_float4 *rows = (const vw_float4 *)vw_buffer_map(trainer->scalars) + (size_t)index * rows_per_slot(trainer);
     for (uint32_t i = 0; i < slot->row_count; i++)
         read_record(trainer, slot->first_step + i, i, rows + (size_t)i * rows_per_step(trainer));
@@ -292,11 +297,11 @@ static enum vw_status hand_out(struct vw_trainer *trainer, const struct vw_step_
     return VW_OK;
 }
 
-// Fills the slots from the oldest on, so that one batch runs while another's records are read.
+// Fills the slots from the oldest on, so that one submission runs while another's records are read.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < BATCHES_IN_FLIGHT && !status; i++) {
-        uint32_t index = (trainer->next_slot + i) % BATCHES_IN_FLIGHT;
+    for (uint32_t i = 0; i < SUBMISSIONS_IN_FLIGHT && !status; i++) {
+        uint32_t index = (trainer->next_slot + i) % SUBMISSIONS_IN_FLIGHT;
         if (has_steps(trainer, index)) status = vw_submissions_submit(trainer->submissions, index);
     }
     return !status ? hand_out(trainer, records, count) : status;
@@ -307,7 +312,7 @@ enum vw_status vw_trainer_collect(struct vw_trainer *trainer, const struct vw_st
 }
 
 bool vw_trainer_in_flight(const struct vw_trainer *trainer) {
-    for (int i = 0; i < BATCHES_IN_FLIGHT; i++)
+    for (int i = 0; i < SUBMISSIONS_IN_FLIGHT; i++)
         if (trainer->slots[i].in_flight) return true;
     return false;
 }

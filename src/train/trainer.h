@@ -1,5 +1,5 @@
-// The API of the trainer, for the rest of the program: it takes the steps of a training in batches and hands out their
-// records. A trainer never changes its scene and decides neither its views nor its effects.
+// The API of the trainer, for the rest of the program: it takes the steps of a training in submissions and hands out
+// their records. A trainer never changes its scene and decides neither its views nor its effects.
 #ifndef VIEWWORTH_TRAIN_TRAINER_H
 #define VIEWWORTH_TRAIN_TRAINER_H
 
@@ -32,7 +32,7 @@ struct vw_trainer_params {
     bool validate;                           // render the validation rays after every step (`value`), or not (`train`)
     const struct vw_device_choices *choices; // NULL: by the kind of device; for tests and benchmarks
     struct vw_submissions *submissions;      // shared by trainers that step together; outlives them. NULL: alone
-    uint32_t steps_per_batch; // 0: chosen from the time that a step takes; does not change a bit of the result
+    uint32_t steps_per_submission; // 0: chosen from the time that a step takes; does not change a bit of the result
 };
 
 // ---- Life ----------------------------------------------------------------------------------------------------------
@@ -42,9 +42,9 @@ void vw_trainer_destroy(struct vw_trainer **trainer);
 
 // ---- Steps ---------------------------------------------------------------------------------------------------------
 
-// Runs one more batch of steps (the first call begins with step 0, the untrained field) and lends their records until
-// the next call. count = 0 when the run is complete. Where submissions are shared, this takes along the next steps of
-// all their trainers: set each of them up (checkpoint, stop) before any of them advances.
+// Runs one more submission of steps (the first call begins with step 0, the untrained field) and lends their records
+// until the next call. count = 0 when the run is complete. Where submissions are shared, this takes along the next
+// steps of all their trainers: set each of them up (checkpoint, stop) before any of them advances.
 enum vw_status vw_trainer_advance(struct vw_trainer *trainer, const struct vw_step_record **records, uint32_t *count);
 // Hands out what is in flight, as vw_trainer_advance() does, without submitting more. count = 0 when nothing is, and
 // the state on the device is the one after the last step handed out.

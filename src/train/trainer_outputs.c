@@ -15,11 +15,11 @@
 // ---- What it trains -------------------------------------------------------------------------------------------------
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) {
-    return vw_photo_order_total_steps(&trainer->schedule);
+    return vw_photo_order_total_steps(&trainer->photo_order);
 }
 
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
-    return vw_photo_order_epoch_end(&trainer->schedule, step);
+    return vw_photo_order_epoch_end(&trainer->photo_order, step);
 }
 
 const struct vw_effect_verdict *vw_trainer_effects(const struct vw_trainer *trainer, uint32_t *count) {
@@ -49,8 +49,8 @@ void vw_trainer_get_stats(const struct vw_trainer *trainer, struct vw_trainer_st
 
 enum vw_status vw_trainer_camera_corrections(const struct vw_trainer *trainer,
                                              struct vw_camera_corrections *corrections) {
-    const struct vw_photo_order *schedule = &trainer->schedule;
-    return vw_pose_measure(&trainer->field, schedule->train_views, schedule->train_count, corrections);
+    const struct vw_photo_order *photo_order = &trainer->photo_order;
+    return vw_pose_measure(&trainer->field, photo_order->train_views, photo_order->train_count, corrections);
 }
 
 // ---- Identity -------------------------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ enum vw_status vw_trainer_run_id(const struct vw_trainer *trainer, uint8_t run_i
 }
 
 void vw_trainer_subset_hash(const struct vw_trainer *trainer, uint8_t hash[VW_HASH_BYTES]) {
-    vw_identity_subset_hash(trainer->scene, &trainer->schedule, hash);
+    vw_identity_subset_hash(trainer->scene, &trainer->photo_order, hash);
 }
 
 // ---- Files ----------------------------------------------------------------------------------------------------------

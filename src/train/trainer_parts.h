@@ -18,8 +18,8 @@ struct vw_trainer_parts { // all borrowed
     struct vw_radiance_field *field;
     const struct vw_step_passes *step;
     const struct vw_validation *validation;
-    struct vw_photo_order *schedule;
-    struct vw_buffer *pixels, *scalars; // the trainer's, for its batches
+    struct vw_photo_order *photo_order;
+    struct vw_buffer *pixels, *scalars; // the trainer's, for its submissions
 };
 
 // Returns the parts, borrowed. Use them when nothing is in flight.

@@ -29,7 +29,7 @@ fuzz_target
     fuzz_lists; // lists of photos: scores behind an s, JSON behind a j, otherwise names or a TSV behind any byte
 fuzz_target fuzz_tables;  // CSV files that a report shows: which one, behind a byte
 fuzz_target fuzz_compare; // compare.json
-fuzz_target fuzz_jobs;    // JOBS.json of batch
+fuzz_target fuzz_jobs;    // JOBS.json of submission
 // A photo of any format, as a worker of viewworth-decode reads it. What this finds in OpenImageIO itself ends a worker.
 // It needs viewworth_decode_core.
 fuzz_target fuzz_photo;

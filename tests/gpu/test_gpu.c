@@ -33,13 +33,13 @@ static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint6
 
 static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
                      uint64_t invocations) {
-    struct vw_submission *batch = NULL;
-    ASSERT_OK(vw_submission_create(gpu, &batch));
-    vw_submission_begin(batch);
-    vw_submission_dispatch(batch, pass, push, push_bytes, invocations);
-    ASSERT_OK(vw_submission_submit(batch));
-    ASSERT_OK(vw_submission_wait(batch));
-    vw_submission_destroy(&batch);
+    struct vw_submission *submission = NULL;
+    ASSERT_OK(vw_submission_create(gpu, &submission));
+    vw_submission_begin(submission);
+    vw_submission_dispatch(submission, pass, push, push_bytes, invocations);
+    ASSERT_OK(vw_submission_submit(submission));
+    ASSERT_OK(vw_submission_wait(submission));
+    vw_submission_destroy(&submission);
 }
 
 static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
@@ -125,7 +125,7 @@ TEST(messages_tell_memory_from_loss) {
     ASSERT_FAILS(vw_gpu_fail(-1, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY,
                  "buffer rays: out of host memory");
     ASSERT_FAILS(vw_gpu_fail(-2, "vkAllocateMemory", "buffer rays"), VW_ERROR_MEMORY, "out of device memory");
-    ASSERT_FAILS(vw_gpu_fail(-4, "vkQueueSubmit", "batch"), VW_ERROR_DEVICE_LOST, "run again");
+    ASSERT_FAILS(vw_gpu_fail(-4, "vkQueueSubmit", "submission"), VW_ERROR_DEVICE_LOST, "run again");
     ASSERT_FAILS(vw_gpu_fail(-9, "vkCreateInstance", "Vulkan"), VW_ERROR_NO_DEVICE, "no Vulkan driver");
     ASSERT_FAILS(vw_gpu_fail(-3, "vkCreateDevice", "a card"), VW_ERROR_DEVICE,
                  "a card: vkCreateDevice failed with VkResult -3");
@@ -135,17 +135,17 @@ TEST(a_validation_complaint_fails_submit_and_close) {
     struct vw_gpu *gpu = open_clamped(NULL);
     struct vw_buffer *value = make_buffer(gpu, "value", 4);
     struct vw_pass *pass = NULL;
-    struct vw_submission *batch = NULL;
+    struct vw_submission *submission = NULL;
     print_message("one validation message is expected here:\n");
     ASSERT_OK(vw_pass_create(gpu,
                              &(struct vw_pass_params){.shader = &halve_double,
                                                       .binding_count = 1,
                                                       .bindings = &(struct vw_binding){.slot = 0, .buffer = value}},
                              &pass));
-    ASSERT_OK(vw_submission_create(gpu, &batch));
-    vw_submission_begin(batch);
-    ASSERT_FAILS(vw_submission_submit(batch), VW_ERROR_DEVICE, "validation complained");
-    vw_submission_destroy(&batch);
+    ASSERT_OK(vw_submission_create(gpu, &submission));
+    vw_submission_begin(submission);
+    ASSERT_FAILS(vw_submission_submit(submission), VW_ERROR_DEVICE, "validation complained");
+    vw_submission_destroy(&submission);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&value);
     ASSERT_FAILS(vw_gpu_close(&gpu), VW_ERROR_DEVICE, "validation complained");

@@ -1,4 +1,4 @@
-// Batches: derived barriers, folding, copies, order, sticky failures, timers.
+// Submissiones: derived barriers, folding, copies, order, sticky failures, timers.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -29,7 +29,7 @@ struct bench {
     struct vw_gpu *gpu;
     struct vw_buffer *a, *b, *c;
     struct vw_pass *a_to_b, *a_to_c, *b_to_c, *b_to_a, *gather_b_to_c, *add_a_to_b;
-    struct vw_submission *batch;
+    struct vw_submission *submission;
 };
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
@@ -73,7 +73,7 @@ static struct bench open_bench(struct vw_gpu *gpu) {
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
     ASSERT_OK(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
-    ASSERT_OK(vw_submission_create(gpu, &bench.batch));
+    ASSERT_OK(vw_submission_create(gpu, &bench.submission));
     return bench;
 }
 
@@ -81,18 +81,18 @@ static void close_bench(struct bench *bench) {
     struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c,        &bench->b_to_c,
                                        &bench->b_to_a, &bench->gather_b_to_c, &bench->add_a_to_b};
     struct vw_buffer **const buffers[] = {&bench->a, &bench->b, &bench->c};
-    vw_submission_destroy(&bench->batch);
+    vw_submission_destroy(&bench->submission);
     for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
 }
 
-static void scale(struct vw_submission *batch, const struct vw_pass *pass, uint32_t factor) {
-    vw_submission_dispatch(batch, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push), VALUES);
+static void scale(struct vw_submission *submission, const struct vw_pass *pass, uint32_t factor) {
+    vw_submission_dispatch(submission, pass, &(struct scale_push){VALUES, factor}, sizeof(struct scale_push), VALUES);
 }
 
-static void finish(struct vw_submission *batch) {
-    ASSERT_OK(vw_submission_submit(batch));
-    ASSERT_OK(vw_submission_wait(batch));
+static void finish(struct vw_submission *submission) {
+    ASSERT_OK(vw_submission_submit(submission));
+    ASSERT_OK(vw_submission_wait(submission));
 }
 
 static void assert_values(struct vw_buffer *buffer, uint32_t factor) {
@@ -142,17 +142,17 @@ TEST(ranges_that_do_not_overlap_are_apart) {
 }
 
 static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t barriers) {
-    assert_int_equal(vw_submission_commands(bench->batch), commands);
-    assert_int_equal(vw_submission_barriers(bench->batch), barriers);
+    assert_int_equal(vw_submission_commands(bench->submission), commands);
+    assert_int_equal(vw_submission_barriers(bench->submission), barriers);
 }
 
 TEST(a_read_after_a_write_waits_once) {
     struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 3);
-    scale(bench.batch, bench.b_to_c, 5);
-    scale(bench.batch, bench.b_to_a, 1); // beside it: b is visible already, and a was read before that barrier
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 3);
+    scale(bench.submission, bench.b_to_c, 5);
+    scale(bench.submission, bench.b_to_a, 1); // beside it: b is visible already, and a was read before that barrier
+    finish(bench.submission);
     assert_epochs(&bench, 3, 1);
     assert_values(bench.b, 3);
     assert_values(bench.c, 15);
@@ -162,12 +162,12 @@ TEST(a_read_after_a_write_waits_once) {
 
 TEST(a_write_after_a_read_or_a_write_waits) {
     struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.b_to_c, 1);
-    scale(bench.batch, bench.a_to_b, 3); // b was read
-    scale(bench.batch, bench.a_to_b, 4); // b was written
-    scale(bench.batch, bench.a_to_c, 7); // beside the first write of b: c was written before
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.b_to_c, 1);
+    scale(bench.submission, bench.a_to_b, 3); // b was read
+    scale(bench.submission, bench.a_to_b, 4); // b was written
+    scale(bench.submission, bench.a_to_c, 7); // beside the first write of b: c was written before
+    finish(bench.submission);
     assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 4);
     assert_values(bench.c, 7);
@@ -177,12 +177,12 @@ TEST(a_write_after_a_read_or_a_write_waits) {
 TEST(a_command_runs_as_early_as_it_may) {
     struct bench bench = open_bench(test_gpu());
     struct vw_buffer *d = make_buffer(bench.gpu, "d");
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 3);
-    scale(bench.batch, bench.b_to_c, 5);
-    scale(bench.batch, bench.a_to_b, 7);                            // third epoch
-    vw_submission_copy(bench.batch, bench.a, 0, d, 0, VALUE_BYTES); // recorded last, runs in the first epoch
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 3);
+    scale(bench.submission, bench.b_to_c, 5);
+    scale(bench.submission, bench.a_to_b, 7);                            // third epoch
+    vw_submission_copy(bench.submission, bench.a, 0, d, 0, VALUE_BYTES); // recorded last, runs in the first epoch
+    finish(bench.submission);
     assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 7);
     assert_values(bench.c, 15);
@@ -195,20 +195,21 @@ TEST(slots_that_are_left_alone_wait_for_nobody) {
     struct bench bench = open_bench(test_gpu());
     struct vw_pass *to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .buffer = bench.b},
                                            (struct vw_binding){.slot = 3, .unused = true});
-    vw_submission_begin(bench.batch);
+    vw_submission_begin(bench.submission);
     for (int i = 0; i < 3; i++) {
-        scale(bench.batch, bench.a_to_b, 3);
-        vw_submission_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+        scale(bench.submission, bench.a_to_b, 3);
+        vw_submission_dispatch(bench.submission, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push),
+                               VALUES);
     }
-    finish(bench.batch);
+    finish(bench.submission);
     assert_epochs(&bench, 6, 5); // b is written, read, written ...
     vw_pass_destroy(&to_nowhere);
     to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .unused = true},
                            (struct vw_binding){.slot = 3, .buffer = bench.c});
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 3);
-    vw_submission_dispatch(bench.batch, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 3);
+    vw_submission_dispatch(bench.submission, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
+    finish(bench.submission);
     assert_epochs(&bench, 2, 0);
     vw_pass_destroy(&to_nowhere);
     close_bench(&bench);
@@ -216,10 +217,10 @@ TEST(slots_that_are_left_alone_wait_for_nobody) {
 
 TEST(accumulation_and_texel_reads_wait) {
     struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.batch);
-    for (int i = 0; i < 3; i++) vw_submission_dispatch(bench.batch, bench.add_a_to_b, NULL, 0, VALUES);
-    vw_submission_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    for (int i = 0; i < 3; i++) vw_submission_dispatch(bench.submission, bench.add_a_to_b, NULL, 0, VALUES);
+    vw_submission_dispatch(bench.submission, bench.gather_b_to_c, NULL, 0, VALUES);
+    finish(bench.submission);
     assert_epochs(&bench, 4, 3);
     assert_values(bench.c, 3);
     close_bench(&bench);
@@ -230,13 +231,13 @@ TEST(copies_wait) {
     struct vw_buffer *back = NULL;
     const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
     ASSERT_OK(vw_buffer_create(test_gpu(), &params, &back));
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 3);
-    vw_submission_copy(bench.batch, bench.b, 0, bench.c, 0, VALUE_BYTES);
-    scale(bench.batch, bench.b_to_a, 2);                                   // beside the copy
-    vw_submission_copy(bench.batch, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
-    vw_submission_copy(bench.batch, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 3);
+    vw_submission_copy(bench.submission, bench.b, 0, bench.c, 0, VALUE_BYTES);
+    scale(bench.submission, bench.b_to_a, 2);                                   // beside the copy
+    vw_submission_copy(bench.submission, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
+    vw_submission_copy(bench.submission, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
+    finish(bench.submission);
     assert_epochs(&bench, 5, 2);
     const uint32_t *values = vw_buffer_map(back);
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], (i < VALUES / 2 ? 3 : 6) * (i + 1));
@@ -244,18 +245,18 @@ TEST(copies_wait) {
     close_bench(&bench);
 }
 
-TEST(batches_in_flight_run_in_order) {
+TEST(submissions_in_flight_run_in_order) {
     struct bench bench = open_bench(test_gpu());
     struct vw_submission *second = NULL;
     ASSERT_OK(vw_submission_create(test_gpu(), &second));
-    for (int round = 0; round < 4; round++) { // each batch is recorded again and again
-        vw_submission_begin(bench.batch);
-        scale(bench.batch, bench.a_to_b, 2);
-        ASSERT_OK(vw_submission_submit(bench.batch));
+    for (int round = 0; round < 4; round++) { // each submission is recorded again and again
+        vw_submission_begin(bench.submission);
+        scale(bench.submission, bench.a_to_b, 2);
+        ASSERT_OK(vw_submission_submit(bench.submission));
         vw_submission_begin(second);
         scale(second, bench.b_to_a, 3);
         ASSERT_OK(vw_submission_submit(second));
-        ASSERT_OK(vw_submission_wait(bench.batch));
+        ASSERT_OK(vw_submission_wait(bench.submission));
         ASSERT_OK(vw_submission_wait(second));
     }
     assert_values(bench.a, 6 * 6 * 6 * 6);
@@ -271,9 +272,9 @@ TEST(a_dispatch_folds_into_y) {
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 9);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 9);
+    finish(bench.submission);
     assert_values(bench.b, 9);
     close_bench(&bench);
     ASSERT_OK(vw_gpu_close(&gpu));
@@ -286,21 +287,22 @@ TEST(a_fold_covers_every_workgroup_beyond_the_clamp) {
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 2);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 2);
+    finish(bench.submission);
     assert_values(bench.b, 2);
-    vw_submission_begin(bench.batch);
-    vw_submission_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
+    vw_submission_begin(bench.submission);
+    vw_submission_dispatch(bench.submission, bench.a_to_b, &(struct scale_push){VALUES, 1}, sizeof(struct scale_push),
                            VALUES + 1);
-    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "pass scale_values: 257 invocations are too many");
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE,
+                 "pass scale_values: 257 invocations are too many");
     close_bench(&bench);
     ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups,
                             uint64_t offset_bytes) {
-    vw_submission_dispatch_indirect(bench->batch, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push),
+    vw_submission_dispatch_indirect(bench->submission, pass, &(struct scale_push){VALUES, 3}, sizeof(struct scale_push),
                                     groups, offset_bytes);
 }
 
@@ -310,9 +312,9 @@ static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t co
     const uint32_t groups[] = {9, x, y, z};
     uint32_t values[VALUES];
     ASSERT_OK(vw_buffer_write(bench.c, 0, groups, sizeof groups));
-    vw_submission_begin(bench.batch);
+    vw_submission_begin(bench.submission);
     dispatch_listed(&bench, bench.a_to_b, bench.c, 4);
-    finish(bench.batch);
+    finish(bench.submission);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], i < count ? 3 * (i + 1) : 0);
     close_bench(&bench);
@@ -330,14 +332,14 @@ TEST(listed_workgroups_run) {
 TEST(listed_workgroups_wait_for_who_lists_them) {
     struct bench bench = open_bench(test_gpu());
     uint32_t values[VALUES];
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_c, 1); // 1, 2, 3
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_c, 1); // 1, 2, 3
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0);
-    scale(bench.batch, bench.a_to_c, 2); // overwrites what was read, so it waits: 2, 4, 6
+    scale(bench.submission, bench.a_to_c, 2); // overwrites what was read, so it waits: 2, 4, 6
     dispatch_listed(&bench, bench.a_to_b, bench.c, 8);
-    scale(bench.batch, bench.b_to_c, 0);               // writes c and reads b
+    scale(bench.submission, bench.b_to_c, 0);          // writes c and reads b
     dispatch_listed(&bench, bench.a_to_b, bench.c, 0); // none
-    finish(bench.batch);
+    finish(bench.submission);
     assert_epochs(&bench, 6, 5);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1)); // 6 x 8 workgroups cover all
@@ -351,67 +353,67 @@ TEST(listed_workgroups_out_of_place_are_refused) {
         const char *part;
     } wrong[] = {{2, "not a multiple of 4"}, {VALUE_BYTES - 8, "buffer c"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
-        vw_submission_begin(bench.batch);
+        vw_submission_begin(bench.submission);
         dispatch_listed(&bench, bench.a_to_b, bench.c, wrong[i].offset_bytes);
-        ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, wrong[i].part);
+        ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, wrong[i].part);
     }
-    vw_submission_begin(bench.batch);
-    vw_submission_dispatch_indirect(bench.batch, bench.a_to_b, NULL, 0, bench.c, 0);
-    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "0 push constant bytes given");
+    vw_submission_begin(bench.submission);
+    vw_submission_dispatch_indirect(bench.submission, bench.a_to_b, NULL, 0, bench.c, 0);
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "0 push constant bytes given");
     close_bench(&bench);
 }
 
 TEST(nothing_to_do_is_done) {
     struct bench bench = open_bench(test_gpu());
-    ASSERT_OK(vw_submission_wait(bench.batch)); // never submitted
-    vw_submission_begin(bench.batch);
-    vw_submission_dispatch(bench.batch, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
-    vw_submission_copy(bench.batch, bench.a, VALUE_BYTES, bench.b, 0, 0);
-    finish(bench.batch);
+    ASSERT_OK(vw_submission_wait(bench.submission)); // never submitted
+    vw_submission_begin(bench.submission);
+    vw_submission_dispatch(bench.submission, bench.a_to_b, &(struct scale_push){0}, sizeof(struct scale_push), 0);
+    vw_submission_copy(bench.submission, bench.a, VALUE_BYTES, bench.b, 0, 0);
+    finish(bench.submission);
     assert_values(bench.b, 0);
     close_bench(&bench);
 }
 
 TEST(the_first_failure_sticks_until_submit) {
     struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.batch);
-    vw_submission_dispatch(bench.batch, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
-    vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
-    scale(bench.batch, bench.a_to_b, 3);
-    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE,
+    vw_submission_begin(bench.submission);
+    vw_submission_dispatch(bench.submission, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
+    vw_submission_copy(bench.submission, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    scale(bench.submission, bench.a_to_b, 3);
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE,
                  "pass scale_values: 4 push constant bytes given, the shader has 8");
     assert_values(bench.b, 0);
 
-    vw_submission_begin(bench.batch);
-    vw_submission_copy(bench.batch, bench.a, 4, bench.b, 0, VALUE_BYTES);
-    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "buffer a");
+    vw_submission_begin(bench.submission);
+    vw_submission_copy(bench.submission, bench.a, 4, bench.b, 0, VALUE_BYTES);
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "buffer a");
 
-    vw_submission_begin(bench.batch); // begin forgives
-    scale(bench.batch, bench.a_to_b, 3);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission); // begin forgives
+    scale(bench.submission, bench.a_to_b, 3);
+    finish(bench.submission);
     assert_values(bench.b, 3);
     close_bench(&bench);
 }
 
-TEST(one_batch_records_at_a_time) {
+TEST(one_submission_records_at_a_time) {
     struct bench bench = open_bench(test_gpu());
     struct vw_submission *second = NULL;
     ASSERT_OK(vw_submission_create(test_gpu(), &second));
     ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "vw_submission_begin"); // never begun
-    vw_submission_begin(bench.batch);
+    vw_submission_begin(bench.submission);
     vw_submission_begin(second);
     scale(second, bench.a_to_b, 2);
     ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE, "only one submission can record at a time");
-    scale(bench.batch, bench.a_to_b, 3);
-    ASSERT_OK(vw_submission_submit(bench.batch));
-    vw_submission_begin(bench.batch);
-    ASSERT_FAILS(vw_submission_submit(bench.batch), VW_ERROR_DEVICE, "in flight");
-    ASSERT_OK(vw_submission_wait(bench.batch));
+    scale(bench.submission, bench.a_to_b, 3);
+    ASSERT_OK(vw_submission_submit(bench.submission));
+    vw_submission_begin(bench.submission);
+    ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "in flight");
+    ASSERT_OK(vw_submission_wait(bench.submission));
     vw_submission_begin(second);
     vw_submission_destroy(&second); // an abandoned recording makes room
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.b_to_c, 2);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.b_to_c, 2);
+    finish(bench.submission);
     assert_values(bench.c, 6);
     close_bench(&bench);
 }
@@ -427,11 +429,11 @@ TEST(timers_add_up_by_pass_name) {
     vw_gpu_timers(gpu, &count);
     assert_int_equal(count, 0);
     for (int round = 0; round < 2; round++) {
-        vw_submission_begin(bench.batch);
-        scale(bench.batch, bench.a_to_b, 2);
-        vw_submission_dispatch(bench.batch, bench.gather_b_to_c, NULL, 0, VALUES);
-        scale(bench.batch, bench.b_to_c, 2);
-        finish(bench.batch);
+        vw_submission_begin(bench.submission);
+        scale(bench.submission, bench.a_to_b, 2);
+        vw_submission_dispatch(bench.submission, bench.gather_b_to_c, NULL, 0, VALUES);
+        scale(bench.submission, bench.b_to_c, 2);
+        finish(bench.submission);
     }
     const struct vw_gpu_timer *timers = vw_gpu_timers(gpu, &count);
     assert_int_equal(count, 2);
@@ -446,9 +448,9 @@ TEST(timers_add_up_by_pass_name) {
 
 TEST(there_are_no_timers_unless_asked) {
     struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.batch);
-    scale(bench.batch, bench.a_to_b, 2);
-    finish(bench.batch);
+    vw_submission_begin(bench.submission);
+    scale(bench.submission, bench.a_to_b, 2);
+    finish(bench.submission);
     uint32_t count = 99;
     vw_gpu_timers(test_gpu(), &count);
     assert_int_equal(count, 0);
@@ -476,7 +478,7 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
     enum { INVOCATIONS = 1 << 19 };
     static const struct vw_push_peak push = {.start = 0.25f, .factor = 0.75f};
     struct vw_gpu *gpu = NULL;
-    struct vw_submission *batch = NULL, *second = NULL;
+    struct vw_submission *submission = NULL, *second = NULL;
     struct vw_pass *pass = NULL;
     assert_int_equal(setenv(LIMIT_NAME, "0.002", 1), 0);
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu));
@@ -488,19 +490,19 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
                                                 .bindings = &(struct vw_binding){.slot = VW_SLOT_PEAK_TO, .buffer = to},
                                                 .binding_count = 1},
                        &pass));
-    ASSERT_OK(vw_submission_create(gpu, &batch));
+    ASSERT_OK(vw_submission_create(gpu, &submission));
     ASSERT_OK(vw_submission_create(gpu, &second));
-    vw_submission_begin(batch);
-    vw_submission_dispatch(batch, pass, &push, sizeof push, INVOCATIONS);
-    ASSERT_OK(vw_submission_submit(batch));
+    vw_submission_begin(submission);
+    vw_submission_dispatch(submission, pass, &push, sizeof push, INVOCATIONS);
+    ASSERT_OK(vw_submission_submit(submission));
     double started_s = vw_now_s();
-    ASSERT_FAILS(vw_submission_wait(batch), VW_ERROR_DEVICE_LOST,
-                 "did not finish a batch of 1 commands in 0.002 s; if it is only slow");
+    ASSERT_FAILS(vw_submission_wait(submission), VW_ERROR_DEVICE_LOST,
+                 "did not finish a submission of 1 commands in 0.002 s; if it is only slow");
     vw_submission_begin(second);
     ASSERT_FAILS(vw_submission_submit(second), VW_ERROR_DEVICE_LOST, "did not finish an earlier submission");
     uint32_t word;
     ASSERT_FAILS(vw_buffer_read(to, 0, &word, sizeof word), VW_ERROR_DEVICE_LOST, "did not finish buffer to");
-    vw_submission_destroy(&batch);
+    vw_submission_destroy(&submission);
     vw_submission_destroy(&second);
     vw_pass_destroy(&pass);
     vw_buffer_destroy(&to);

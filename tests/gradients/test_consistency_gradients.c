@@ -60,8 +60,8 @@ static void take_gradients(struct step_bench *bench) {
         void *zeros = test_allocate(vw_buffer_size_bytes(bench->step.d_grid), 1);
         step_bench_write(bench, bench->step.d_grid, zeros);
     }
-    vw_submission_begin(bench->batch);
-    vw_step_record_gradients(&bench->step, bench->batch, STEP, 0);
+    vw_submission_begin(bench->submission);
+    vw_step_record_gradients(&bench->step, bench->submission, STEP, 0);
     step_bench_submit(bench);
 }
 
@@ -297,7 +297,7 @@ TEST(words_of_the_grid_hold_both) {
 TEST(given_photos_are_those_of_earlier_steps) {
     struct step_bench *bench = open_case(0, WEIGHT);
     uint32_t seen = 0;
-    assert_int_equal(vw_consistency_given_view(&bench->step, 1), vw_photo_order_view_of_step(&bench->schedule, 1));
+    assert_int_equal(vw_consistency_given_view(&bench->step, 1), vw_photo_order_view_of_step(&bench->photo_order, 1));
     for (uint64_t number = 1; number <= 40; number++) {
         uint32_t view = vw_consistency_given_view(&bench->step, number);
         assert_int_equal(view, vw_consistency_given_view(&bench->step, number));

@@ -102,9 +102,9 @@ static void take_step(struct step_bench *bench, bool coarse) {
     step_bench_gradients(bench, STEP);
     if (!coarse) return;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
-    vw_submission_begin(bench->batch);
-    vw_importance_record(&bench->model, &bench->step.gradient.importance, bench->batch, &push);
-    vw_step_record_loss(&bench->step, bench->batch, 0);
+    vw_submission_begin(bench->submission);
+    vw_importance_record(&bench->model, &bench->step.gradient.importance, bench->submission, &push);
+    vw_step_record_loss(&bench->step, bench->submission, 0);
     step_bench_submit(bench);
 }
 

@@ -24,7 +24,7 @@ enum { PIXELS_EACH = 64 };
 struct reduction {
     struct vw_buffer *rays, *colours, *views, *scalars;
     struct vw_pass *generate, *reduce;
-    struct vw_submission *batch;
+    struct vw_submission *submission;
     uint32_t capacity; // pixels
 };
 
@@ -39,7 +39,7 @@ enum { VIEWS_MAX = 16 };
 
 static void close_reduction(void *opened) {
     struct reduction *r = opened;
-    vw_submission_destroy(&r->batch);
+    vw_submission_destroy(&r->submission);
     vw_pass_destroy(&r->reduce);
     vw_pass_destroy(&r->generate);
     vw_buffer_destroy(&r->rays);
@@ -66,7 +66,7 @@ static struct reduction *open_reduction(uint32_t capacity) {
     ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->generate));
     params.shader = &vw_shader_reduce_views;
     ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->reduce));
-    ASSERT_OK(vw_submission_create(test_gpu(), &r->batch));
+    ASSERT_OK(vw_submission_create(test_gpu(), &r->submission));
     return r;
 }
 
@@ -79,12 +79,12 @@ static void reduce(struct reduction *r, const struct errors *errors, uint32_t vi
                 view_count <= VIEWS_MAX);
     for (uint32_t i = 0; i < view_count; i++) views[i] = (struct vw_ray_range){.first = i * pixels, .count = pixels};
     ASSERT_OK(vw_buffer_write(r->views, 0, views, view_count * sizeof *views));
-    vw_submission_begin(r->batch);
-    vw_submission_dispatch(r->batch, r->generate, errors, sizeof *errors,
+    vw_submission_begin(r->submission);
+    vw_submission_dispatch(r->submission, r->generate, errors, sizeof *errors,
                            (errors->pixel_count + PIXELS_EACH - 1) / PIXELS_EACH);
-    vw_submission_dispatch(r->batch, r->reduce, &push, sizeof push, 64ull * view_count);
-    ASSERT_OK(vw_submission_submit(r->batch));
-    ASSERT_OK(vw_submission_wait(r->batch));
+    vw_submission_dispatch(r->submission, r->reduce, &push, sizeof push, 64ull * view_count);
+    ASSERT_OK(vw_submission_submit(r->submission));
+    ASSERT_OK(vw_submission_wait(r->submission));
     ASSERT_OK(vw_buffer_read(r->scalars, sizeof *sums, sums, view_count * sizeof *sums));
 }
 

@@ -173,17 +173,17 @@ static void gradients_at_the_clamp(struct hard_finding *finding) {
 
 // ---- Silence --------------------------------------------------------------------------------------------------------
 
-enum { SPOKEN_STEPS = 20, SILENT_STEPS = 10000, BATCH_STEPS = 500 };
+enum { SPOKEN_STEPS = 20, SILENT_STEPS = 10000, SUBMISSION_STEPS = 500 };
 
 static void stay_silent(struct step_bench *bench, uint32_t first_step) {
-    for (uint32_t step = 0; step < SILENT_STEPS; step += BATCH_STEPS) {
-        vw_submission_begin(bench->batch);
-        for (uint32_t i = 0; i < BATCH_STEPS; i++) {
+    for (uint32_t step = 0; step < SILENT_STEPS; step += SUBMISSION_STEPS) {
+        vw_submission_begin(bench->submission);
+        for (uint32_t i = 0; i < SUBMISSION_STEPS; i++) {
             struct vw_push_update push = {.count = bench->model.pair_count, .step_low = first_step + step + i};
-            vw_submission_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
+            vw_submission_dispatch(bench->submission, bench->step.update_grid[0], &push, sizeof push, push.count);
         }
-        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
     }
 }
 

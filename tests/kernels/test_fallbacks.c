@@ -113,10 +113,10 @@ TEST(the_chunk_size_changes_no_bit) {
 static vw_float4 *render(struct step_bench *bench, struct vw_evaluator *evaluator, const struct vw_pixel *pixels,
                          uint32_t count) {
     assert_int_equal(vw_evaluator_set_pixels(evaluator, pixels, count), VW_OK);
-    vw_submission_begin(bench->batch);
-    vw_evaluator_record(evaluator, bench->batch);
-    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+    vw_submission_begin(bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
+    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
     return step_bench_read(bench, evaluator->colours);
 }
 

@@ -92,21 +92,21 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
                                           .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
     struct vw_pass *pass = NULL;
-    struct vw_submission *batch = NULL;
+    struct vw_submission *submission = NULL;
     const struct vw_push_rays push = {.ray_count = RAYS};
     enum vw_status status = vw_buffer_write(buffers[0], 0, &camera, sizeof camera);
     if (!status) status = vw_buffer_write(buffers[1], 0, pixels, sizeof pixels);
     if (!status) status = vw_pass_create(test_gpu(), &params, &pass);
-    if (!status) status = vw_submission_create(test_gpu(), &batch);
+    if (!status) status = vw_submission_create(test_gpu(), &submission);
     if (!status) {
-        vw_submission_begin(batch);
-        vw_submission_dispatch(batch, pass, &push, sizeof push, RAYS);
-        status = vw_submission_submit(batch);
+        vw_submission_begin(submission);
+        vw_submission_dispatch(submission, pass, &push, sizeof push, RAYS);
+        status = vw_submission_submit(submission);
     }
-    if (!status) status = vw_submission_wait(batch);
+    if (!status) status = vw_submission_wait(submission);
     if (!status) status = vw_buffer_read(buffers[2], 0, rays, RAYS * sizeof *rays);
     if (status) fail_msg("%s", vw_error_message());
-    vw_submission_destroy(&batch);
+    vw_submission_destroy(&submission);
     vw_pass_destroy(&pass);
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(&buffers[i]);
 }

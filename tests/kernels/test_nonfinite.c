@@ -111,10 +111,10 @@ TEST_CASES(validation_shows_a_poisoned_field, i, VW_ARRAY_COUNT(poisons)) {
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     poison_params(bench, &poisons[i]);
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_submission_begin(bench->batch);
-    vw_evaluator_record(evaluator, bench->batch);
-    assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+    vw_submission_begin(bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
+    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
+    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     float *samples = step_bench_read(bench, evaluator->samples);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
@@ -134,9 +134,9 @@ TEST(a_poisoned_sky_is_flagged_and_shown) {
     step_bench_write(bench, bench->field.params, params);
     void *moments = step_bench_read(bench, bench->step.weight_moments);
     assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_submission_begin(bench->batch);
-    vw_step_record_passes(&bench->step, bench->batch, 2, 0, 0);
-    vw_evaluator_record(evaluator, bench->batch);
+    vw_submission_begin(bench->submission);
+    vw_step_record_passes(&bench->step, bench->submission, 2, 0, 0);
+    vw_evaluator_record(evaluator, bench->submission);
     step_bench_submit(bench);
     float *params_after = step_bench_read(bench, bench->field.params);
     void *moments_after = step_bench_read(bench, bench->step.weight_moments);

@@ -16,13 +16,13 @@ static float entry(struct step_bench *bench, uint64_t feature) {
 
 static void stay_silent(struct step_bench *bench, uint32_t first_step) {
     for (uint32_t step = 0; step < SILENT_STEPS;) {
-        vw_submission_begin(bench->batch);
+        vw_submission_begin(bench->submission);
         for (uint32_t i = 0; i < 500; i++, step++) {
             struct vw_push_update push = {.count = bench->model.pair_count, .step_low = first_step + step};
-            vw_submission_dispatch(bench->batch, bench->step.update_grid[0], &push, sizeof push, push.count);
+            vw_submission_dispatch(bench->submission, bench->step.update_grid[0], &push, sizeof push, push.count);
         }
-        assert_int_equal(vw_submission_submit(bench->batch), VW_OK);
-        assert_int_equal(vw_submission_wait(bench->batch), VW_OK);
+        assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
+        assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
     }
 }
 

@@ -72,20 +72,20 @@ static double sum_of(const double *values, uint32_t count) {
 
 // The first order is by the gradient before the step, one step after the other.
 static void check_first_order(const struct opened *opened, const struct vw_in_run_credit *credits) {
-    struct vw_gradient_replay sweep;
-    ASSERT_OK(vw_gradient_replay_create(&opened->params, &sweep));
+    struct vw_gradient_replay gradient_replay;
+    ASSERT_OK(vw_gradient_replay_create(&opened->params, &gradient_replay));
     for (uint64_t step = 2; step <= 30; step += 14) {
-        ASSERT_OK(vw_gradient_replay_go_to(&sweep, step - 1));
-        vw_submission_begin(sweep.replay.batch);
-        vw_gradient_replay_record_validation(&sweep, 0);
-        vw_adjoint_record_own_step(&sweep.passes, sweep.replay.batch, step, vw_step_replay_draw(&sweep.replay, step, 0),
-                                   0);
-        vw_adjoint_record_multiply(&sweep.passes, sweep.replay.batch, false, 0);
-        ASSERT_OK(vw_step_replay_run(&sweep.replay));
-        sweep.step = step;
-        assert_true(test_same_bits(vw_gradient_replay_read(&sweep, 0), credits[step - 1].first_order));
+        ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, step - 1));
+        vw_submission_begin(gradient_replay.replay.submission);
+        vw_gradient_replay_record_validation(&gradient_replay, 0);
+        vw_adjoint_record_own_step(&gradient_replay.passes, gradient_replay.replay.submission, step,
+                                   vw_step_replay_draw(&gradient_replay.replay, step, 0), 0);
+        vw_adjoint_record_multiply(&gradient_replay.passes, gradient_replay.replay.submission, false, 0);
+        ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
+        gradient_replay.step = step;
+        assert_true(test_same_bits(vw_gradient_replay_read(&gradient_replay, 0), credits[step - 1].first_order));
     }
-    vw_gradient_replay_destroy(&sweep);
+    vw_gradient_replay_destroy(&gradient_replay);
 }
 
 static void credit_training(double learning_rate, double beta1, const char *effects, double *first, double *second,
@@ -141,15 +141,16 @@ TEST(the_second_order_is_nearer_to_what_long_steps_change) {
 // ---- TracIn ---------------------------------------------------------------------------------------------------------
 
 // U with the params moved by `factor` times `towards` from the saved state.
-static double psnr_towards(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
-    const struct vw_trainer_parts *context = sweep->replay.context;
+static double psnr_towards(struct vw_gradient_replay *gradient_replay, const float *from, const double *towards,
+                           double factor) {
+    const struct vw_trainer_parts *context = gradient_replay->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
     float *moved = test_allocate(count, sizeof *moved);
     for (uint64_t i = 0; i < count; i++) moved[i] = (float)(from[i] + factor * towards[i]);
     ASSERT_OK(vw_buffer_write(context->field->params, 0, moved, count * sizeof *moved));
-    vw_submission_begin(sweep->replay.batch);
-    vw_validation_record(context->validation, sweep->replay.batch, 0);
-    ASSERT_OK(vw_step_replay_run(&sweep->replay));
+    vw_submission_begin(gradient_replay->replay.submission);
+    vw_validation_record(context->validation, gradient_replay->replay.submission, 0);
+    ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));
     return vw_validation_read(context->validation, vw_buffer_map(context->scalars), NULL).val_psnr;
 }
 
@@ -159,41 +160,44 @@ static float *read_block(struct vw_buffer *buffer, uint64_t count) {
     return values;
 }
 
-static double derivative_of(struct vw_gradient_replay *sweep, const float *from, const double *towards, double factor) {
-    return (psnr_towards(sweep, from, towards, factor) - psnr_towards(sweep, from, towards, -factor)) / (2 * factor);
+static double derivative_of(struct vw_gradient_replay *gradient_replay, const float *from, const double *towards,
+                            double factor) {
+    return (psnr_towards(gradient_replay, from, towards, factor) -
+            psnr_towards(gradient_replay, from, towards, -factor)) /
+           (2 * factor);
 }
 
 // Measures what a small part of a photo's step, and of plain descent, really changes.
-static void measure_photo(struct vw_gradient_replay *sweep, uint32_t photo, uint64_t number, double rate,
+static void measure_photo(struct vw_gradient_replay *gradient_replay, uint32_t photo, uint64_t number, double rate,
                           struct vw_tracin_score *measured) {
-    const struct vw_trainer_parts *context = sweep->replay.context;
+    const struct vw_trainer_parts *context = gradient_replay->replay.context;
     uint64_t count = context->field->model->param_bytes / sizeof(float);
-    struct vw_submission *batch = sweep->replay.batch;
-    uint32_t pixel =
-        vw_step_replay_draw_photo(&sweep->replay, context->schedule->train_views[photo], number, 1 + photo, 0);
-    vw_submission_begin(batch);
-    vw_adjoint_record_own_step(&sweep->passes, batch, number, pixel, 0);
-    vw_snapshot_record_restore(&sweep->state, batch);
-    ASSERT_OK(vw_step_replay_run(&sweep->replay));
-    float *before = read_block(sweep->passes.blocks.before, count),
-          *after = read_block(sweep->passes.blocks.after, count),
-          *gradient = read_block(sweep->passes.blocks.gradient, count);
+    struct vw_submission *submission = gradient_replay->replay.submission;
+    uint32_t pixel = vw_step_replay_draw_photo(&gradient_replay->replay, context->photo_order->train_views[photo],
+                                               number, 1 + photo, 0);
+    vw_submission_begin(submission);
+    vw_adjoint_record_own_step(&gradient_replay->passes, submission, number, pixel, 0);
+    vw_snapshot_record_restore(&gradient_replay->state, submission);
+    ASSERT_OK(vw_step_replay_run(&gradient_replay->replay));
+    float *before = read_block(gradient_replay->passes.blocks.before, count),
+          *after = read_block(gradient_replay->passes.blocks.after, count),
+          *gradient = read_block(gradient_replay->passes.blocks.gradient, count);
     double *towards = test_allocate(count, sizeof *towards), size = 0, along = 0;
     for (uint64_t i = 0; i < count; i++) towards[i] = (double)after[i] - before[i];
-    measured->preconditioned += derivative_of(sweep, before, towards, 0.05);
+    measured->preconditioned += derivative_of(gradient_replay, before, towards, 0.05);
     for (uint64_t i = 0; i < count; i++) {
         towards[i] = -rate * gradient[i];
         size += (double)before[i] * before[i];
         along += towards[i] * towards[i];
     }
-    measured->plain += derivative_of(sweep, before, towards, 1e-3 * sqrt(size / along));
+    measured->plain += derivative_of(gradient_replay, before, towards, 1e-3 * sqrt(size / along));
     ASSERT_OK(vw_buffer_write(context->field->params, 0, before, count * sizeof *before));
 }
 
 TEST(tracin_is_what_small_steps_change) {
     struct vw_config config = gradient_config();
     struct opened opened;
-    struct vw_gradient_replay sweep;
+    struct vw_gradient_replay gradient_replay;
     struct vw_tracin_score scores[TRAINS], again[TRAINS], measured[TRAINS] = {0};
     struct vw_photo_products products[TRAINS];
     config.burn_in_epochs = 2;
@@ -202,16 +206,17 @@ TEST(tracin_is_what_small_steps_change) {
     ASSERT_OK(vw_tracin_scores(&opened.params, 2, scores));
     ASSERT_OK(vw_tracin_scores(&opened.params, 2, again));
     assert_memory_equal(scores, again, sizeof scores);
-    ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
+    ASSERT_OK(vw_gradient_replay_create(&opened.params, &gradient_replay));
     const uint64_t checkpoints[] = {7 * TRAINS, 12 * TRAINS};
     for (size_t c = 0; c < VW_ARRAY_COUNT(checkpoints); c++) {
-        double rate =
-            config.learning_rate * vw_model_rate_of_step(sweep.replay.context->field->model, checkpoints[c] + 1);
-        ASSERT_OK(vw_gradient_replay_go_to(&sweep, checkpoints[c]));
-        ASSERT_OK(vw_gradient_replay_try_photos(&sweep, checkpoints[c] + 1, products)); // saves the state
-        for (uint32_t i = 0; i < TRAINS; i++) measure_photo(&sweep, i, checkpoints[c] + 1, rate, &measured[i]);
+        double rate = config.learning_rate *
+                      vw_model_rate_of_step(gradient_replay.replay.context->field->model, checkpoints[c] + 1);
+        ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, checkpoints[c]));
+        ASSERT_OK(vw_gradient_replay_try_photos(&gradient_replay, checkpoints[c] + 1, products)); // saves the state
+        for (uint32_t i = 0; i < TRAINS; i++)
+            measure_photo(&gradient_replay, i, checkpoints[c] + 1, rate, &measured[i]);
     }
-    vw_gradient_replay_destroy(&sweep);
+    vw_gradient_replay_destroy(&gradient_replay);
     for (uint32_t i = 0; i < TRAINS; i++) {
         printf("tracin: %.5g for %.5g, preconditioned %.5g for %.5g\n", scores[i].plain, measured[i].plain,
                scores[i].preconditioned, measured[i].preconditioned);
@@ -280,23 +285,23 @@ TEST(influence_knows_the_rates) {
         struct vw_config config = test_config_of(cases[c].field);
         struct opened opened;
         struct vw_influence influence;
-        struct vw_gradient_replay sweep;
+        struct vw_gradient_replay gradient_replay;
         uint64_t moved = 0, wrong = 0;
         config.optimizer = cases[c].optimizer;
         config.learning_rate_decay = 0.5;
         strcpy(config.effects, "none");
         open_training(&opened, &config);
         ASSERT_OK(vw_influence_create(&opened.params, &(struct vw_influence_settings){0}, &influence));
-        ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
-        uint64_t last = sweep.replay.total_steps;
-        ASSERT_OK(vw_gradient_replay_go_to(&sweep, last - 1));
-        vw_submission_begin(sweep.replay.batch);
-        vw_adjoint_record_own_step(&sweep.passes, sweep.replay.batch, last, vw_step_replay_draw(&sweep.replay, last, 0),
-                                   0);
-        ASSERT_OK(vw_step_replay_run(&sweep.replay));
-        float *before = read_block(sweep.passes.blocks.before, influence.count),
-              *after = read_block(sweep.passes.blocks.after, influence.count),
-              *gradient = read_block(sweep.passes.blocks.gradient, influence.count);
+        ASSERT_OK(vw_gradient_replay_create(&opened.params, &gradient_replay));
+        uint64_t last = gradient_replay.replay.total_steps;
+        ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, last - 1));
+        vw_submission_begin(gradient_replay.replay.submission);
+        vw_adjoint_record_own_step(&gradient_replay.passes, gradient_replay.replay.submission, last,
+                                   vw_step_replay_draw(&gradient_replay.replay, last, 0), 0);
+        ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
+        float *before = read_block(gradient_replay.passes.blocks.before, influence.count),
+              *after = read_block(gradient_replay.passes.blocks.after, influence.count),
+              *gradient = read_block(gradient_replay.passes.blocks.gradient, influence.count);
         for (uint64_t i = 0; i < influence.count; i++) {
             double by = (double)before[i] - after[i], expected = influence.rates[i] * gradient[i];
             moved += gradient[i] != 0.0f;
@@ -304,7 +309,7 @@ TEST(influence_knows_the_rates) {
         }
         if (wrong || moved < 100)
             fail_msg("case %zu: %llu rates of %llu are wrong", c, (unsigned long long)wrong, (unsigned long long)moved);
-        vw_gradient_replay_destroy(&sweep);
+        vw_gradient_replay_destroy(&gradient_replay);
         vw_influence_destroy(&influence);
     }
 }
@@ -314,7 +319,7 @@ TEST(a_photo_that_helps_has_influence_above_zero) {
     struct vw_config config = gradient_config();
     struct opened opened;
     struct vw_influence influence;
-    struct vw_gradient_replay sweep;
+    struct vw_gradient_replay gradient_replay;
     struct vw_photo_products products[TRAINS];
     double scores[TRAINS], size = 0;
     config.optimizer = VW_OPTIMIZER_SGD;
@@ -324,13 +329,13 @@ TEST(a_photo_that_helps_has_influence_above_zero) {
     memcpy(influence.mean, influence.pull, influence.count * sizeof *influence.pull);
     ASSERT_OK(vw_influence_score(&influence, scores));
     vw_influence_destroy(&influence);
-    ASSERT_OK(vw_gradient_replay_create(&opened.params, &sweep));
-    ASSERT_OK(vw_gradient_replay_go_to(&sweep, STEPS));
-    vw_submission_begin(sweep.replay.batch);
-    vw_gradient_replay_record_validation(&sweep, 0);
-    ASSERT_OK(vw_step_replay_run(&sweep.replay));
-    ASSERT_OK(vw_gradient_replay_try_photos(&sweep, STEPS + 1, products));
-    vw_gradient_replay_destroy(&sweep);
+    ASSERT_OK(vw_gradient_replay_create(&opened.params, &gradient_replay));
+    ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, STEPS));
+    vw_submission_begin(gradient_replay.replay.submission);
+    vw_gradient_replay_record_validation(&gradient_replay, 0);
+    ASSERT_OK(vw_step_replay_run(&gradient_replay.replay));
+    ASSERT_OK(vw_gradient_replay_try_photos(&gradient_replay, STEPS + 1, products));
+    vw_gradient_replay_destroy(&gradient_replay);
     for (uint32_t i = 0; i < TRAINS; i++) size += fabs(products[i].by_step) / TRAINS;
     for (uint32_t i = 0; i < TRAINS; i++) assert_true(fabs(TRAINS * scores[i] - products[i].by_step) < 0.01 * size);
 }

@@ -33,13 +33,13 @@ static void go_to(struct vw_trainer *trainer, uint64_t step, struct test_run *ru
 
 // Takes a run with probes of noise and of some states.
 static struct probed_run *probe_run(const struct vw_scene *scene, const struct vw_config *config, uint32_t states,
-                                    uint32_t steps_per_batch) {
+                                    uint32_t steps_per_submission) {
     struct probed_run *made = test_allocate(1, sizeof *made);
-    struct vw_trainer *trainer = test_trainer_create(scene, config, true, steps_per_batch);
+    struct vw_trainer *trainer = test_trainer_create(scene, config, true, steps_per_submission);
     struct vw_prober prober;
     made->run = test_allocate(1, sizeof *made->run);
     ASSERT_OK(vw_prober_create(trainer, &prober));
-    const struct vw_probe_plan plan = {&trainer->schedule, config->burn_in_epochs, config->epochs, states};
+    const struct vw_probe_plan plan = {&trainer->photo_order, config->burn_in_epochs, config->epochs, states};
     for (uint64_t step = 0; step <= vw_trainer_total_steps(trainer); step++) {
         assert_true(made->count + vw_probes_of_state_most(&plan) <= PROBES_MOST);
         uint32_t count = vw_probes_list(&plan, step, made->probes + made->count);
@@ -169,7 +169,7 @@ TEST(a_probe_of_a_state_is_the_next_step_from_there) {
         struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1);
         struct test_run *run = test_allocate(1, sizeof *run);
         assert_int_equal(probe->step, TRAINS * (found <= TRAINS * VW_SAME_STATE_DRAWS ? 5 : 9));
-        assert_int_equal(probe->view, trainer->schedule.train_views[index / VW_SAME_STATE_DRAWS]);
+        assert_int_equal(probe->view, trainer->photo_order.train_views[index / VW_SAME_STATE_DRAWS]);
         go_to(trainer, probe->step, run);
         const struct vw_step_record by_hand =
             step_by_hand(trainer, probe->step + 1, probe->view, 1 + VW_PROBE_RESAMPLES + index);

@@ -151,7 +151,7 @@ FOLDER_TEST(tables_are_as_contracted) {
     assert_answer(path, "SELECT count(*) FROM pragma_foreign_key_check", "0");
 }
 
-FOLDER_TEST(chain_holds_whatever_the_batches) {
+FOLDER_TEST(chain_holds_whatever_the_submissions) {
     char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6),
          *other = test_ledger_record(*state, "other.db", &test_four_epochs, 1);
     assert_true(chain_holds(path));

@@ -1,5 +1,5 @@
-// A power cut at every moment of an append: afterwards the ledger has all of the batch or none of it, verifies, and
-// goes on as if nothing had been.
+// A power cut at every moment of an append: afterwards the ledger has all of the submission or none of it, verifies,
+// and goes on as if nothing had been.
 //
 // What a cut can leave behind. SQLite writes the old pages to the journal, syncs it, and only then writes to the
 // database; once the database is synced it removes the journal, and that is the commit. What a process wrote but did

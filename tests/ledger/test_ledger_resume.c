@@ -124,8 +124,8 @@ static int count_changes(struct vw_ledger *ledger, const struct vw_step_record *
     return sqlite3_total_changes(ledger->database.handle) - before;
 }
 
-// The run row and the scores are written when a run goes on or is extended, not with each batch.
-FOLDER_TEST(a_batch_writes_its_own_rows_only) {
+// The run row and the scores are written when a run goes on or is extended, not with each submission.
+FOLDER_TEST(a_submission_writes_its_own_rows_only) {
     enum { STEP = 1 + TEST_VALIDATION_COUNT, RUN = 2 }; // the run row once for its final hash
     AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     AUTO(vw_ledger_close) struct vw_ledger *ledger = test_ledger_create(path);
@@ -142,9 +142,9 @@ FOLDER_TEST(a_batch_writes_its_own_rows_only) {
     assert_int_equal(count_changes(ledger, &records[5]), STEP);
 }
 
-// A full disk, played by a bound on the pages of the file: the batch that does not fit is refused whole, the run that
-// it would have reopened stays as it ended, and once there is room again the same batch goes in.
-FOLDER_TEST(a_full_disk_loses_no_recorded_batch) {
+// A full disk, played by a bound on the pages of the file: the submission that does not fit is refused whole, the run
+// that it would have reopened stays as it ended, and once there is room again the same submission goes in.
+FOLDER_TEST(a_full_disk_loses_no_recorded_submission) {
     AUTO_FREE char *path = vw_path_join(*state, "ledger.db");
     struct vw_ledger *ledger = test_ledger_create(path);
     struct test_trainer longer = test_four_epochs;

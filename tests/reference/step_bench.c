@@ -170,9 +170,9 @@ static void close_bench(void *opened) {
     char where[sizeof bench->where];
     memcpy(where, bench->where, sizeof where);
     vw_evaluator_destroy(&bench->evaluator);
-    vw_submission_destroy(&bench->batch);
+    vw_submission_destroy(&bench->submission);
     vw_step_destroy(&bench->step);
-    vw_photo_order_destroy(&bench->schedule);
+    vw_photo_order_destroy(&bench->photo_order);
     vw_field_destroy(&bench->field);
     vw_buffer_destroy(&bench->pixel_buffer);
     vw_buffer_destroy(&bench->scalars);
@@ -193,10 +193,10 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
     memcpy(vw_buffer_map(bench->pixel_buffer), bench->pixels, pixel_bytes);
     stop_unless(
         bench, vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "scalars", .size_bytes = 64}, &bench->scalars));
-    stop_unless(bench, vw_photo_order_create(bench->scene, NULL, 0, &bench->config, &bench->schedule));
-    stop_unless(bench, vw_step_create(&bench->field, &bench->config, &bench->schedule, bench->pixel_buffer,
+    stop_unless(bench, vw_photo_order_create(bench->scene, NULL, 0, &bench->config, &bench->photo_order));
+    stop_unless(bench, vw_step_create(&bench->field, &bench->config, &bench->photo_order, bench->pixel_buffer,
                                       bench->scalars, &bench->step));
-    stop_unless(bench, vw_submission_create(gpu, &bench->batch));
+    stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);
     if (c->occupancy) empty_some_cells(bench);
     return bench;
@@ -237,8 +237,8 @@ float *step_bench_read_params(struct step_bench *bench) {
 void step_bench_write_params(struct step_bench *bench) { step_bench_write(bench, bench->field.params, bench->params); }
 
 void step_bench_submit(struct step_bench *bench) {
-    stop_unless(bench, vw_submission_submit(bench->batch));
-    stop_unless(bench, vw_submission_wait(bench->batch));
+    stop_unless(bench, vw_submission_submit(bench->submission));
+    stop_unless(bench, vw_submission_wait(bench->submission));
 }
 
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number) {
@@ -248,22 +248,22 @@ struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t 
 
 void step_bench_gradients(struct step_bench *bench, uint64_t number) {
     assert_int_equal(bench->step.chunk_rays, bench->step.padded_rays); // so that activations of all samples are left
-    vw_submission_begin(bench->batch);
-    vw_step_record_gradients(&bench->step, bench->batch, number, 0);
-    vw_step_record_loss(&bench->step, bench->batch, 0);
+    vw_submission_begin(bench->submission);
+    vw_step_record_gradients(&bench->step, bench->submission, number, 0);
+    vw_step_record_loss(&bench->step, bench->submission, 0);
     step_bench_submit(bench);
 }
 
 void step_bench_step(struct step_bench *bench, uint64_t number) {
-    vw_submission_begin(bench->batch);
-    vw_step_record_passes(&bench->step, bench->batch, number, 0, 0);
+    vw_submission_begin(bench->submission);
+    vw_step_record_passes(&bench->step, bench->submission, number, 0, 0);
     step_bench_submit(bench);
 }
 
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations) {
-    vw_submission_begin(bench->batch);
-    vw_submission_dispatch(bench->batch, pass, push, push_bytes, invocations);
+    vw_submission_begin(bench->submission);
+    vw_submission_dispatch(bench->submission, pass, push, push_bytes, invocations);
     step_bench_submit(bench);
 }
 
@@ -283,8 +283,9 @@ const struct vw_pass *step_bench_effect_pass(const struct step_bench *bench, con
 void step_bench_keep_all(struct step_bench *bench) {
     if (!bench->step.effect_buffers[VW_SLOT_KEPT]) return;
     struct vw_push_samples push = step_bench_push(bench, 1); // warming up
-    vw_submission_begin(bench->batch);
-    vw_effects_record_chunk(&bench->model, &bench->step.effects, &bench->model.specialization, bench->batch, &push);
+    vw_submission_begin(bench->submission);
+    vw_effects_record_chunk(&bench->model, &bench->step.effects, &bench->model.specialization, bench->submission,
+                            &push);
     step_bench_submit(bench);
 }
 

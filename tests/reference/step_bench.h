@@ -55,10 +55,10 @@ struct step_bench {
     struct vw_scene *scene;
     struct vw_model model;
     struct vw_radiance_field field;
-    struct vw_photo_order schedule; // of both photos
+    struct vw_photo_order photo_order; // of both photos
     struct vw_step_passes step;
     struct vw_buffer *pixel_buffer, *scalars;
-    struct vw_submission *batch;
+    struct vw_submission *submission;
     struct vw_evaluator evaluator; // after step_bench_evaluator
     struct vw_pixel *pixels;       // config.rays of them, of view 0 and 1
     uint32_t view;                 // of the first, whose photo the step takes for its own
@@ -93,7 +93,7 @@ void step_bench_check_skipped(struct step_bench *bench, uint64_t number);
 // Runs one pass.
 void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, const void *push, size_t push_bytes,
                          uint64_t invocations);
-// Runs what a test recorded in bench->batch.
+// Runs what a test recorded in bench->submission.
 void step_bench_submit(struct step_bench *bench);
 // How many passes have met a param that would not be finite, since the flags were cleared last; clears them.
 uint32_t step_bench_take_overflows(struct step_bench *bench);

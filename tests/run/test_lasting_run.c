@@ -9,7 +9,7 @@
 #include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
 
-enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one batch of a pass
+enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one submission of a pass
 
 struct observer {
     uint64_t stop_at; // of a pass; 0: never

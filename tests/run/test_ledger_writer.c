@@ -9,7 +9,7 @@
 
 #include "run/ledger_writer.h"
 
-enum { BATCH = 3, RECORDS_MOST = 21, PATIENCE_S = 5 };
+enum { SUBMISSION = 3, RECORDS_MOST = 21, PATIENCE_S = 5 };
 
 // ---- A disk that stands still or fails when told to, and a machine without threads ----------------------------------
 
@@ -18,7 +18,7 @@ static struct {
     pthread_cond_t opened;
     bool closed, waited_in_vain;
     uint32_t transactions; // begun since it was set
-    uint64_t fails_at;     // the step that a failing batch begins with; 0: none
+    uint64_t fails_at;     // the step that a failing submission begins with; 0: none
 } disk = {.lock = PTHREAD_MUTEX_INITIALIZER, .opened = PTHREAD_COND_INITIALIZER};
 static bool no_threads;
 
@@ -92,7 +92,7 @@ static struct writing begin(const char *folder) {
 static enum vw_status add(struct writing *writing) {
     const struct test_recording *recording = writing->recording;
     struct test_recording *lent = vw_allocate(1, sizeof *lent);
-    uint32_t count = recording->count - writing->added < BATCH ? recording->count - writing->added : BATCH;
+    uint32_t count = recording->count - writing->added < SUBMISSION ? recording->count - writing->added : SUBMISSION;
     memcpy(lent, recording, sizeof *lent);
     for (uint32_t i = 0; i < recording->count; i++) {
         struct vw_step_record *record = &lent->records[i];
@@ -158,7 +158,7 @@ FOLDER_TEST(what_waits_is_written_when_it_ends) {
     ASSERT_OK(add(&writing));
     set_disk(false, 0);
     vw_ledger_writer_destroy(&writing.writer);
-    assert_has(&writing, *state, 2 * BATCH);
+    assert_has(&writing, *state, 2 * SUBMISSION);
     end(&writing);
 }
 
@@ -170,7 +170,7 @@ FOLDER_TEST(what_waits_becomes_one_transaction) {
     ASSERT_OK(add(&writing));
     while (!transactions_begun()) usleep(100); // until the thread has taken it
     while (writing.added < writing.recording->count) ASSERT_OK(add(&writing));
-    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, BATCH - 1); // what is on disk
+    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, SUBMISSION - 1); // what is on disk
     set_disk(false, 0);
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
     assert_int_equal(transactions_begun(), 1); // since the disk moves again
@@ -227,10 +227,10 @@ FOLDER_TEST(a_failure_reaches_every_later_call) {
     struct writing writing = begin(*state);
     ASSERT_OK(add(&writing));
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
-    set_disk(true, BATCH);
+    set_disk(true, SUBMISSION);
     ASSERT_OK(add(&writing)); // fails later
     ASSERT_OK(add(&writing)); // waits, and is dropped
-    set_disk(false, BATCH);
+    set_disk(false, SUBMISSION);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(vw_ledger_writer_drain(writing.writer), VW_ERROR_IO);
         assert_string_equal(vw_error_message(), "the disk is gone; get another");
@@ -238,8 +238,8 @@ FOLDER_TEST(a_failure_reaches_every_later_call) {
         assert_int_equal(add(&writing), VW_ERROR_IO);
         assert_string_equal(vw_error_message(), "the disk is gone; get another");
     }
-    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, BATCH - 1);
-    assert_has(&writing, *state, BATCH);
+    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, SUBMISSION - 1);
+    assert_has(&writing, *state, SUBMISSION);
     end(&writing);
 }
 

@@ -14,7 +14,7 @@ enum { RUNS = 3, PHOTOS = 6, DEVICES = 2 };
 static const uint32_t epochs_of[RUNS] = {4, 2, 4}; // the second ends earlier
 
 struct observer {
-    bool stops; // once a batch has been taken
+    bool stops; // once a submission has been taken
     uint32_t reports;
     uint64_t step; // the last one shown
 };

@@ -23,10 +23,11 @@ enum vw_status __real_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_
                                       uint64_t size_bytes);
 enum vw_status __real_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
 enum vw_status __real_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __real_vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+void __real_vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                                struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
-void __real_vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
-                                            size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
+void __real_vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass,
+                                            const void *push, size_t push_bytes, struct vw_buffer *groups,
+                                            uint64_t offset_bytes);
 enum vw_status __real_vw_gpu_close(struct vw_gpu **gpu);
 
 // And as they are here.
@@ -39,10 +40,11 @@ enum vw_status __wrap_vw_buffer_write(struct vw_buffer *buffer, uint64_t offset_
                                       uint64_t size_bytes);
 enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_bytes, void *data, uint64_t size_bytes);
 enum vw_status __wrap_vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *params, struct vw_pass **pass);
-void __wrap_vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+void __wrap_vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                                struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes);
-void __wrap_vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
-                                            size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes);
+void __wrap_vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass,
+                                            const void *push, size_t push_bytes, struct vw_buffer *groups,
+                                            uint64_t offset_bytes);
 enum vw_status __wrap_vw_gpu_close(struct vw_gpu **gpu);
 
 enum {
@@ -161,14 +163,16 @@ enum vw_status __wrap_vw_buffer_read(struct vw_buffer *buffer, uint64_t offset_b
     return __real_vw_buffer_read(buffer, shift(buffer, offset_bytes), data, size_bytes);
 }
 
-void __wrap_vw_submission_copy(struct vw_submission *batch, struct vw_buffer *from, uint64_t from_offset_bytes,
+void __wrap_vw_submission_copy(struct vw_submission *submission, struct vw_buffer *from, uint64_t from_offset_bytes,
                                struct vw_buffer *to, uint64_t to_offset_bytes, uint64_t size_bytes) {
-    __real_vw_submission_copy(batch, from, shift(from, from_offset_bytes), to, shift(to, to_offset_bytes), size_bytes);
+    __real_vw_submission_copy(submission, from, shift(from, from_offset_bytes), to, shift(to, to_offset_bytes),
+                              size_bytes);
 }
 
-void __wrap_vw_submission_dispatch_indirect(struct vw_submission *batch, const struct vw_pass *pass, const void *push,
-                                            size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes) {
-    __real_vw_submission_dispatch_indirect(batch, pass, push, push_bytes, groups, shift(groups, offset_bytes));
+void __wrap_vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass,
+                                            const void *push, size_t push_bytes, struct vw_buffer *groups,
+                                            uint64_t offset_bytes) {
+    __real_vw_submission_dispatch_indirect(submission, pass, push, push_bytes, groups, shift(groups, offset_bytes));
 }
 
 // ---- Passes ---------------------------------------------------------------------------------------------------------

@@ -176,11 +176,12 @@ static inline void test_ledger_finish(struct vw_ledger *ledger, const char *stat
 }
 
 // Appends a corrupted run in batches of `batch` steps.
-static inline void test_ledger_append(struct vw_ledger *ledger, const struct test_trainer *trainer, uint32_t batch) {
+static inline void test_ledger_append(struct vw_ledger *ledger, const struct test_trainer *trainer,
+                                      uint32_t submission) {
     struct test_recording *recording = test_record(trainer);
     test_corruption(recording);
-    for (uint32_t first = 0; first < recording->count; first += batch) {
-        uint32_t some = recording->count - first < batch ? recording->count - first : batch;
+    for (uint32_t first = 0; first < recording->count; first += submission) {
+        uint32_t some = recording->count - first < submission ? recording->count - first : submission;
         ASSERT_OK(vw_ledger_append(ledger, &recording->records[first], some, test_validation_views));
     }
     free(recording);
@@ -188,10 +189,10 @@ static inline void test_ledger_append(struct vw_ledger *ledger, const struct tes
 
 // Records a finished run as folder/name; its path is to be freed.
 static inline char *test_ledger_record(const char *folder, const char *name, const struct test_trainer *trainer,
-                                       uint32_t batch) {
+                                       uint32_t submission) {
     char *path = vw_path_join(folder, name);
     struct vw_ledger *ledger = test_ledger_create(path);
-    test_ledger_append(ledger, trainer, batch);
+    test_ledger_append(ledger, trainer, submission);
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
     assert_null(ledger);

@@ -63,9 +63,9 @@ struct vw_trainer *test_trainer_open(struct vw_trainer_params params) {
 }
 
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
-                                       uint32_t steps_per_batch) {
+                                       uint32_t steps_per_submission) {
     return test_trainer_open((struct vw_trainer_params){
-        .scene = scene, .config = config, .validate = validate, .steps_per_batch = steps_per_batch});
+        .scene = scene, .config = config, .validate = validate, .steps_per_submission = steps_per_submission});
 }
 
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count) {
@@ -99,8 +99,8 @@ struct test_run *test_run_of(struct vw_trainer *trainer) {
 }
 
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
-                          uint32_t steps_per_batch) {
-    struct vw_trainer *trainer = test_trainer_create(scene, config, validate, steps_per_batch);
+                          uint32_t steps_per_submission) {
+    struct vw_trainer *trainer = test_trainer_create(scene, config, validate, steps_per_submission);
     struct test_run *run = test_run_of(trainer);
     test_release(trainer);
     return run;

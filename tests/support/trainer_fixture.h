@@ -21,7 +21,7 @@ struct vw_scene *test_scene(void);
 enum vw_status test_trainer_try(struct vw_trainer_params params, struct vw_trainer **trainer);
 struct vw_trainer *test_trainer_open(struct vw_trainer_params params);
 struct vw_trainer *test_trainer_create(const struct vw_scene *scene, const struct vw_config *config, bool validate,
-                                       uint32_t steps_per_batch);
+                                       uint32_t steps_per_submission);
 // Asserts that a trainer has no passes, buffers or params of any effect.
 void test_trainer_has_no_effects(const struct vw_trainer *trainer);
 
@@ -36,7 +36,7 @@ struct test_run {
 
 // A whole run.
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
-                          uint32_t steps_per_batch);
+                          uint32_t steps_per_submission);
 // The same, stopped after 2 steps per epoch and taken up by another trainer from a checkpoint.
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
 // Adds records as the trainer lends them.

@@ -146,10 +146,11 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     for (uint64_t i = 0; i < count; i++) lambda[i] = test_random_next(&random);
     ASSERT_OK(vw_buffer_write(adjoint->lambda, 0, lambda, model->param_bytes));
     uint32_t pixel = vw_step_replay_draw(&lasting->replay, STEP, 0),
-             view = vw_photo_order_view_of_step(lasting->replay.context->schedule, STEP);
-    vw_submission_begin(lasting->replay.batch);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->backward.blocks);
-    vw_adjoint_record_step(&lasting->backward, lasting->replay.batch, STEP, pixel, 0);
+             view = vw_photo_order_view_of_step(lasting->replay.context->photo_order, STEP);
+    vw_submission_begin(lasting->replay.submission);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, (uint32_t)STEP - 1,
+                              &lasting->backward.blocks);
+    vw_adjoint_record_step(&lasting->backward, lasting->replay.submission, STEP, pixel, 0);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     float *before = read_all(lasting->backward.blocks.before), *after = read_all(lasting->backward.blocks.after),
           *gradient = read_all(lasting->backward.blocks.gradient), *direction = read_all(lasting->backward.direction),
@@ -167,8 +168,8 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     check_value(where, "credit", STEP, (double)row.x + row.y, credit, 1e-5 * credit_size);
     const struct vw_push_rays push = {
         .first_pixel = pixel, .ray_count = lasting->backward.rays, .key = vw_model_key_of_step(model, STEP)};
-    vw_submission_begin(lasting->replay.batch);
-    vw_submission_dispatch(lasting->replay.batch, step->gradient.generate, &push, sizeof push, step->padded_rays);
+    vw_submission_begin(lasting->replay.submission);
+    vw_submission_dispatch(lasting->replay.submission, step->gradient.generate, &push, sizeof push, step->padded_rays);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     struct vw_ray *rays = read_all(step->ray_buffer);
     double(*places)[2] = places_of(lasting->replay.context, pixel, view, lasting->backward.rays);
@@ -244,9 +245,10 @@ static void check_score_gradient(struct vw_lasting *lasting, const char *where, 
     float *zero = test_allocate(count, sizeof *zero);
     for (uint32_t i = 0; i < lasting->backward.measure_count; i++)
         ASSERT_OK(vw_buffer_write(lasting->backward.kept[i].lambda, 0, zero, model->param_bytes));
-    vw_submission_begin(lasting->replay.batch);
-    vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, (uint32_t)STEP - 1, &lasting->backward.blocks);
-    vw_adjoint_record_state(&lasting->backward, lasting->replay.batch, 0, states);
+    vw_submission_begin(lasting->replay.submission);
+    vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, (uint32_t)STEP - 1,
+                              &lasting->backward.blocks);
+    vw_adjoint_record_state(&lasting->backward, lasting->replay.submission, 0, states);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     float *after = read_all(lasting->backward.blocks.after), *lambda = read_all(lasting->backward.kept[measure].lambda);
     struct vw_ray *rays = read_all(validation->evaluator.rays);

@@ -1,5 +1,5 @@
-// Decision 11: a run that goes on from a checkpoint, once or after every batch, leaves the rows and params of one that
-// never stopped; files that do not fit are refused and change nothing.
+// Decision 11: a run that goes on from a checkpoint, once or after every submission, leaves the rows and params of one
+// that never stopped; files that do not fit are refused and change nothing.
 #include "support/cmocka_test.h"
 
 #include "base/file.h"
@@ -28,7 +28,7 @@ static struct vw_config config_of(size_t index) {
     return config;
 }
 
-// Takes batches until step `until` is handed out, then collects what is in flight.
+// Takes submissions until step `until` is handed out, then collects what is in flight.
 static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_run *run) {
     const struct vw_step_record *records;
     uint32_t count;
@@ -67,8 +67,8 @@ TEST(a_run_in_parts_is_the_run) {
     temporary_folder_remove(folder);
 }
 
-// Collecting breaks the rhythm of two batches in flight at every step: no bit changes.
-TEST(collecting_after_every_batch_changes_nothing) {
+// Collecting breaks the rhythm of two submissions in flight at every step: no bit changes.
+TEST(collecting_after_every_submission_changes_nothing) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *whole = test_run(scene, &config, true, 2), *halting = test_allocate(1, sizeof *halting);

@@ -19,7 +19,7 @@ static struct vw_config config_of_form(uint32_t form) {
     return config;
 }
 
-TEST(every_field_learns_whatever_its_batches) {
+TEST(every_field_learns_whatever_its_submissions) {
     struct vw_scene *scene = test_scene();
     for (uint32_t form = 0; form < FORMS; form++) {
         struct vw_config config = config_of_form(form);

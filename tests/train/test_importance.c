@@ -69,9 +69,9 @@ TEST(validation_is_pure) {
 
 static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     step_bench_write_params(bench);
-    vw_submission_begin(bench->batch);
-    vw_step_record_gradients(&bench->step, bench->batch, 1, 0); // the same for all numbers
-    vw_step_record_update(&bench->step, bench->batch, number, extra);
+    vw_submission_begin(bench->submission);
+    vw_step_record_gradients(&bench->step, bench->submission, 1, 0); // the same for all numbers
+    vw_step_record_update(&bench->step, bench->submission, number, extra);
     step_bench_submit(bench);
     float *params = step_bench_read(bench, bench->field.params);
     double sum = 0.0;

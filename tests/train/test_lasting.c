@@ -171,26 +171,27 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
     uint64_t segment = (scaled - 1) / lasting->segment_steps;
     bool momentum = context->config->beta1 > 0;
     double psnr = 0.0;
-    vw_submission_begin(lasting->replay.batch);
-    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.submission);
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->replay.total_steps;
          first = step) {
-        bool nudged = false; // ends a batch: the host has to touch the state behind that step
-        vw_submission_begin(lasting->replay.batch);
-        for (; step <= lasting->replay.total_steps && step - first < lasting->replay.batch_steps && !nudged; step++) {
+        bool nudged = false; // ends a submission: the host has to touch the state behind that step
+        vw_submission_begin(lasting->replay.submission);
+        for (; step <= lasting->replay.total_steps && step - first < lasting->replay.submission_steps && !nudged;
+             step++) {
             uint32_t place = (uint32_t)(step - first), pixel = vw_step_replay_draw(&lasting->replay, step, place),
                      row = vw_step_replay_row(&lasting->replay, place);
             nudged = momentum && step == scaled;
             if (nudged)
-                vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.batch, step, pixel, row,
-                                            0);
+                vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.submission, step, pixel,
+                                            row, 0);
             else {
-                vw_step_record_gradients(context->step, lasting->replay.batch, step, pixel);
-                vw_step_record_update(context->step, lasting->replay.batch, step, step == scaled ? extra : 0.0f);
+                vw_step_record_gradients(context->step, lasting->replay.submission, step, pixel);
+                vw_step_record_update(context->step, lasting->replay.submission, step, step == scaled ? extra : 0.0f);
             }
             if (vw_lasting_is_state(lasting, step) && !nudged)
-                vw_validation_record(context->validation, lasting->replay.batch, row);
+                vw_validation_record(context->validation, lasting->replay.submission, row);
         }
         ASSERT_OK(vw_step_replay_run(&lasting->replay));
         const vw_float4 *rows = vw_buffer_map(context->scalars);
@@ -202,8 +203,8 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
         if (!nudged) continue;
         nudge(lasting, 0, extra);
         if (!vw_lasting_is_state(lasting, scaled)) continue;
-        vw_submission_begin(lasting->replay.batch);
-        vw_validation_record(context->validation, lasting->replay.batch, 0);
+        vw_submission_begin(lasting->replay.submission);
+        vw_validation_record(context->validation, lasting->replay.submission, 0);
         ASSERT_OK(vw_step_replay_run(&lasting->replay));
         psnr += vw_validation_read(context->validation, rows, NULL).val_psnr;
     }
@@ -308,7 +309,7 @@ TEST(bits_do_not_depend_on_the_way) {
 static bool go_back_with_views(const struct vw_scene *scene, const struct vw_config *config, uint64_t memory_bytes,
                                const char *path, struct vw_lasting_credit *by_step, double (*by_view)[VIEWS]) {
     const struct vw_lasting_credit *credits;
-    uint32_t count, batches = 0;
+    uint32_t count, submissions = 0;
     struct vw_lasting *lasting = open_lasting(scene, config, 0, true, memory_bytes, NULL);
     assert_int_equal(lasting->replay.context->validation->view_count, VIEWS);
     for (bool done = false; !done;) {
@@ -317,8 +318,8 @@ static bool go_back_with_views(const struct vw_scene *scene, const struct vw_con
             by_step[credits[i].step] = credits[i];
             memcpy(by_view[credits[i].step], credits[i].view_psnr, sizeof *by_view);
         }
-        batches += count > 0;
-        if (!path || batches != 2) continue;
+        submissions += count > 0;
+        if (!path || submissions != 2) continue;
         uint64_t next; // goes on in another backward pass, once
         ASSERT_OK(vw_lasting_save(lasting, path));
         vw_lasting_destroy(&lasting);

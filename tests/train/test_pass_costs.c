@@ -29,12 +29,12 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     snprintf(config.effects, sizeof config.effects, "%s", effects);
     config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // of the encoder, where it is on
     struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .timers = true});
-    const struct vw_trainer_params params = {// of longer batches not all dispatches are timed
+    const struct vw_trainer_params params = {// of longer submissions not all dispatches are timed
                                              .gpu = gpu,
                                              .scene = scene,
                                              .config = &config,
                                              .validate = true,
-                                             .steps_per_batch = 2};
+                                             .steps_per_submission = 2};
     struct vw_trainer *trainer = test_trainer_open(params);
     test_run_finish(trainer, run);
     vw_trainer_pass_costs(trainer, &costs);

@@ -27,7 +27,7 @@ static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
 
 static void draw(const struct vw_scene *scene, const struct vw_config *config, struct drawn_step *drawn) {
     *drawn = (struct drawn_step){0};
-    struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one batch
+    struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one submission
     drawn->jitter_seed = trainer->model.seed;
     drawn->run = test_allocate(1, sizeof *drawn->run);
     test_run_finish(trainer, drawn->run);

@@ -1,5 +1,5 @@
-// A trainer that is held takes no step beyond, whatever its batches hold, and its steps are those of one that was never
-// held.
+// A trainer that is held takes no step beyond, whatever its submissions hold, and its steps are those of one that was
+// never held.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

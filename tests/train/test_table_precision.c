@@ -114,7 +114,7 @@ TEST(halves_take_half_the_bytes) {
 
 // ---- Runs -----------------------------------------------------------------------------------------------------------
 
-// Whatever the batches, the same steps.
+// Whatever the submissions, the same steps.
 TEST(a_run_on_halves_gives_the_same_bits_again) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = config_of(VW_TABLE_FLOAT16), wide = config_of(VW_TABLE_FLOAT32);

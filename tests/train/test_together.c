@@ -7,7 +7,7 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-enum { TOGETHER = 3, STEPS_PER_BATCH = 4, COUNTED_MOST = 8 };
+enum { TOGETHER = 3, STEPS_PER_SUBMISSION = 4, COUNTED_MOST = 8 };
 
 // What differs between the trainings of a test: photos, seed and length.
 struct member {
@@ -33,7 +33,7 @@ static struct vw_submissions *open_submissions(void) {
     return test_own(submissions, destroy_submissions);
 }
 
-static struct vw_trainer *open_member(struct group *group, const struct member *member, uint32_t steps_per_batch,
+static struct vw_trainer *open_member(struct group *group, const struct member *member, uint32_t steps_per_submission,
                                       struct vw_submissions *submissions) {
     struct vw_config config = group->config;
     uint32_t *views = NULL, all = 0, count = 0;
@@ -42,31 +42,32 @@ static struct vw_trainer *open_member(struct group *group, const struct member *
         if (v != member->left_out) views[count++] = views[v];
     config.seed = member->seed;
     config.epochs = member->epochs;
-    struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
-                                                                              .scene = group->scene,
-                                                                              .config = &config,
-                                                                              .train_views = views,
-                                                                              .train_view_count = count,
-                                                                              .validate = true,
-                                                                              .submissions = submissions,
-                                                                              .steps_per_batch = steps_per_batch});
+    struct vw_trainer *trainer =
+        test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
+                                                     .scene = group->scene,
+                                                     .config = &config,
+                                                     .train_views = views,
+                                                     .train_view_count = count,
+                                                     .validate = true,
+                                                     .submissions = submissions,
+                                                     .steps_per_submission = steps_per_submission});
     free(views);
     return trainer;
 }
 
-static void open_group(const char *effects, uint32_t steps_per_batch, struct group *group) {
+static void open_group(const char *effects, uint32_t steps_per_submission, struct group *group) {
     *group = (struct group){.scene = test_scene(), .config = test_config()};
     strcpy(group->config.effects, effects);
     group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // of the encoder, where it is on
     group->submissions = open_submissions();
     for (uint32_t i = 0; i < TOGETHER; i++) {
-        group->trainers[i] = open_member(group, &members[i], steps_per_batch, group->submissions);
+        group->trainers[i] = open_member(group, &members[i], steps_per_submission, group->submissions);
         group->runs[i] = test_allocate(1, sizeof *group->runs[i]);
     }
 }
 
-// One batch of a training; whether it had steps to hand out.
-static bool take_batch(struct group *group, uint32_t index, bool collect) {
+// One submission of a training; whether it had steps to hand out.
+static bool take_submission(struct group *group, uint32_t index, bool collect) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
     if (!group->trainers[index]) return false;
@@ -78,12 +79,12 @@ static bool take_batch(struct group *group, uint32_t index, bool collect) {
 
 static bool take_round(struct group *group) {
     bool any = false;
-    for (uint32_t i = 0; i < TOGETHER; i++) any |= take_batch(group, i, false);
+    for (uint32_t i = 0; i < TOGETHER; i++) any |= take_submission(group, i, false);
     return any;
 }
 
 static void assert_as_alone(struct group *group, uint32_t index) {
-    struct vw_trainer *alone = open_member(group, &members[index], STEPS_PER_BATCH, NULL);
+    struct vw_trainer *alone = open_member(group, &members[index], STEPS_PER_SUBMISSION, NULL);
     struct test_run *expected = test_run_of(alone);
     test_run_finish(group->trainers[index], group->runs[index]);
     test_run_assert_same(expected, group->runs[index]);
@@ -92,11 +93,11 @@ static void assert_as_alone(struct group *group, uint32_t index) {
 TEST(bits_are_those_of_a_training_alone) {
     static const char *const effects[] = {"none", "appearance,occupancy,visibility", "appearance_encoder,transient",
                                           "appearance_encoder,sky"};
-    static const uint32_t batches[] = {STEPS_PER_BATCH, 0, 0, 0};
+    static const uint32_t submissions[] = {STEPS_PER_SUBMISSION, 0, 0, 0};
     for (size_t e = 0; e < VW_ARRAY_COUNT(effects); e++) {
         const size_t before = test_owned();
         struct group group;
-        open_group(effects[e], batches[e], &group);
+        open_group(effects[e], submissions[e], &group);
         while (take_round(&group))
             ;
         for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
@@ -110,11 +111,11 @@ TEST(each_goes_its_own_way) {
     struct group group;
     open_group("none", 2, &group);
     take_round(&group);
-    while (take_batch(&group, 1, true))
+    while (take_submission(&group, 1, true))
         ;
     assert_false(vw_trainer_in_flight(group.trainers[1]));
-    take_batch(&group, 0, false);
-    take_batch(&group, 0, false);
+    take_submission(&group, 0, false);
+    take_submission(&group, 0, false);
     assert_true(vw_trainer_in_flight(group.trainers[2]));
     test_release(group.trainers[2]);
     group.trainers[2] = NULL;
@@ -126,7 +127,7 @@ TEST(each_goes_its_own_way) {
 // Held, a training takes no step because others advance.
 TEST(a_held_training_stays) {
     struct group group;
-    open_group("none", STEPS_PER_BATCH, &group);
+    open_group("none", STEPS_PER_SUBMISSION, &group);
     vw_trainer_stop_after(group.trainers[1], 5);
     while (take_round(&group))
         ;
@@ -136,7 +137,7 @@ TEST(a_held_training_stays) {
     for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
 }
 
-// The second batch of as many trainings: what a step has of commands and of barriers.
+// The second submission of as many trainings: what a step has of commands and of barriers.
 static void count_epochs(uint32_t together, double *commands, double *barriers) {
     const size_t before = test_owned();
     struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};
@@ -145,11 +146,11 @@ static void count_epochs(uint32_t together, double *commands, double *barriers) 
     uint32_t count;
     for (uint32_t i = 0; i < together; i++) {
         const struct member member = {.left_out = i % 5, .seed = i, .epochs = 10};
-        trainers[i] = open_member(&group, &member, STEPS_PER_BATCH, group.submissions);
+        trainers[i] = open_member(&group, &member, STEPS_PER_SUBMISSION, group.submissions);
     }
     ASSERT_OK(vw_trainer_advance(trainers[0], &records, &count));
-    *commands = vw_submission_commands(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
-    *barriers = vw_submission_barriers(group.submissions->batches[1]) / (double)STEPS_PER_BATCH;
+    *commands = vw_submission_commands(group.submissions->submissions[1]) / (double)STEPS_PER_SUBMISSION;
+    *barriers = vw_submission_barriers(group.submissions->submissions[1]) / (double)STEPS_PER_SUBMISSION;
     for (uint32_t i = 0; i < together; i++) assert_true(vw_trainer_in_flight(trainers[i]));
     test_release_to(before);
 }
@@ -169,7 +170,7 @@ TEST(barriers_are_those_of_one) {
 TEST(pipelines_are_those_of_one) {
     struct group group;
     const uint32_t all = 100; // nothing is left out
-    open_group("appearance_code", STEPS_PER_BATCH, &group);
+    open_group("appearance_code", STEPS_PER_SUBMISSION, &group);
     uint32_t of_three = vw_gpu_pipeline_count(test_gpu());
     const struct member another = {.left_out = all, .seed = 99, .epochs = 5};
     open_member(&group, &another, 1, NULL);

@@ -26,15 +26,15 @@ TEST(a_run_repeats_bit_for_bit) {
     }
 }
 
-// On a CPU, where many steps in a batch gain nothing, cheap ones take no more memory than 64 default ones.
-TEST(batches_of_cheap_steps_stay_small) {
+// On a CPU, where many steps in a submission gain nothing, cheap ones take no more memory than 64 default ones.
+TEST(submissions_of_cheap_steps_stay_small) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     uint64_t pixel_bytes = vw_buffer_size_bytes(trainer->pixels);
-    assert_true(trainer->schedule.batch_steps_max > 64);
+    assert_true(trainer->photo_order.submission_steps_max > 64);
     if (vw_gpu_get_info(test_gpu())->kind == VW_GPU_CPU)
-        assert_true(pixel_bytes <= BATCHES_IN_FLIGHT * sizeof(struct vw_pixel) * 64 * vw_config_default.rays);
+        assert_true(pixel_bytes <= SUBMISSIONS_IN_FLIGHT * sizeof(struct vw_pixel) * 64 * vw_config_default.rays);
 }
 
 TEST(the_seed_changes_the_run) {
@@ -101,12 +101,12 @@ TEST(validation_is_pure) {
         ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
         free(rgb);
         struct vw_push_reduce push = {.count = TEST_VALS};
-        vw_submission_begin(trainer->submissions->batches[0]);
-        vw_evaluator_record(&trainer->validation.evaluator, trainer->submissions->batches[0]);
-        vw_submission_dispatch(trainer->submissions->batches[0], trainer->validation.reduce_views, &push, sizeof push,
-                               64 * TEST_VALS);
-        ASSERT_OK(vw_submission_submit(trainer->submissions->batches[0]));
-        ASSERT_OK(vw_submission_wait(trainer->submissions->batches[0]));
+        vw_submission_begin(trainer->submissions->submissions[0]);
+        vw_evaluator_record(&trainer->validation.evaluator, trainer->submissions->submissions[0]);
+        vw_submission_dispatch(trainer->submissions->submissions[0], trainer->validation.reduce_views, &push,
+                               sizeof push, 64 * TEST_VALS);
+        ASSERT_OK(vw_submission_submit(trainer->submissions->submissions[0]));
+        ASSERT_OK(vw_submission_wait(trainer->submissions->submissions[0]));
         const vw_float4 *rows = vw_buffer_map(trainer->scalars);
         for (uint32_t i = 0; i < TEST_VALS; i++)
             assert_true(

@@ -12,7 +12,7 @@
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
-enum { ROUNDS = 8, STEPS_PER_BATCH = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
+enum { ROUNDS = 8, STEPS_PER_SUBMISSION = 2, PIXELS_OF_VIEW_MAX = 1 << 16 };
 
 // ---- Recorded measurements ----
 
@@ -60,7 +60,7 @@ static struct vw_trainer_params params_of(const struct vw_session *session, cons
                                       .effects = effects,
                                       .effect_count = session->effect_count,
                                       .validate = validate,
-                                      .steps_per_batch = STEPS_PER_BATCH};
+                                      .steps_per_submission = STEPS_PER_SUBMISSION};
 }
 
 // Switches the verdicts of the base on and off as the configuration says.

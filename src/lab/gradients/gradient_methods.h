@@ -1,6 +1,7 @@
 // Scores of photos from gradients along a finished training, without another one: first and second order of In-Run Data
 // Shapley, TracIn, and influence functions. Each replays the training forwards (step_replay.h) and works with the
-// passes of the backward sweep, which says what it refuses (VW_ERROR_USAGE, sweep_passes_check). U is validation PSNR.
+// passes of the backward gradient_replay, which says what it refuses (VW_ERROR_USAGE, sweep_passes_check). U is
+// validation PSNR.
 #ifndef VIEWWORTH_LAB_GRADIENTS_GRADIENT_METHODS_H
 #define VIEWWORTH_LAB_GRADIENTS_GRADIENT_METHODS_H
 
@@ -11,7 +12,7 @@ struct vw_gradient_params {
     const struct vw_trainer_params *training; // params of the run's training; `validate` set; borrowed for the call
     vw_step_replayed *replayed;               // NULL: not called
     void *context;
-    struct vw_interrupt interrupt; // asked between batches: VW_ERROR_INTERRUPTED
+    struct vw_interrupt interrupt; // asked between submissions: VW_ERROR_INTERRUPTED
 };
 
 // In-Run Data Shapley (Wang et al. 2024): what a step d, as the optimiser took it, changes in U there and then. A step

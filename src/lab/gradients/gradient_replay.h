@@ -8,26 +8,27 @@
 
 struct vw_gradient_replay {
     struct vw_step_replay replay;
-    struct vw_adjoint_passes passes; // passes for PSNR alone; two rows for every step of a batch
+    struct vw_adjoint_passes passes; // passes for PSNR alone; two rows for every step of a submission
     struct vw_interrupt interrupt;
     struct vw_buffer *zeros;  // a block
     struct vw_snapshot state; // that photos are tried from
     uint64_t step;            // the last step in the state on the device
 };
 
-enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params, struct vw_gradient_replay *sweep);
-void vw_gradient_replay_destroy(struct vw_gradient_replay *sweep);
-enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_replay *sweep);
+enum vw_status vw_gradient_replay_create(const struct vw_gradient_params *params,
+                                         struct vw_gradient_replay *gradient_replay);
+void vw_gradient_replay_destroy(struct vw_gradient_replay *gradient_replay);
+enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_replay *gradient_replay);
 
 // Takes the steps up to this one.
-enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *sweep, uint64_t step);
+enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *gradient_replay, uint64_t step);
 // Records the passes that set the adjoint to the gradient of U in the state on the device; that state is copied to the
 // block `after`.
-void vw_gradient_replay_record_validation(const struct vw_gradient_replay *sweep, uint32_t scalar_row);
+void vw_gradient_replay_record_validation(const struct vw_gradient_replay *gradient_replay, uint32_t scalar_row);
 // Sets the adjoint to 0; records.
-void vw_gradient_replay_record_zero(const struct vw_gradient_replay *sweep);
+void vw_gradient_replay_record_zero(const struct vw_gradient_replay *gradient_replay);
 // Returns a product that vw_adjoint_record_multiply has written; NaN if it was not finite.
-double vw_gradient_replay_read(const struct vw_gradient_replay *sweep, uint32_t row);
+double vw_gradient_replay_read(const struct vw_gradient_replay *gradient_replay, uint32_t row);
 
 // The adjoint times what step `number` would be, were it taken on a photo from the state on the device, and times its
 // gradient.
@@ -35,7 +36,7 @@ struct vw_photo_products {
     double by_step, by_gradient; // NaN where the step was not finite
 };
 // Computes the products of every photo that is trained on. Afterwards the state on the device is as it was.
-enum vw_status vw_gradient_replay_try_photos(struct vw_gradient_replay *sweep, uint64_t number,
+enum vw_status vw_gradient_replay_try_photos(struct vw_gradient_replay *gradient_replay, uint64_t number,
                                              struct vw_photo_products *products);
 
 #endif

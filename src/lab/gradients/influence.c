@@ -12,16 +12,17 @@ static double bias_correction(double beta, double visits) { return 1.0 - pow(bet
 
 // Returns Adam's step per gradient for a param with this second moment: the learning rate over Adam's divisor.
 static double rate_of(const struct vw_influence *influence, double moment2, double visits) {
-    const struct vw_trainer_parts *context = influence->sweep.replay.context;
+    const struct vw_trainer_parts *context = influence->gradient_replay.replay.context;
     const struct vw_specialization *s = &context->field->model->specialization;
-    double rate = context->config->learning_rate * vw_model_rate_of_step(context->field->model, influence->sweep.step);
+    double rate =
+        context->config->learning_rate * vw_model_rate_of_step(context->field->model, influence->gradient_replay.step);
     if (context->config->optimizer == VW_OPTIMIZER_SGD) return rate;
     if (visits == 0.0) return 0.0; // nothing is known of it, and training has never moved it
     return rate / (sqrt(moment2 / bias_correction(s->beta2, visits)) + (double)s->gradient_quantum * s->inverse_rays);
 }
 
 static enum vw_status read_grid_rates(struct vw_influence *influence) {
-    const struct vw_trainer_parts *context = influence->sweep.replay.context;
+    const struct vw_trainer_parts *context = influence->gradient_replay.replay.context;
     const struct vw_model *model = context->field->model;
     bool lazy = context->config->optimizer == VW_OPTIMIZER_LAZY_ADAM;
     double *rates = influence->rates + model->grid.offset_bytes / sizeof(float);
@@ -31,25 +32,26 @@ static enum vw_status read_grid_rates(struct vw_influence *influence) {
     if (!status)
         status = vw_buffer_read(context->step->grid_visits, 0, visits, sizeof *visits * (uint64_t)model->pair_count);
     for (uint64_t i = 0; i < 2ull * model->pair_count && !status; i++)
-        rates[i] = rate_of(influence, influence->block[i], lazy ? visits[i / 2] : (double)influence->sweep.step);
+        rates[i] =
+            rate_of(influence, influence->block[i], lazy ? visits[i / 2] : (double)influence->gradient_replay.step);
     free(visits);
     return status;
 }
 
 // Reads the rates of the weights and the sky.
 static enum vw_status read_weight_rates(struct vw_influence *influence) {
-    const struct vw_step_passes *step = influence->sweep.replay.context->step;
+    const struct vw_step_passes *step = influence->gradient_replay.replay.context->step;
     const struct vw_model *model = step->field->model;
     uint64_t moved_bytes = 16ull * model->moved_columns, moved = 4ull * model->followed_columns;
     double *rates = influence->rates + model->weights.offset_bytes / sizeof(float);
     enum vw_status status = vw_buffer_read(step->weight_moments, moved_bytes, influence->block, moved_bytes);
     for (uint64_t i = 0; i < moved && !status; i++)
-        rates[i] = rate_of(influence, influence->block[i], (double)influence->sweep.step);
+        rates[i] = rate_of(influence, influence->block[i], (double)influence->gradient_replay.step);
     return status;
 }
 
 static enum vw_status read_rates(struct vw_influence *influence) {
-    const struct vw_model *model = influence->sweep.replay.context->field->model;
+    const struct vw_model *model = influence->gradient_replay.replay.context->field->model;
     enum vw_status status = model->grid.size_bytes ? read_grid_rates(influence) : VW_OK;
     return !status ? read_weight_rates(influence) : status;
 }
@@ -65,17 +67,17 @@ static double size_of(const struct vw_influence *influence, const double *values
 }
 
 static enum vw_status read_adjoint(const struct vw_influence *influence) {
-    return vw_buffer_read(influence->sweep.passes.adjoint.blocks.lambda, 0, influence->block,
+    return vw_buffer_read(influence->gradient_replay.passes.adjoint.blocks.lambda, 0, influence->block,
                           influence->count * sizeof *influence->block);
 }
 
 static enum vw_status find_pull(struct vw_influence *influence) {
-    struct vw_gradient_replay *sweep = &influence->sweep;
-    vw_submission_begin(sweep->replay.batch);
-    vw_gradient_replay_record_validation(sweep, 0);
-    vw_submission_copy(sweep->replay.batch, sweep->replay.context->field->params, 0, sweep->passes.blocks.before, 0,
-                       influence->count * sizeof(float));
-    enum vw_status status = vw_step_replay_run(&sweep->replay);
+    struct vw_gradient_replay *gradient_replay = &influence->gradient_replay;
+    vw_submission_begin(gradient_replay->replay.submission);
+    vw_gradient_replay_record_validation(gradient_replay, 0);
+    vw_submission_copy(gradient_replay->replay.submission, gradient_replay->replay.context->field->params, 0,
+                       gradient_replay->passes.blocks.before, 0, influence->count * sizeof(float));
+    enum vw_status status = vw_step_replay_run(&gradient_replay->replay);
     if (!status) status = read_adjoint(influence);
     for (uint64_t i = 0; i < influence->count && !status; i++)
         influence->pull[i] = influence->rates[i] * influence->block[i];
@@ -83,18 +85,18 @@ static enum vw_status find_pull(struct vw_influence *influence) {
 }
 
 enum vw_status vw_influence_multiply(struct vw_influence *influence, uint32_t index) {
-    struct vw_gradient_replay *sweep = &influence->sweep;
-    const struct vw_step_replay *replay = &sweep->replay;
-    const struct vw_photo_order *schedule = replay->context->schedule;
-    uint64_t number = sweep->step + 1 + index; // no step of the training has its draws
+    struct vw_gradient_replay *gradient_replay = &influence->gradient_replay;
+    const struct vw_step_replay *replay = &gradient_replay->replay;
+    const struct vw_photo_order *photo_order = replay->context->photo_order;
+    uint64_t number = gradient_replay->step + 1 + index; // no step of the training has its draws
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->x[i];
-    enum vw_status status = vw_adjoint_set_direction(&sweep->passes, influence->block);
+    enum vw_status status = vw_adjoint_set_direction(&gradient_replay->passes, influence->block);
     if (status) return status;
-    vw_submission_begin(replay->batch);
+    vw_submission_begin(replay->submission);
     uint32_t pixel =
-        vw_step_replay_draw_photo(replay, schedule->train_views[index % schedule->train_count], number, 0, 0);
-    vw_gradient_replay_record_zero(sweep);
-    vw_adjoint_record_curvature(&sweep->passes, replay->batch, number, pixel);
+        vw_step_replay_draw_photo(replay, photo_order->train_views[index % photo_order->train_count], number, 0, 0);
+    vw_gradient_replay_record_zero(gradient_replay);
+    vw_adjoint_record_curvature(&gradient_replay->passes, replay->submission, number, pixel);
     status = vw_step_replay_run(replay);
     return !status ? read_adjoint(influence) : status;
 }
@@ -120,7 +122,7 @@ static enum vw_status try_scale(struct vw_influence *influence, struct vw_influe
     for (uint64_t i = 0; i < influence->count; i++) influence->x[i] = influence->pull[i], influence->mean[i] = 0.0;
     influence->size = size_of(influence, influence->x);
     for (uint32_t k = 0; k < influence->settings.iterations && holds && !status; k++) {
-        status = vw_gradient_replay_check_interrupt(&influence->sweep);
+        status = vw_gradient_replay_check_interrupt(&influence->gradient_replay);
         if (!status) status = iterate(influence, k, &holds);
         for (uint64_t i = 0; i < influence->count && k >= influence->first_counted; i++)
             influence->mean[i] += influence->x[i] / (counted * influence->scale);
@@ -155,26 +157,26 @@ enum vw_status vw_influence_solve(struct vw_influence *influence, struct vw_infl
 // ---- Scores ---------------------------------------------------------------------------------------------------------
 
 // Restores the params, which the products have overwritten.
-static enum vw_status restore_params(const struct vw_gradient_replay *sweep) {
-    vw_submission_begin(sweep->replay.batch);
-    vw_submission_copy(sweep->replay.batch, sweep->passes.blocks.before, 0, sweep->replay.context->field->params, 0,
-                       vw_buffer_size_bytes(sweep->zeros));
-    return vw_step_replay_run(&sweep->replay);
+static enum vw_status restore_params(const struct vw_gradient_replay *gradient_replay) {
+    vw_submission_begin(gradient_replay->replay.submission);
+    vw_submission_copy(gradient_replay->replay.submission, gradient_replay->passes.blocks.before, 0,
+                       gradient_replay->replay.context->field->params, 0, vw_buffer_size_bytes(gradient_replay->zeros));
+    return vw_step_replay_run(&gradient_replay->replay);
 }
 
 enum vw_status vw_influence_score(struct vw_influence *influence, double *scores) {
-    struct vw_gradient_replay *sweep = &influence->sweep;
-    uint32_t photos = sweep->replay.context->schedule->train_count, draws = influence->settings.draws;
+    struct vw_gradient_replay *gradient_replay = &influence->gradient_replay;
+    uint32_t photos = gradient_replay->replay.context->photo_order->train_count, draws = influence->settings.draws;
     struct vw_photo_products *products = vw_allocate(photos, sizeof *products);
     if (!products) return VW_ERROR_MEMORY;
     for (uint64_t i = 0; i < influence->count; i++) influence->block[i] = (float)influence->mean[i];
-    enum vw_status status = restore_params(sweep);
+    enum vw_status status = restore_params(gradient_replay);
     if (!status)
-        status = vw_buffer_write(sweep->passes.adjoint.blocks.lambda, 0, influence->block,
+        status = vw_buffer_write(gradient_replay->passes.adjoint.blocks.lambda, 0, influence->block,
                                  influence->count * sizeof *influence->block);
     for (uint32_t i = 0; i < photos; i++) scores[i] = 0.0;
     for (uint32_t draw = 0; draw < draws && !status; draw++) {
-        status = vw_gradient_replay_try_photos(sweep, sweep->step + 1 + draw, products);
+        status = vw_gradient_replay_try_photos(gradient_replay, gradient_replay->step + 1 + draw, products);
         for (uint32_t i = 0; i < photos && !status; i++)
             scores[i] -= products[i].by_gradient / ((double)draws * photos);
     }
@@ -184,7 +186,7 @@ enum vw_status vw_influence_score(struct vw_influence *influence, double *scores
 
 static void set_defaults(struct vw_influence *influence) {
     struct vw_influence_settings *settings = &influence->settings;
-    uint32_t photos = influence->sweep.replay.context->schedule->train_count;
+    uint32_t photos = influence->gradient_replay.replay.context->photo_order->train_count;
     if (!settings->damping) settings->damping = VW_INFLUENCE_DAMPING;
     if (!settings->scale) settings->scale = 1;
     if (!settings->scale_max) settings->scale_max = VW_INFLUENCE_SCALE_MAX;
@@ -198,7 +200,7 @@ static void set_defaults(struct vw_influence *influence) {
 
 static enum vw_status allocate(struct vw_influence *influence) {
     double **vectors[] = {&influence->rates, &influence->pull, &influence->x, &influence->carried, &influence->mean};
-    influence->count = influence->sweep.replay.context->field->model->param_bytes / sizeof(float);
+    influence->count = influence->gradient_replay.replay.context->field->model->param_bytes / sizeof(float);
     influence->block = vw_allocate(influence->count, sizeof *influence->block);
     bool all = influence->block != NULL;
     for (size_t i = 0; i < VW_ARRAY_COUNT(vectors); i++) {
@@ -211,9 +213,10 @@ static enum vw_status allocate(struct vw_influence *influence) {
 enum vw_status vw_influence_create(const struct vw_gradient_params *params,
                                    const struct vw_influence_settings *settings, struct vw_influence *influence) {
     *influence = (struct vw_influence){.settings = *settings};
-    enum vw_status status = vw_gradient_replay_create(params, &influence->sweep);
+    enum vw_status status = vw_gradient_replay_create(params, &influence->gradient_replay);
     if (!status) status = allocate(influence);
-    if (!status) status = vw_gradient_replay_go_to(&influence->sweep, influence->sweep.replay.total_steps);
+    if (!status)
+        status = vw_gradient_replay_go_to(&influence->gradient_replay, influence->gradient_replay.replay.total_steps);
     if (status) return status;
     set_defaults(influence);
     status = read_rates(influence);
@@ -224,7 +227,7 @@ void vw_influence_destroy(struct vw_influence *influence) {
     double *vectors[] = {influence->rates, influence->pull, influence->x, influence->carried, influence->mean};
     for (size_t i = 0; i < VW_ARRAY_COUNT(vectors); i++) free(vectors[i]);
     free(influence->block);
-    vw_gradient_replay_destroy(&influence->sweep);
+    vw_gradient_replay_destroy(&influence->gradient_replay);
 }
 
 enum vw_status vw_influence_scores(const struct vw_gradient_params *params,
@@ -235,7 +238,8 @@ enum vw_status vw_influence_scores(const struct vw_gradient_params *params,
     enum vw_status status = vw_influence_create(params, settings, &influence);
     if (!status) status = vw_influence_solve(&influence, result);
     if (!status && result->found) status = vw_influence_score(&influence, scores);
-    for (uint32_t i = 0; !status && !result->found && i < influence.sweep.replay.context->schedule->train_count; i++)
+    for (uint32_t i = 0;
+         !status && !result->found && i < influence.gradient_replay.replay.context->photo_order->train_count; i++)
         scores[i] = NAN;
     vw_influence_destroy(&influence);
     return status;

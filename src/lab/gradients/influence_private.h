@@ -5,7 +5,7 @@
 #include "lab/gradients/gradient_replay.h"
 
 struct vw_influence {
-    struct vw_gradient_replay sweep;
+    struct vw_gradient_replay gradient_replay;
     struct vw_influence_settings settings; // without zeros
     uint64_t count;                        // params
     float *block;                          // owned; scratch: what is exchanged with the device

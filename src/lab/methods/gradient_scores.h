@@ -15,7 +15,7 @@ struct vw_gradient_scores_params {
     uint32_t epochs;               // that the run must have; 0: any
     const char *out;               // folder of a finished run of value: its ledger is read, and nothing is written
     const char *store;             // path of a table of scores that are known, and are to be; NULL: none
-    struct vw_interrupt interrupt; // asked between batches; what was finished is in the store
+    struct vw_interrupt interrupt; // asked between submissions; what was finished is in the store
 };
 // Fills scores[method][photo], photos of the split train in ascending order, more = better, in dB, for the methods
 // whose scores are not NULL; NaN where a method has found none. `seconds`: the CPU time of their passes, as it was when

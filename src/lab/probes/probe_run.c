@@ -60,7 +60,7 @@ static enum vw_status open_trainer(struct work *work) {
     enum vw_status status = vw_trainer_create(&params, &work->trainer);
     if (!status) status = vw_prober_create(work->trainer, &work->prober);
     if (status) return status;
-    struct vw_photo_order *order = work->prober.parts->schedule;
+    struct vw_photo_order *order = work->prober.parts->photo_order;
     uint32_t epochs = (uint32_t)((work->record_count - 1) / order->train_count),
              burn_in = work->run.config.burn_in_epochs, counted = epochs > burn_in ? epochs - burn_in : 0;
     work->plan = (struct vw_probe_plan){order, burn_in, epochs, work->params->same_state};

@@ -13,12 +13,12 @@ const char *const vw_probe_kind_names[VW_PROBE_KINDS] = {
 
 enum vw_status vw_prober_create(struct vw_trainer *trainer, struct vw_prober *prober) {
     const struct vw_trainer_parts *parts = vw_trainer_get_parts(trainer);
-    const struct vw_photo_order *order = parts->schedule;
+    const struct vw_photo_order *order = parts->photo_order;
     *prober =
         (struct vw_prober){.parts = parts, .zero_rate_model = *parts->field->model, .zero_rate_field = *parts->field};
     prober->zero_rate_model.specialization.learning_rate = 0.0f;
     prober->zero_rate_field.model = &prober->zero_rate_model;
-    enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->config, parts->schedule, parts->pixels,
+    enum vw_status status = vw_step_create(&prober->zero_rate_field, parts->config, parts->photo_order, parts->pixels,
                                            parts->scalars, &prober->zero_rate_step);
     if (!status) status = vw_snapshot_create(parts->step, &prober->snapshot);
     if (!status) status = vw_submission_create(parts->field->gpu, &prober->submission);
@@ -79,7 +79,7 @@ static enum vw_status take_some(const struct vw_prober *prober, uint64_t step, s
 
 enum vw_status vw_prober_take(const struct vw_prober *prober, uint64_t next_step, struct vw_probe *probes,
                               uint32_t count) {
-    uint32_t room = prober->parts->schedule->batch_steps, some = 0;
+    uint32_t room = prober->parts->photo_order->submission_steps, some = 0;
     enum vw_status status = VW_OK;
     for (uint32_t first = 0; first < count && !status; first += some) {
         some = count - first < room ? count - first : room;

@@ -188,7 +188,7 @@ static bool is_repeated(const char *const *outs, uint32_t place) {
 }
 
 static enum vw_status add_folder(struct gathering *gathering, const char *out) {
-    static const char remedy[] = "give a folder that value, reproduce, compare, tradeoff or batch made";
+    static const char remedy[] = "give a folder that value, compare, tradeoff or batch made";
     size_t files = gathering->files.count;
     bool found = false;
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);

@@ -18,7 +18,7 @@ struct vw_recipe_tracer {
     uint32_t range_pixels; // at most this many at a time
     struct vw_buffer *cameras, *shapes, *pixels;
     struct vw_pass *pass;
-    struct vw_submission *batch;
+    struct vw_submission *submission;
 };
 
 // Takes the camera itself as the reference position: recipes stay near their boxes.
@@ -103,7 +103,7 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
     if (!status) status = make_shapes(gpu, recipe, &made->shapes);
     if (!status) status = vw_buffer_create(gpu, &pixels, &made->pixels);
     if (!status) status = make_pass(gpu, scene, made);
-    if (!status) status = vw_submission_create(gpu, &made->batch);
+    if (!status) status = vw_submission_create(gpu, &made->submission);
     if (status) vw_recipe_tracer_destroy(&made);
     else *tracer = made;
     return status;
@@ -112,7 +112,7 @@ enum vw_status vw_recipe_tracer_create(struct vw_gpu *gpu, const struct vw_recip
 void vw_recipe_tracer_destroy(struct vw_recipe_tracer **tracer) {
     struct vw_recipe_tracer *ending = *tracer;
     if (!ending) return;
-    vw_submission_destroy(&ending->batch);
+    vw_submission_destroy(&ending->submission);
     vw_pass_destroy(&ending->pass);
     vw_buffer_destroy(&ending->pixels);
     vw_buffer_destroy(&ending->shapes);
@@ -152,10 +152,10 @@ enum vw_status vw_recipe_trace(struct vw_recipe_tracer *tracer, uint32_t view, s
     for (; push.first_pixel < pixel_count; push.first_pixel += push.pixel_count) {
         uint32_t left = pixel_count - push.first_pixel;
         push.pixel_count = left < tracer->range_pixels ? left : tracer->range_pixels;
-        vw_submission_begin(tracer->batch);
-        vw_submission_dispatch(tracer->batch, tracer->pass, &push, sizeof push, push.pixel_count);
-        enum vw_status status = vw_submission_submit(tracer->batch);
-        if (!status) status = vw_submission_wait(tracer->batch);
+        vw_submission_begin(tracer->submission);
+        vw_submission_dispatch(tracer->submission, tracer->pass, &push, sizeof push, push.pixel_count);
+        enum vw_status status = vw_submission_submit(tracer->submission);
+        if (!status) status = vw_submission_wait(tracer->submission);
         if (status) return status;
         memcpy(photo->pixels + push.first_pixel, vw_buffer_map(tracer->pixels),
                push.pixel_count * sizeof *photo->pixels);

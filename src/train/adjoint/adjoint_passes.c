@@ -37,11 +37,12 @@ static uint64_t adjoint_bytes(const struct vw_model *model) {
     return model->param_bytes * (model->specialization.momentum ? 2 : 1);
 }
 
-static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_t batch_steps) {
+static enum vw_status create_buffers(struct vw_adjoint_passes *backward, uint32_t submission_steps) {
     const struct vw_trainer_parts *context = backward->context;
     const struct vw_model *model = model_of(backward);
     uint64_t block = model->param_bytes, momentum = model->specialization.momentum ? block : 0;
-    const struct vw_buffer_row rows = {&backward->rows, "adjoint_rows", 16ull * backward->measure_count * batch_steps};
+    const struct vw_buffer_row rows = {&backward->rows, "adjoint_rows",
+                                       16ull * backward->measure_count * submission_steps};
     const struct vw_buffer_row buffers[] = {
         {&backward->blocks.before, "params_before", block},
         {&backward->blocks.after, "params_after", block},
@@ -250,7 +251,7 @@ enum vw_status vw_adjoint_create(const struct vw_trainer_parts *context, const s
     backward->kept_by_host = views * adjoint_bytes(context->field->model) > params->views_memory_bytes;
     backward->padded_rays = vw_model_pad_rays(context->field->model, backward->rays);
     enum vw_status status = vw_adjoint_check(context);
-    if (!status) status = create_buffers(backward, params->batch_steps);
+    if (!status) status = create_buffers(backward, params->submission_steps);
     if (!status) status = create_val_rays(backward);
     if (!status) status = create_step_passes(backward);
     if (!status) status = create_view_passes(backward);
@@ -276,86 +277,86 @@ uint64_t vw_adjoint_views_bytes(const struct vw_adjoint_passes *backward) {
 
 // Records a gather. `photos`: includes the params that belong to photos, for `rays` rays of one of them.
 static void record_gather(const struct vw_adjoint_passes *backward, const struct vw_gathered *gathered,
-                          struct vw_submission *batch, bool adds, bool photos, uint32_t rays) {
+                          struct vw_submission *submission, bool adds, bool photos, uint32_t rays) {
     const struct vw_model *model = model_of(backward);
     struct vw_push_gather push = {.adds = adds};
     for (uint32_t i = 0; i < model->window_count; i++) {
         push.count = model->windows[i].pair_count;
-        vw_submission_dispatch(batch, gathered->grid[i], &push, sizeof push, push.count);
+        vw_submission_dispatch(submission, gathered->grid[i], &push, sizeof push, push.count);
     }
     push.count = model->followed_columns;
-    vw_submission_dispatch(batch, gathered->weights, &push, sizeof push, push.count);
+    vw_submission_dispatch(submission, gathered->weights, &push, sizeof push, push.count);
     push.count = rays;
     for (uint32_t i = 0; i < model->effect_count && photos; i++)
-        if (gathered->photos[i]) vw_submission_dispatch(batch, gathered->photos[i], &push, sizeof push, 1);
+        if (gathered->photos[i]) vw_submission_dispatch(submission, gathered->photos[i], &push, sizeof push, 1);
 }
 
 // Records a step as vw_step_record_passes() takes it, with its gradient in a block.
-static void record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
+static void record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                         uint32_t first_pixel, uint32_t scalar_row) {
     const struct vw_step_passes *step = backward->context->step;
-    vw_step_record_gradients(step, batch, number, first_pixel);
-    record_gather(backward, &backward->step_gradient, batch, false, true, step->padded_rays);
-    vw_step_record_update(step, batch, number, 0);
-    vw_step_record_loss(step, batch, scalar_row);
+    vw_step_record_gradients(step, submission, number, first_pixel);
+    record_gather(backward, &backward->step_gradient, submission, false, true, step->padded_rays);
+    vw_step_record_update(step, submission, number, 0);
+    vw_step_record_loss(step, submission, scalar_row);
 }
 
 void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
-                                 struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
+                                 struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
                                  uint32_t scalar_row, uint32_t place) {
-    vw_kept_steps_record_before(kept, batch, place);
-    record_step(backward, batch, number, first_pixel, scalar_row);
-    vw_kept_steps_record_gradient(kept, batch, backward->blocks.gradient, place);
-    vw_kept_steps_record_after(kept, batch, place);
+    vw_kept_steps_record_before(kept, submission, place);
+    record_step(backward, submission, number, first_pixel, scalar_row);
+    vw_kept_steps_record_gradient(kept, submission, backward->blocks.gradient, place);
+    vw_kept_steps_record_after(kept, submission, place);
 }
 
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
-                                uint32_t first_pixel, uint32_t scalar_row) {
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row) {
     uint64_t bytes = model_of(backward)->param_bytes;
-    vw_submission_copy(batch, backward->context->field->params, 0, backward->blocks.before, 0, bytes);
-    record_step(backward, batch, number, first_pixel, scalar_row);
-    vw_submission_copy(batch, backward->context->field->params, 0, backward->blocks.after, 0, bytes);
+    vw_submission_copy(submission, backward->context->field->params, 0, backward->blocks.before, 0, bytes);
+    record_step(backward, submission, number, first_pixel, scalar_row);
+    vw_submission_copy(submission, backward->context->field->params, 0, backward->blocks.after, 0, bytes);
 }
 
-static void record_copy(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
+static void record_copy(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                         const struct vw_adjoint_blocks *from, const struct vw_adjoint_blocks *to) {
     uint64_t bytes = model_of(backward)->param_bytes;
-    vw_submission_copy(batch, from->lambda, 0, to->lambda, 0, bytes);
-    if (from->moment) vw_submission_copy(batch, from->moment, 0, to->moment, 0, bytes);
+    vw_submission_copy(submission, from->lambda, 0, to->lambda, 0, bytes);
+    if (from->moment) vw_submission_copy(submission, from->moment, 0, to->moment, 0, bytes);
 }
 
-static void record_restore(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
+static void record_restore(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            struct vw_buffer *block) {
-    vw_submission_copy(batch, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
+    vw_submission_copy(submission, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
 }
 
 // Records the way back from the slopes of validation's rays, as many at a time as a step has.
-static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *batch) {
+static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission) {
     const struct vw_step_passes *step = backward->context->step;
     uint32_t rays = backward->context->validation->evaluator.ray_count;
     for (uint32_t piece = 0; piece < rays; piece += step->padded_rays) {
         uint32_t count = rays - piece < step->padded_rays ? rays - piece : step->padded_rays;
-        vw_submission_copy(batch, backward->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
+        vw_submission_copy(submission, backward->val_rays, sizeof(struct vw_ray) * piece, step->ray_buffer, 0,
                            sizeof(struct vw_ray) * count);
         for (uint32_t first = 0; first < count; first += step->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, count, first, (vw_uint4){0});
-            vw_gradient_record_chunk(step, &backward->validation, batch, &chunk);
+            vw_gradient_record_chunk(step, &backward->validation, submission, &chunk);
         }
-        vw_gradient_record_end(step, &backward->validation, batch, count);
-        record_gather(backward, &backward->adjoint.sum, batch, true, false, 0);
+        vw_gradient_record_end(step, &backward->validation, submission, count);
+        record_gather(backward, &backward->adjoint.sum, submission, true, false, 0);
     }
 }
 
-void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t scalar_row,
-                             uint32_t states) {
+void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                             uint32_t scalar_row, uint32_t states) {
     const struct vw_validation *validation = backward->context->validation;
     double values = 0.0;
     for (uint32_t i = 0; i < validation->view_count; i++) values += 3.0 * validation->pixel_counts[i];
     // The passes back take a third of a ray's slope and divide by the rays of a step.
     double undo = 3.0 * backward->context->step->rays / states,
            factors[ADJOINT_OF_VIEWS] = {undo / validation->view_count, undo / values};
-    record_restore(backward, batch, backward->blocks.after);
-    vw_validation_record(validation, batch, scalar_row);
+    record_restore(backward, submission, backward->blocks.after);
+    vw_validation_record(validation, submission, scalar_row);
     for (uint32_t i = 0; i < backward->measure_count; i++) {
         bool of_view = i >= ADJOINT_OF_VIEWS;
         struct vw_push_slopes push = {.count = validation->view_count,
@@ -363,12 +364,12 @@ void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw
                                       .measure = of_view ? ADJOINT_PSNR : i,
                                       .only_view = of_view ? i - ADJOINT_OF_VIEWS : VW_ALL_VIEWS,
                                       .unscale = (float)(of_view ? undo : factors[i])};
-        vw_submission_dispatch(batch, backward->slope_views, &push, sizeof push, 64ull * push.count);
+        vw_submission_dispatch(submission, backward->slope_views, &push, sizeof push, 64ull * push.count);
         push.count = validation->evaluator.ray_count;
-        vw_submission_dispatch(batch, backward->normalise_views, &push, sizeof push, 1);
-        record_copy(backward, batch, &backward->kept[i], &backward->adjoint.blocks);
-        record_views_back(backward, batch);
-        record_copy(backward, batch, &backward->adjoint.blocks, &backward->kept[i]);
+        vw_submission_dispatch(submission, backward->normalise_views, &push, sizeof push, 1);
+        record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
+        record_views_back(backward, submission);
+        record_copy(backward, submission, &backward->adjoint.blocks, &backward->kept[i]);
     }
 }
 
@@ -377,93 +378,93 @@ static uint32_t block_vectors(const struct vw_adjoint_passes *backward) {
 }
 
 // Records where the step had its samples: by the params before it.
-static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *batch, vw_uint4 key) {
+static void record_places(const struct vw_adjoint_passes *backward, struct vw_submission *submission, vw_uint4 key) {
     const struct vw_step_passes *step = backward->context->step;
     if (!backward->places) return;
-    record_restore(backward, batch, backward->blocks.before);
-    vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
+    record_restore(backward, submission, backward->blocks.before);
+    vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
     for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, key);
-        vw_importance_record(model_of(backward), &backward->product.importance, batch, &chunk);
-        vw_submission_copy(batch, step->places, 0, backward->places,
+        vw_importance_record(model_of(backward), &backward->product.importance, submission, &chunk);
+        vw_submission_copy(submission, step->places, 0, backward->places,
                            vw_importance_places_bytes(model_of(backward), first),
                            vw_importance_places_bytes(model_of(backward), chunk.ray_count));
     }
 }
 
 // Records the slopes of a step's rays: J direction by differences, times the loss's curvature.
-static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
+static void record_slopes(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                           const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
     uint32_t block4 = block_vectors(backward);
     for (uint32_t ahead = 2; ahead-- > 0;) {
         struct vw_push_block push = {.count = block4, .sign = ahead ? 1.0f : -1.0f};
-        vw_submission_dispatch(batch, backward->perturb, &push, sizeof push, block4);
-        vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
-        vw_effects_record_rays(model_of(backward), &step->effects, step, batch, rays);
+        vw_submission_dispatch(submission, backward->perturb, &push, sizeof push, block4);
+        vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
+        vw_effects_record_rays(model_of(backward), &step->effects, step, submission, rays);
         for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
             const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
             const struct vw_push_difference difference = {
                 .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = rays->key, .ahead = ahead};
             if (backward->places)
-                vw_submission_copy(batch, backward->places, vw_importance_places_bytes(model_of(backward), first),
+                vw_submission_copy(submission, backward->places, vw_importance_places_bytes(model_of(backward), first),
                                    step->places, 0, vw_importance_places_bytes(model_of(backward), chunk.ray_count));
-            vw_gradient_record_forward(step, &backward->forward, batch, &chunk);
-            vw_submission_dispatch(batch, backward->difference, &difference, sizeof difference, chunk.ray_count);
+            vw_gradient_record_forward(step, &backward->forward, submission, &chunk);
+            vw_submission_dispatch(submission, backward->difference, &difference, sizeof difference, chunk.ray_count);
         }
     }
     struct vw_push_slopes push = {.count = backward->padded_rays, .unscale = (float)step->rays / (float)backward->rays};
-    vw_submission_dispatch(batch, backward->normalise_step, &push, sizeof push, 1);
+    vw_submission_dispatch(submission, backward->normalise_step, &push, sizeof push, 1);
 }
 
 // Adds the curvature's product with the direction to the adjoint. The rays are made.
-static void record_product(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
+static void record_product(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            const struct vw_push_rays *rays) {
     const struct vw_step_passes *step = backward->context->step;
-    record_places(backward, batch, rays->key);
-    record_slopes(backward, batch, rays);
-    record_restore(backward, batch, backward->blocks.before);
-    vw_effects_record_photo(model_of(backward), &step->effects, batch, 0);
+    record_places(backward, submission, rays->key);
+    record_slopes(backward, submission, rays);
+    record_restore(backward, submission, backward->blocks.before);
+    vw_effects_record_photo(model_of(backward), &step->effects, submission, 0);
     for (uint32_t first = 0; first < backward->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, backward->padded_rays, first, rays->key);
-        vw_gradient_record_chunk(step, &backward->product, batch, &chunk);
+        vw_gradient_record_chunk(step, &backward->product, submission, &chunk);
     }
-    vw_gradient_record_end(step, &backward->product, batch, backward->padded_rays);
-    record_gather(backward, &backward->adjoint.sum, batch, true, true, backward->padded_rays);
+    vw_gradient_record_end(step, &backward->product, submission, backward->padded_rays);
+    record_gather(backward, &backward->adjoint.sum, submission, true, true, backward->padded_rays);
 }
 
-static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t row) {
+static void record_reduce(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint32_t row) {
     const struct vw_push_reduce reduce = {.count = VW_ADJOINT_GROUPS, .scalar_row = row};
-    vw_submission_dispatch(batch, backward->reduce, &reduce, sizeof reduce, 1);
+    vw_submission_dispatch(submission, backward->reduce, &reduce, sizeof reduce, 1);
 }
 
-static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_submission *batch,
+static void record_adjoint(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
                            const struct vw_push_rays *rays, uint32_t row) {
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_block block = {.count = block_vectors(backward)};
-    vw_submission_dispatch(batch, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
-    vw_submission_dispatch(batch, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
-    record_reduce(backward, batch, row);
-    record_product(backward, batch, rays);
+    vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(submission, backward->adjoint.direct, &block, sizeof block, 64ull * VW_ADJOINT_GROUPS);
+    record_reduce(backward, submission, row);
+    record_product(backward, submission, rays);
 }
 
-void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                             uint32_t first_pixel, uint32_t row) {
     const struct vw_push_rays rays = {.first_pixel = first_pixel,
                                       .ray_count = backward->rays,
                                       .key = vw_model_key_of_step(model_of(backward), number)};
     for (uint32_t i = 0; i < backward->measure_count; i++) {
-        record_copy(backward, batch, &backward->kept[i], &backward->adjoint.blocks);
-        record_adjoint(backward, batch, &rays, row + i);
-        record_copy(backward, batch, &backward->adjoint.blocks, &backward->kept[i]);
+        record_copy(backward, submission, &backward->kept[i], &backward->adjoint.blocks);
+        record_adjoint(backward, submission, &rays, row + i);
+        record_copy(backward, submission, &backward->adjoint.blocks, &backward->kept[i]);
     }
 }
 
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *batch, bool by_gradient,
-                                uint32_t row) {
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                bool by_gradient, uint32_t row) {
     const struct vw_push_product push = {.count = block_vectors(backward), .by_gradient = by_gradient};
-    vw_submission_dispatch(batch, backward->multiply, &push, sizeof push, 64ull * VW_ADJOINT_GROUPS);
-    record_reduce(backward, batch, row);
+    vw_submission_dispatch(submission, backward->multiply, &push, sizeof push, 64ull * VW_ADJOINT_GROUPS);
+    record_reduce(backward, submission, row);
 }
 
 // Sets the direction. Colours are taken as far forward and backward along it as reduce_adjoint says for directions of
@@ -484,12 +485,12 @@ enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward
     return !status ? vw_buffer_write(backward->direction, 0, direction, bytes) : status;
 }
 
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
-                                 uint32_t first_pixel) {
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                 uint64_t number, uint32_t first_pixel) {
     const struct vw_step_passes *step = backward->context->step;
     const struct vw_push_rays rays = {.first_pixel = first_pixel,
                                       .ray_count = backward->rays,
                                       .key = vw_model_key_of_step(model_of(backward), number)};
-    vw_submission_dispatch(batch, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
-    record_product(backward, batch, &rays);
+    vw_submission_dispatch(submission, step->gradient.generate, &rays, sizeof rays, step->padded_rays);
+    record_product(backward, submission, &rays);
 }

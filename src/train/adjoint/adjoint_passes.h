@@ -41,7 +41,7 @@ struct vw_adjoint_passes {
     struct vw_buffer *direction, *sums, *state, *seen_ahead;
     struct vw_buffer *places;   // the places of all samples of a step, with importance samples: they are held fixed
     struct vw_buffer *val_rays; // vw_ray per ray of validation: slopes in place of targets
-    struct vw_buffer *rows;     // READBACK: vec4 per step of a batch and measure
+    struct vw_buffer *rows;     // READBACK: vec4 per step of a submission and measure
     struct vw_gradient_passes product, validation; // from slopes that are given
     struct vw_field_passes forward;                // for colours forward and backward along it: nothing is stored
     struct vw_pass *perturb, *difference, *reduce;
@@ -55,10 +55,10 @@ struct vw_adjoint_passes {
 };
 
 struct vw_adjoint_params {
-    uint32_t rays;        // rays of each step that the product takes, at most the step's; 0: all
-    uint32_t batch_steps; // rows for so many
-    bool psnr_alone;      // no other measure than validation PSNR
-    bool by_view;         // also the PSNR of each single validation view; without psnr_alone
+    uint32_t rays;             // rays of each step that the product takes, at most the step's; 0: all
+    uint32_t submission_steps; // rows for so many
+    bool psnr_alone;           // no other measure than validation PSNR
+    bool by_view;              // also the PSNR of each single validation view; without psnr_alone
     // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
@@ -75,31 +75,31 @@ void vw_adjoint_destroy(struct vw_adjoint_passes *backward);
 // Replays step `number`, with its pixels at `first_pixel`: as vw_step_record_passes() does, which gives the same bits,
 // and keeps at `place` what the backward pass needs of it.
 void vw_adjoint_record_kept_step(const struct vw_adjoint_passes *backward, const struct vw_kept_steps *kept,
-                                 struct vw_submission *batch, uint64_t number, uint32_t first_pixel,
+                                 struct vw_submission *submission, uint64_t number, uint32_t first_pixel,
                                  uint32_t scalar_row, uint32_t place);
 
 // Takes step `number` and leaves in the blocks the params before and after it and its gradient.
-void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
-                                uint32_t first_pixel, uint32_t scalar_row);
+void vw_adjoint_record_own_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                uint64_t number, uint32_t first_pixel, uint32_t scalar_row);
 
 // Adds U's gradient at the state after the step that is loaded to the adjoints, U being 1 / `states` of it.
-void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint32_t scalar_row,
-                             uint32_t states);
+void vw_adjoint_record_state(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                             uint32_t scalar_row, uint32_t states);
 
 // Carries the adjoints back over step `number`, which is loaded, and writes its rows, one per measure, from `row` on.
-void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
+void vw_adjoint_record_step(const struct vw_adjoint_passes *backward, struct vw_submission *submission, uint64_t number,
                             uint32_t first_pixel, uint32_t row);
 
 // Writes into that row the adjoint times what the step in the blocks moved, or times its gradient (x + y; w: not
 // finite).
-void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *batch, bool by_gradient,
-                                uint32_t row);
+void vw_adjoint_record_multiply(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                bool by_gradient, uint32_t row);
 
 // Gives a direction: a float for every param.
 enum vw_status vw_adjoint_set_direction(const struct vw_adjoint_passes *backward, const float *direction);
 // Adds to the adjoint the curvature of the mean loss of those pixels, at the params `before` in the blocks, times that
 // direction. The random numbers are those of step `number`.
-void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *batch, uint64_t number,
-                                 uint32_t first_pixel);
+void vw_adjoint_record_curvature(const struct vw_adjoint_passes *backward, struct vw_submission *submission,
+                                 uint64_t number, uint32_t first_pixel);
 
 #endif

@@ -32,42 +32,42 @@ enum vw_status vw_kept_steps_create(const struct vw_step_passes *step, uint32_t 
 
 void vw_kept_steps_destroy(struct vw_kept_steps *kept) { vw_gpu_objects_destroy(&kept->objects); }
 
-void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
+void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place) {
     uint64_t block = block_bytes(kept->step);
-    vw_submission_copy(batch, kept->step->field->params, 0, kept->params, block * place, block);
+    vw_submission_copy(submission, kept->step->field->params, 0, kept->params, block * place, block);
 }
 
-void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *batch,
+void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *submission,
                                    struct vw_buffer *gradient, uint32_t place) {
     uint64_t block = block_bytes(kept->step);
-    vw_submission_copy(batch, gradient, 0, kept->gradients, block * place, block);
+    vw_submission_copy(submission, gradient, 0, kept->gradients, block * place, block);
 }
 
-void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place) {
+void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place) {
     const struct vw_step_passes *step = kept->step;
     const struct vw_model *model = step->field->model;
     uint64_t first = block_bytes(step) * place, cells = occupancy_bytes(step);
-    vw_kept_steps_record_before(kept, batch, place + 1); // the next step begins where this one ended
+    vw_kept_steps_record_before(kept, submission, place + 1); // the next step begins where this one ended
     if (kept->moments) {
         if (model->grid.size_bytes)
-            vw_submission_copy(batch, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
+            vw_submission_copy(submission, step->grid_moment1, 0, kept->moments, first + model->grid.offset_bytes,
                                model->grid.size_bytes);
-        vw_submission_copy(batch, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
+        vw_submission_copy(submission, step->weight_moments, 0, kept->moments, first + model->weights.offset_bytes,
                            16 * (uint64_t)model->moved_columns);
     }
     if (cells)
-        vw_submission_copy(batch, step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, kept->occupancy, cells * place,
-                           cells);
+        vw_submission_copy(submission, step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, kept->occupancy,
+                           cells * place, cells);
 }
 
-void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place,
+void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place,
                                const struct vw_step_blocks *blocks) {
     uint64_t block = block_bytes(kept->step), cells = occupancy_bytes(kept->step);
-    vw_submission_copy(batch, kept->params, block * place, blocks->before, 0, block);
-    vw_submission_copy(batch, kept->params, block * (place + 1), blocks->after, 0, block);
-    vw_submission_copy(batch, kept->gradients, block * place, blocks->gradient, 0, block);
-    if (kept->moments) vw_submission_copy(batch, kept->moments, block * place, blocks->moment, 0, block);
+    vw_submission_copy(submission, kept->params, block * place, blocks->before, 0, block);
+    vw_submission_copy(submission, kept->params, block * (place + 1), blocks->after, 0, block);
+    vw_submission_copy(submission, kept->gradients, block * place, blocks->gradient, 0, block);
+    if (kept->moments) vw_submission_copy(submission, kept->moments, block * place, blocks->moment, 0, block);
     if (cells)
-        vw_submission_copy(batch, kept->occupancy, cells * place, kept->step->field->effect_buffers[VW_SLOT_OCCUPANCY],
-                           0, cells);
+        vw_submission_copy(submission, kept->occupancy, cells * place,
+                           kept->step->field->effect_buffers[VW_SLOT_OCCUPANCY], 0, cells);
 }

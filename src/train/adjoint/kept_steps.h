@@ -21,17 +21,17 @@ void vw_kept_steps_destroy(struct vw_kept_steps *kept);
 
 // Records what is kept before a step. The second records what is kept after it: its gradient, as gathered in a block,
 // and the params that it left.
-void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place);
-void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *batch,
+void vw_kept_steps_record_before(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place);
+void vw_kept_steps_record_gradient(const struct vw_kept_steps *kept, struct vw_submission *submission,
                                    struct vw_buffer *gradient, uint32_t place);
-void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place);
+void vw_kept_steps_record_after(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place);
 
 // The blocks of a step, back to where the backward pass's passes read them. Of moments: those of grid and weights;
 // photos have none here, and count as if they had no momentum.
 struct vw_step_blocks {
     struct vw_buffer *before, *after, *gradient, *moment; // moment: NULL without momentum
 };
-void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *batch, uint32_t place,
+void vw_kept_steps_record_load(const struct vw_kept_steps *kept, struct vw_submission *submission, uint32_t place,
                                const struct vw_step_blocks *blocks);
 
 #endif

@@ -18,7 +18,7 @@ static const double ADVANCE_SECONDS = 0.5;
 
 // Returns the length of the last epochs, in steps.
 static uint64_t state_span(const struct vw_lasting *lasting) {
-    uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->replay.context->schedule->train_count;
+    uint64_t span = (uint64_t)VW_LASTING_EPOCHS * lasting->replay.context->photo_order->train_count;
     return span < lasting->replay.total_steps ? span : lasting->replay.total_steps;
 }
 
@@ -112,9 +112,9 @@ static enum vw_status create_parts(struct vw_lasting *lasting, const struct vw_l
     uint32_t measures = count_measures(lasting, params->by_view);
     uint64_t memory_bytes =
         params->memory_bytes ? params->memory_bytes : default_memory_bytes(lasting->replay.context->field->gpu);
-    lasting->backward_steps = (lasting->replay.batch_steps * ADJOINT_OF_VIEWS + measures - 1) / measures;
+    lasting->backward_steps = (lasting->replay.submission_steps * ADJOINT_OF_VIEWS + measures - 1) / measures;
     const struct vw_adjoint_params backward = {.rays = params->rays,
-                                               .batch_steps = lasting->backward_steps,
+                                               .submission_steps = lasting->backward_steps,
                                                .by_view = params->by_view,
                                                .views_memory_bytes = views_memory_bytes(lasting, memory_bytes)};
     status = vw_adjoint_create(lasting->replay.context, &backward, &lasting->backward);
@@ -168,26 +168,26 @@ static enum vw_status save_start(struct vw_lasting *lasting, uint64_t step) {
     struct vw_snapshot *start = &lasting->starts[(step - 1) / lasting->segment_steps];
     if ((step - 1) % lasting->segment_steps != 0 || start->count) return VW_OK;
     enum vw_status status = vw_snapshot_create(lasting->replay.context->step, start);
-    if (!status) vw_snapshot_record_save(start, lasting->replay.batch);
+    if (!status) vw_snapshot_record_save(start, lasting->replay.submission);
     return status;
 }
 
-// Replays a batch. A step is reported at its first replay only.
-static enum vw_status replay_batch(struct vw_lasting *lasting) {
+// Replays a submission. A step is reported at its first replay only.
+static enum vw_status replay_submission(struct vw_lasting *lasting) {
     uint64_t first = lasting->state_step + 1, left = lasting->until_step - lasting->state_step;
-    uint32_t count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
+    uint32_t count = left < lasting->replay.submission_steps ? (uint32_t)left : lasting->replay.submission_steps;
     bool known = lasting->segment + 1 < lasting->segment_count && lasting->starts[lasting->segment + 1].count;
     enum vw_status status = VW_OK;
-    vw_submission_begin(lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
     for (uint32_t i = 0; i < count && !status; i++) {
         uint32_t pixel = vw_step_replay_draw(&lasting->replay, first + i, i), place = place_of(lasting, first + i);
         status = save_start(lasting, first + i);
         if (place == UINT32_MAX)
-            vw_step_record_passes(lasting->replay.context->step, lasting->replay.batch, first + i, pixel,
+            vw_step_record_passes(lasting->replay.context->step, lasting->replay.submission, first + i, pixel,
                                   vw_step_replay_row(&lasting->replay, i));
         else
-            vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.batch, first + i, pixel,
-                                        vw_step_replay_row(&lasting->replay, i), place);
+            vw_adjoint_record_kept_step(&lasting->backward, &lasting->kept, lasting->replay.submission, first + i,
+                                        pixel, vw_step_replay_row(&lasting->replay, i), place);
     }
     enum vw_status ran = vw_step_replay_run(&lasting->replay);
     if (!status) status = ran;
@@ -203,8 +203,8 @@ static enum vw_status begin_segment(struct vw_lasting *lasting, uint32_t segment
     lasting->state_step = segment * lasting->segment_steps;
     lasting->until_step = lasting->state_step + lasting->segment_steps;
     lasting->replaying = true;
-    vw_submission_begin(lasting->replay.batch);
-    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_restore(&lasting->starts[segment], lasting->replay.submission);
     return vw_step_replay_run(&lasting->replay);
 }
 
@@ -231,7 +231,7 @@ static enum vw_status read_credits(struct vw_lasting *lasting, uint32_t count) {
                                              .view_psnr = views ? view_psnr : NULL,
                                              .size_psnr = psnr->z,
                                              .size_loss = loss->z};
-        credit->view = vw_photo_order_view_of_step(lasting->replay.context->schedule, credit->step);
+        credit->view = vw_photo_order_view_of_step(lasting->replay.context->photo_order, credit->step);
         double of_views = read_views(lasting, rows, view_psnr);
         if (!isfinite(credit->psnr + credit->loss + credit->size_psnr + credit->size_loss + of_views))
             return vw_fail(VW_ERROR_DEVICE,
@@ -247,20 +247,20 @@ static uint64_t backward_work(const struct vw_lasting *lasting) {
     return (lasting->backward.measure_count + 1) / ADJOINT_OF_VIEWS;
 }
 
-static enum vw_status go_back_batch(struct vw_lasting *lasting, uint32_t *handed_out) {
+static enum vw_status go_back_submission(struct vw_lasting *lasting, uint32_t *handed_out) {
     uint64_t before = lasting->segment * lasting->segment_steps, left = lasting->next_step - before;
     uint32_t count = left < lasting->backward_steps ? (uint32_t)left : lasting->backward_steps,
              states = vw_lasting_state_count(lasting);
     const struct vw_step_blocks *blocks = &lasting->backward.blocks;
-    vw_submission_begin(lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t step = lasting->next_step - i;
         uint32_t pixel = vw_step_replay_draw(&lasting->replay, step, i);
-        vw_kept_steps_record_load(&lasting->kept, lasting->replay.batch, place_of(lasting, step), blocks);
+        vw_kept_steps_record_load(&lasting->kept, lasting->replay.submission, place_of(lasting, step), blocks);
         if (vw_lasting_is_state(lasting, step))
-            vw_adjoint_record_state(&lasting->backward, lasting->replay.batch, vw_step_replay_row(&lasting->replay, i),
-                                    states);
-        vw_adjoint_record_step(&lasting->backward, lasting->replay.batch, step, pixel,
+            vw_adjoint_record_state(&lasting->backward, lasting->replay.submission,
+                                    vw_step_replay_row(&lasting->replay, i), states);
+        vw_adjoint_record_step(&lasting->backward, lasting->replay.submission, step, pixel,
                                i * lasting->backward.measure_count);
     }
     enum vw_status status = vw_step_replay_run(&lasting->replay);
@@ -278,8 +278,9 @@ enum vw_status vw_lasting_advance(struct vw_lasting *lasting, const struct vw_la
     enum vw_status status = VW_OK;
     *credits = lasting->credits;
     *count = 0;
-    while (!status && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS) status = replay_batch(lasting);
-    if (!status && !lasting->replaying && lasting->next_step > 0) status = go_back_batch(lasting, count);
+    while (!status && lasting->replaying && vw_now_s() - started_s < ADVANCE_SECONDS)
+        status = replay_submission(lasting);
+    if (!status && !lasting->replaying && lasting->next_step > 0) status = go_back_submission(lasting, count);
     *done = lasting->next_step == 0;
     return status;
 }

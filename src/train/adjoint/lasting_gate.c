@@ -18,16 +18,16 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
     *outcome = (struct outcome){0};
     for (uint64_t first = from_step + 1; first <= lasting->replay.total_steps && !status; first += count) {
         uint64_t left = lasting->replay.total_steps - first + 1;
-        count = left < lasting->replay.batch_steps ? (uint32_t)left : lasting->replay.batch_steps;
-        vw_submission_begin(lasting->replay.batch);
+        count = left < lasting->replay.submission_steps ? (uint32_t)left : lasting->replay.submission_steps;
+        vw_submission_begin(lasting->replay.submission);
         for (uint32_t i = 0; i < count; i++) {
             uint64_t step = first + i;
-            bool scaled = vw_photo_order_view_of_step(context->schedule, step) == view;
-            vw_step_record_gradients(context->step, lasting->replay.batch, step,
+            bool scaled = vw_photo_order_view_of_step(context->photo_order, step) == view;
+            vw_step_record_gradients(context->step, lasting->replay.submission, step,
                                      vw_step_replay_draw(&lasting->replay, step, i));
-            vw_step_record_update(context->step, lasting->replay.batch, step, scaled ? extra : 0.0f);
+            vw_step_record_update(context->step, lasting->replay.submission, step, scaled ? extra : 0.0f);
             if (vw_lasting_is_state(lasting, step))
-                vw_validation_record(context->validation, lasting->replay.batch,
+                vw_validation_record(context->validation, lasting->replay.submission,
                                      vw_step_replay_row(&lasting->replay, i));
         }
         status = vw_step_replay_run(&lasting->replay);
@@ -43,8 +43,8 @@ static enum vw_status retrain(const struct vw_lasting *lasting, uint64_t from_st
 }
 
 static enum vw_status restore(const struct vw_lasting *lasting, const struct vw_snapshot *state) {
-    vw_submission_begin(lasting->replay.batch);
-    vw_snapshot_record_restore(state, lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_restore(state, lasting->replay.submission);
     return vw_step_replay_run(&lasting->replay);
 }
 
@@ -54,10 +54,10 @@ static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_st
     uint64_t step = from_step / lasting->segment_steps * lasting->segment_steps;
     enum vw_status status = restore(lasting, &lasting->starts[step / lasting->segment_steps]);
     while (step < from_step && !status) {
-        vw_submission_begin(lasting->replay.batch);
-        for (uint32_t i = 0; i < lasting->replay.batch_steps && step < from_step; i++) {
+        vw_submission_begin(lasting->replay.submission);
+        for (uint32_t i = 0; i < lasting->replay.submission_steps && step < from_step; i++) {
             step++;
-            vw_step_record_passes(context->step, lasting->replay.batch, step,
+            vw_step_record_passes(context->step, lasting->replay.submission, step,
                                   vw_step_replay_draw(&lasting->replay, step, i),
                                   vw_step_replay_row(&lasting->replay, i));
         }
@@ -65,8 +65,8 @@ static enum vw_status prepare(const struct vw_lasting *lasting, uint64_t from_st
     }
     if (!status) status = vw_snapshot_create(context->step, state);
     if (status) return status;
-    vw_submission_begin(lasting->replay.batch);
-    vw_snapshot_record_save(state, lasting->replay.batch);
+    vw_submission_begin(lasting->replay.submission);
+    vw_snapshot_record_save(state, lasting->replay.submission);
     return vw_step_replay_run(&lasting->replay);
 }
 

@@ -20,7 +20,7 @@ struct vw_lasting {
     struct vw_snapshot *starts; // owned; by segment, up to the last that is gone back over
     uint64_t segment_steps;
     uint32_t segment_count;
-    struct vw_lasting_credit *credits; // credits of the batch handed out last
+    struct vw_lasting_credit *credits; // credits of the submission handed out last
     double *view_psnr;                 // theirs
 
     bool replaying;      // else going back

@@ -4,7 +4,7 @@
 
 #include "train/pixels.h"
 
-enum { BATCH_STEPS_MAX = 64 };
+enum { SUBMISSION_STEPS_MAX = 64 };
 
 enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
                                      void *context, struct vw_step_replay *replay) {
@@ -13,15 +13,15 @@ enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, v
     if (status) return status;
     replay->context = vw_trainer_get_parts(replay->trainer);
     replay->total_steps = vw_trainer_total_steps(replay->trainer);
-    uint32_t room = replay->context->schedule->batch_steps_max;
-    replay->batch_steps = room < BATCH_STEPS_MAX ? room : BATCH_STEPS_MAX;
-    const struct vw_photo_order *schedule = replay->context->schedule;
-    status = vw_scene_decode(replay->context->scene, schedule->train_views, schedule->train_count);
-    return status ? status : vw_submission_create(replay->context->field->gpu, &replay->batch);
+    uint32_t room = replay->context->photo_order->submission_steps_max;
+    replay->submission_steps = room < SUBMISSION_STEPS_MAX ? room : SUBMISSION_STEPS_MAX;
+    const struct vw_photo_order *photo_order = replay->context->photo_order;
+    status = vw_scene_decode(replay->context->scene, photo_order->train_views, photo_order->train_count);
+    return status ? status : vw_submission_create(replay->context->field->gpu, &replay->submission);
 }
 
 void vw_step_replay_destroy(struct vw_step_replay *replay) {
-    vw_submission_destroy(&replay->batch);
+    vw_submission_destroy(&replay->submission);
     vw_trainer_destroy(&replay->trainer);
 }
 
@@ -37,7 +37,7 @@ uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t
 }
 
 uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index) {
-    return vw_step_replay_draw_photo(replay, vw_photo_order_view_of_step(replay->context->schedule, step), step, 0,
+    return vw_step_replay_draw_photo(replay, vw_photo_order_view_of_step(replay->context->photo_order, step), step, 0,
                                      index);
 }
 
@@ -46,8 +46,8 @@ uint32_t vw_step_replay_row(const struct vw_step_replay *replay, uint32_t index)
 }
 
 enum vw_status vw_step_replay_run(const struct vw_step_replay *replay) {
-    enum vw_status status = vw_submission_submit(replay->batch);
-    return !status ? vw_submission_wait(replay->batch) : status;
+    enum vw_status status = vw_submission_submit(replay->submission);
+    return !status ? vw_submission_wait(replay->submission) : status;
 }
 
 enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t first_step, uint32_t count) {
@@ -57,8 +57,8 @@ enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t
         const vw_float4 *row = rows + vw_step_replay_row(replay, i);
         uint64_t step = first_step + i;
         struct vw_step_record record = {.step = step,
-                                        .epoch = vw_photo_order_epoch_of_step(context->schedule, step),
-                                        .view = vw_photo_order_view_of_step(context->schedule, step),
+                                        .epoch = vw_photo_order_epoch_of_step(context->photo_order, step),
+                                        .view = vw_photo_order_view_of_step(context->photo_order, step),
                                         .train_loss = ((double)row->x + row->y) / context->config->rays,
                                         .nonfinite = row->z != 0.0f,
                                         .clamped_count = (uint64_t)row->w,

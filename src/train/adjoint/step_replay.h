@@ -17,8 +17,8 @@ struct vw_step_replay {
     vw_step_replayed *replayed;             // NULL: not called
     void *replayed_context;
     uint64_t total_steps;
-    uint32_t batch_steps; // at most, of a batch
-    struct vw_submission *batch;
+    uint32_t submission_steps; // at most, of a submission
+    struct vw_submission *submission;
 };
 
 // Creates a replay. `training` is the run's, borrowed for the call. Destroy the replay also after a failure.
@@ -26,15 +26,16 @@ enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, v
                                      void *context, struct vw_step_replay *replay);
 void vw_step_replay_destroy(struct vw_step_replay *replay);
 
-// Draws the pixels of a step into the trainer's upload buffer, at place `index` of a batch; returns the first pixel.
+// Draws the pixels of a step into the trainer's upload buffer, at place `index` of a submission; returns the first
+// pixel.
 uint32_t vw_step_replay_draw(const struct vw_step_replay *replay, uint64_t step, uint32_t index);
 // Draws the same for another photo than the step's, or by another draw than 0, which is the step's own.
 uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t view, uint64_t step, uint32_t draw,
                                    uint32_t index);
-// Returns the first row in the trainer's scalars of place `index` of a batch.
+// Returns the first row in the trainer's scalars of place `index` of a submission.
 uint32_t vw_step_replay_row(const struct vw_step_replay *replay, uint32_t index);
 enum vw_status vw_step_replay_run(const struct vw_step_replay *replay);
-// Tells the records of `count` steps, which the batch that ran last has taken from place 0 on.
+// Tells the records of `count` steps, which the submission that ran last has taken from place 0 on.
 enum vw_status vw_step_replay_tell(const struct vw_step_replay *replay, uint64_t first_step, uint32_t count);
 
 #endif

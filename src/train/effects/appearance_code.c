@@ -36,10 +36,10 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return VW_ARRAY_COUNT(listed);
 }
 
-static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view) {
     (void)view; // the step's, which its state says
-    vw_submission_dispatch(batch, passes[MIX], NULL, 0, 4 * (uint64_t)model->specialization.width4);
+    vw_submission_dispatch(submission, passes[MIX], NULL, 0, 4 * (uint64_t)model->specialization.width4);
 }
 
 // Lists a code times its weights, and the way back.

@@ -97,23 +97,23 @@ static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, con
 static enum vw_status create(struct vw_step_passes *step) { return vw_consistency_create(step, &step->consistency); }
 static void destroy(struct vw_step_passes *step) { vw_consistency_destroy(&step->consistency); }
 
-static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
-                        const struct vw_push_rays *rays) {
+static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                        struct vw_submission *submission, const struct vw_push_rays *rays) {
     (void)passes;
-    vw_consistency_record_rays(step->consistency, batch, rays);
+    vw_consistency_record_rays(step->consistency, submission, rays);
 }
 
-static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+static void record_photo(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view) {
     (void)model;
-    vw_encoder_record_forward(passes, batch, view);
+    vw_encoder_record_forward(passes, submission, view);
 }
 
 static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
-                            struct vw_submission *batch, const struct vw_push_rays *rays, uint64_t number) {
+                            struct vw_submission *submission, const struct vw_push_rays *rays, uint64_t number) {
     (void)rays;
-    vw_encoder_record_back(passes, NULL, batch);
-    vw_consistency_record_gradients(step, batch, number);
+    vw_encoder_record_back(passes, NULL, submission);
+    vw_consistency_record_gradients(step, submission, number);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

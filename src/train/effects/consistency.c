@@ -125,63 +125,64 @@ void vw_consistency_destroy(struct vw_consistency_effect **consistency) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-void vw_consistency_record_rays(const struct vw_consistency_effect *it, struct vw_submission *batch,
+void vw_consistency_record_rays(const struct vw_consistency_effect *it, struct vw_submission *submission,
                                 const struct vw_push_rays *rays) {
     if (!it) return;
     struct vw_push_rays own = *rays;
     own.ray_count = it->ray_count;
-    vw_submission_dispatch(batch, it->gradient.generate, &own, sizeof own, it->padded_rays);
+    vw_submission_dispatch(submission, it->gradient.generate, &own, sizeof own, it->padded_rays);
 }
 
 uint32_t vw_consistency_given_view(const struct vw_step_passes *step, uint64_t number) {
     uint32_t words[4];
     vw_random_words(step->field->model->seed, VW_RANDOM_GIVEN_PHOTO, number, 0, 0, words);
     uint64_t drawn = (uint64_t)words[0] << 32 | words[1];
-    return vw_photo_order_view_of_step(step->schedule, 1 + drawn % number);
+    return vw_photo_order_view_of_step(step->photo_order, 1 + drawn % number);
 }
 
-static void record_forward(const struct vw_step_passes *step, struct vw_submission *batch,
+static void record_forward(const struct vw_step_passes *step, struct vw_submission *submission,
                            const struct vw_push_samples *chunk) {
     const struct vw_gradient_passes *gradient = &step->consistency->gradient;
-    vw_importance_record(step->field->model, &gradient->importance, batch, chunk);
-    vw_gradient_record_forward(step, &gradient->field, batch, chunk);
+    vw_importance_record(step->field->model, &gradient->importance, submission, chunk);
+    vw_gradient_record_forward(step, &gradient->field, submission, chunk);
 }
 
-static void record_picture(const struct vw_step_passes *step, struct vw_submission *batch, vw_uint4 key) {
+static void record_picture(const struct vw_step_passes *step, struct vw_submission *submission, vw_uint4 key) {
     const struct vw_consistency_effect *it = step->consistency;
     const struct vw_push_picture picture = {.side = it->side};
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, it->padded_rays, first, key);
         const struct vw_push_difference composite = {
             .first_ray = chunk.first_ray, .ray_count = chunk.ray_count, .key = key, .ahead = 1};
-        record_forward(step, batch, &chunk);
-        vw_submission_dispatch(batch, it->composite, &composite, sizeof composite, chunk.ray_count);
+        record_forward(step, submission, &chunk);
+        vw_submission_dispatch(submission, it->composite, &composite, sizeof composite, chunk.ray_count);
     }
-    vw_submission_dispatch(batch, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
-    vw_encoder_record_forward(it->see.passes, batch, 0);
-    vw_encoder_record_back(it->see.passes, &it->codes, batch);
-    vw_submission_dispatch(batch, it->spread_colours, &picture, sizeof picture, it->padded_rays);
+    vw_submission_dispatch(submission, it->shrink, &picture, sizeof picture, THUMBNAIL_PIXELS);
+    vw_encoder_record_forward(it->see.passes, submission, 0);
+    vw_encoder_record_back(it->see.passes, &it->codes, submission);
+    vw_submission_dispatch(submission, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
 // Records the way back. The next chunk overwrites the last chunk's activations: with more than one chunk they are made
 // again.
-static void record_back(const struct vw_step_passes *step, struct vw_submission *batch, vw_uint4 key) {
+static void record_back(const struct vw_step_passes *step, struct vw_submission *submission, vw_uint4 key) {
     const struct vw_consistency_effect *it = step->consistency;
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
         const struct vw_push_samples chunk = vw_gradient_chunk(step, it->padded_rays, first, key);
-        if (it->padded_rays > step->chunk_rays) record_forward(step, batch, &chunk);
-        vw_gradient_record_back(step, &it->gradient, batch, &chunk);
+        if (it->padded_rays > step->chunk_rays) record_forward(step, submission, &chunk);
+        vw_gradient_record_back(step, &it->gradient, submission, &chunk);
     }
-    vw_gradient_record_end(step, &it->gradient, batch, it->padded_rays);
-    vw_submission_dispatch(batch, it->add, NULL, 0, step->field->model->moved_columns);
+    vw_gradient_record_end(step, &it->gradient, submission, it->padded_rays);
+    vw_submission_dispatch(submission, it->add, NULL, 0, step->field->model->moved_columns);
 }
 
-void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number) {
+void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission,
+                                     uint64_t number) {
     if (!step->consistency) return;
     const vw_uint4 key = vw_model_key_of_step(step->field->model, number);
-    vw_encoder_record_forward(step->consistency->give.passes, batch, vw_consistency_given_view(step, number));
-    record_picture(step, batch, key);
-    record_back(step, batch, key);
+    vw_encoder_record_forward(step->consistency->give.passes, submission, vw_consistency_given_view(step, number));
+    record_picture(step, submission, key);
+    record_back(step, submission, key);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

@@ -31,10 +31,11 @@ void vw_consistency_destroy(struct vw_consistency_effect **consistency);
 
 // Records the rays of the picture, after the step's own and before anything may mark the step. This and the next do
 // nothing where the loss is off.
-void vw_consistency_record_rays(const struct vw_consistency_effect *consistency, struct vw_submission *batch,
+void vw_consistency_record_rays(const struct vw_consistency_effect *consistency, struct vw_submission *submission,
                                 const struct vw_push_rays *rays);
 // Records everything that remains, after the last of the step's own gradients.
-void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *batch, uint64_t number);
+void vw_consistency_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission,
+                                     uint64_t number);
 
 // Returns the view whose code step `number` renders its picture with: the photo of a step up to this one, drawn at
 // random.

@@ -163,63 +163,63 @@ void vw_effects_destroy_rest(const struct vw_model *model, struct vw_step_passes
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 void vw_effects_record_photo(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             struct vw_submission *batch, uint32_t view) {
+                             struct vw_submission *submission, uint32_t view) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
         if (kind->record_photo && effects->sets[i].passes[0])
-            kind->record_photo(model, effects->sets[i].passes, batch, view);
+            kind->record_photo(model, effects->sets[i].passes, submission, view);
     }
 }
 
 void vw_effects_record_begin(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             struct vw_submission *batch, uint64_t number, vw_uint4 key) {
+                             struct vw_submission *submission, uint64_t number, vw_uint4 key) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_begin) kind->record_begin(effects->sets[i].passes, batch, number, key);
+        if (kind->record_begin) kind->record_begin(effects->sets[i].passes, submission, number, key);
     }
 }
 
 void vw_effects_record_rays(const struct vw_model *model, const struct vw_effect_sets *effects,
-                            const struct vw_step_passes *step, struct vw_submission *batch,
+                            const struct vw_step_passes *step, struct vw_submission *submission,
                             const struct vw_push_rays *rays) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_rays) kind->record_rays(step, effects->sets[i].passes, batch, rays);
+        if (kind->record_rays) kind->record_rays(step, effects->sets[i].passes, submission, rays);
     }
 }
 
 void vw_effects_record_chunk(const struct vw_model *model, const struct vw_effect_sets *effects,
-                             const struct vw_specialization *specialization, struct vw_submission *batch,
+                             const struct vw_specialization *specialization, struct vw_submission *submission,
                              const struct vw_push_samples *chunk) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
         if (kind->record_chunk && vw_effect_is_on(kind, specialization))
-            kind->record_chunk(effects->sets[i].passes, batch, chunk);
+            kind->record_chunk(effects->sets[i].passes, submission, chunk);
     }
 }
 
 void vw_effects_record_chunk_gradient(const struct vw_model *model, const struct vw_effect_sets *effects,
-                                      struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                                      struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_chunk_gradient) kind->record_chunk_gradient(model, effects->sets[i].passes, batch, chunk);
+        if (kind->record_chunk_gradient) kind->record_chunk_gradient(model, effects->sets[i].passes, submission, chunk);
     }
 }
 
 void vw_effects_record_gradient(const struct vw_model *model, const struct vw_effect_sets *effects,
-                                const struct vw_step_passes *step, struct vw_submission *batch,
+                                const struct vw_step_passes *step, struct vw_submission *submission,
                                 const struct vw_push_rays *rays, uint64_t number) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_effect_kind *kind = model->effects[i];
-        if (kind->record_gradient) kind->record_gradient(step, effects->sets[i].passes, batch, rays, number);
+        if (kind->record_gradient) kind->record_gradient(step, effects->sets[i].passes, submission, rays, number);
     }
 }
 
 void vw_effects_record_update(const struct vw_model *model, const struct vw_effect_sets *effects,
-                              struct vw_submission *batch, const struct vw_push_update *push) {
+                              struct vw_submission *submission, const struct vw_push_update *push) {
     for (uint32_t i = 0; i < model->effect_count; i++) {
         const struct vw_pass *update = effects->sets[i].passes[VW_EFFECT_UPDATE];
-        if (update) vw_submission_dispatch(batch, update, push, sizeof *push, 1);
+        if (update) vw_submission_dispatch(submission, update, push, sizeof *push, 1);
     }
 }
 

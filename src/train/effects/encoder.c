@@ -34,22 +34,22 @@ enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const st
     return vw_passes_create(objects, common, rows, back ? ENCODER_PASSES : ENCODER_SPREAD);
 }
 
-void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *batch, uint32_t view) {
+void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *submission, uint32_t view) {
     struct vw_push_photo push = {.view = view};
     for (; push.layer < ENCODER_LAYERS; push.layer++)
-        vw_submission_dispatch(batch, passes[ENCODER_CONVOLVE], &push, sizeof push,
+        vw_submission_dispatch(submission, passes[ENCODER_CONVOLVE], &push, sizeof push,
                                (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * (push.layer + 1));
-    vw_submission_dispatch(batch, passes[ENCODER_POOL], NULL, 0, 1);
+    vw_submission_dispatch(submission, passes[ENCODER_POOL], NULL, 0, 1);
 }
 
 void vw_encoder_record_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
-                            struct vw_submission *batch) {
+                            struct vw_submission *submission) {
     struct vw_push_photo push = {.layer = ENCODER_LAYERS - 1};
-    vw_submission_dispatch(batch, passes[ENCODER_SPREAD], codes, codes ? sizeof *codes : 0, 1);
+    vw_submission_dispatch(submission, passes[ENCODER_SPREAD], codes, codes ? sizeof *codes : 0, 1);
     for (; push.layer > 0; push.layer--)
-        vw_submission_dispatch(batch, passes[ENCODER_CONVOLVE_BACK], &push, sizeof push,
+        vw_submission_dispatch(submission, passes[ENCODER_CONVOLVE_BACK], &push, sizeof push,
                                (uint64_t)ENCODER4 * THUMBNAIL_PIXELS >> 2 * push.layer);
-    vw_submission_dispatch(batch, passes[ENCODER_GRADIENT], NULL, 0, ENCODER_CODE);
+    vw_submission_dispatch(submission, passes[ENCODER_GRADIENT], NULL, 0, ENCODER_CODE);
 }
 
 // ---- Thumbnails -----------------------------------------------------------------------------------------------------

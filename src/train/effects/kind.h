@@ -101,18 +101,20 @@ struct vw_effect_kind {
     void (*destroy)(struct vw_step_passes *step);
 
     // In the order in which a step records them.
-    void (*record_begin)(struct vw_pass *const *passes, struct vw_submission *batch, uint64_t number, vw_uint4 key);
-    void (*record_rays)(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
+    void (*record_begin)(struct vw_pass *const *passes, struct vw_submission *submission, uint64_t number,
+                         vw_uint4 key);
+    void (*record_rays)(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                        struct vw_submission *submission,
                         const struct vw_push_rays *rays); // after generate_rays
-    void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *batch,
+    void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view); // before the field sees rays; in a step, which knows its photo, `view` is 0
-    void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *batch,
+    void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *submission,
                          const struct vw_push_samples *chunk); // before the field goes forward
     void (*record_chunk_gradient)(const struct vw_model *model, struct vw_pass *const *passes,
-                                  struct vw_submission *batch,
+                                  struct vw_submission *submission,
                                   const struct vw_field_chunk *chunk); // after the field's way back
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
-                            struct vw_submission *batch, const struct vw_push_rays *rays,
+                            struct vw_submission *submission, const struct vw_push_rays *rays,
                             uint64_t number); // after the last chunk
 
     // Lists what its passes load, store and multiply (pass_costs.h): those of record_photo(), and all others.

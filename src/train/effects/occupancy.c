@@ -40,17 +40,18 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
     return VW_ARRAY_COUNT(listed);
 }
 
-static void record_begin(struct vw_pass *const *passes, struct vw_submission *batch, uint64_t number, vw_uint4 key) {
+static void record_begin(struct vw_pass *const *passes, struct vw_submission *submission, uint64_t number,
+                         vw_uint4 key) {
     if (number % OCCUPANCY_STEPS) return;
     struct vw_push_refresh push = {.key = key, .remains = REMAINS};
-    vw_submission_dispatch(batch, passes[REFRESH], &push, sizeof push, VW_OCCUPANCY_CELLS);
+    vw_submission_dispatch(submission, passes[REFRESH], &push, sizeof push, VW_OCCUPANCY_CELLS);
 }
 
-static void record_chunk(struct vw_pass *const *passes, struct vw_submission *batch,
+static void record_chunk(struct vw_pass *const *passes, struct vw_submission *submission,
                          const struct vw_push_samples *chunk) {
-    vw_submission_dispatch(batch, passes[MARK], chunk, sizeof *chunk, chunk->ray_count);
-    vw_submission_dispatch(batch, passes[PLACE], chunk, sizeof *chunk, 1);
-    vw_submission_dispatch(batch, passes[LIST], chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(submission, passes[MARK], chunk, sizeof *chunk, chunk->ray_count);
+    vw_submission_dispatch(submission, passes[PLACE], chunk, sizeof *chunk, 1);
+    vw_submission_dispatch(submission, passes[LIST], chunk, sizeof *chunk, chunk->ray_count);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {

@@ -38,13 +38,13 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
 }
 
 static void record_chunk_gradient(const struct vw_model *model, struct vw_pass *const *passes,
-                                  struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                                  struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     uint64_t samples = (uint64_t)chunk->rays->ray_count * model->specialization.samples;
     if (chunk->kept) // as backward_field
-        vw_submission_dispatch_indirect(batch, passes[POSITIONS], NULL, 0, chunk->kept,
+        vw_submission_dispatch_indirect(submission, passes[POSITIONS], NULL, 0, chunk->kept,
                                         offsetof(struct vw_kept, field_groups));
-    else vw_submission_dispatch(batch, passes[POSITIONS], NULL, 0, samples);
-    vw_submission_dispatch(batch, passes[GRADIENT], chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
+    else vw_submission_dispatch(submission, passes[POSITIONS], NULL, 0, samples);
+    vw_submission_dispatch(submission, passes[GRADIENT], chunk->rays, sizeof *chunk->rays, chunk->rays->ray_count);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {

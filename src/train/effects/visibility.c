@@ -91,17 +91,17 @@ static enum vw_status fill(const struct vw_model *model, struct vw_gpu *gpu, con
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes, struct vw_submission *batch,
-                        const struct vw_push_rays *rays) {
-    vw_submission_dispatch(batch, passes[PREDICT], rays, sizeof *rays, step->padded_rays);
+static void record_rays(const struct vw_step_passes *step, struct vw_pass *const *passes,
+                        struct vw_submission *submission, const struct vw_push_rays *rays) {
+    vw_submission_dispatch(submission, passes[PREDICT], rays, sizeof *rays, step->padded_rays);
 }
 
 static void record_gradient(const struct vw_step_passes *step, struct vw_pass *const *passes,
-                            struct vw_submission *batch, const struct vw_push_rays *rays, uint64_t number) {
+                            struct vw_submission *submission, const struct vw_push_rays *rays, uint64_t number) {
     (void)number;
     struct vw_push_reduce reduce = {.count = groups_of(step->padded_rays)};
-    vw_submission_dispatch(batch, passes[GRADIENT], rays, sizeof *rays, step->padded_rays);
-    vw_submission_dispatch(batch, passes[REDUCE], &reduce, sizeof reduce, VISIBILITY_COLUMNS);
+    vw_submission_dispatch(submission, passes[GRADIENT], rays, sizeof *rays, step->padded_rays);
+    vw_submission_dispatch(submission, passes[REDUCE], &reduce, sizeof reduce, VISIBILITY_COLUMNS);
 }
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {

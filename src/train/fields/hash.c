@@ -268,35 +268,35 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
 
 // Dispatches one invocation per slot or tile, or, where samples are skipped, as many workgroups as place_rays found
 // (`groups`: where in vw_kept).
-static void dispatch_samples(const struct vw_field_passes *passes, struct vw_submission *batch,
+static void dispatch_samples(const struct vw_field_passes *passes, struct vw_submission *submission,
                              const struct vw_field_chunk *chunk, uint32_t pass, const void *push, size_t push_bytes,
                              uint64_t invocations, size_t groups) {
     if (passes->specialization.effect_occupancy)
-        vw_submission_dispatch_indirect(batch, passes->passes[pass], push, push_bytes, chunk->kept, groups);
-    else vw_submission_dispatch(batch, passes->passes[pass], push, push_bytes, invocations);
+        vw_submission_dispatch_indirect(submission, passes->passes[pass], push, push_bytes, chunk->kept, groups);
+    else vw_submission_dispatch(submission, passes->passes[pass], push, push_bytes, invocations);
 }
 
 static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                           struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
-    dispatch_samples(passes, batch, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays, samples,
+    dispatch_samples(passes, submission, chunk, HASH_FORWARD, chunk->rays, sizeof *chunk->rays, samples,
                      offsetof(struct vw_kept, field_groups));
     if (!passes->specialization.effect_transient) return;
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_submission_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
-    vw_mlp_record_layers(&head, head_of(passes), batch, samples);
+    vw_submission_dispatch(submission, passes->passes[FEED], NULL, 0, samples);
+    vw_mlp_record_layers(&head, head_of(passes), submission, samples);
 }
 
 static void record_head_back(const struct vw_model *model, const struct vw_field_passes *passes,
-                             struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                             struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     struct vw_mlp_list head;
     list_head(model, &head);
-    vw_mlp_record_layers_back(&passes->specialization, &head, head_of(passes), batch, chunk->rays);
+    vw_mlp_record_layers_back(&passes->specialization, &head, head_of(passes), submission, chunk->rays);
 }
 
 void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *batch, const struct vw_field_chunk *chunk, uint32_t samples) {
+                            struct vw_submission *submission, const struct vw_field_chunk *chunk, uint32_t samples) {
     for (uint32_t i = 0; i < model->window_count; i++) {
         const struct vw_grid_window *window = &model->windows[i];
         uint32_t levels = window->level_count;
@@ -305,23 +305,26 @@ void vw_hash_record_scatter(const struct vw_model *model, const struct vw_field_
                                        .level_count = levels,
                                        .first_pair = window->first_pair};
         if (model->scatter == SCATTER_WALK)
-            vw_submission_dispatch(batch, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
+            vw_submission_dispatch(submission, passes->passes[HASH_SCATTER + i], &push, sizeof push, levels);
         else
-            dispatch_samples(passes, batch, chunk, HASH_SCATTER + i, &push, sizeof push, (uint64_t)samples * levels,
+            dispatch_samples(passes, submission, chunk, HASH_SCATTER + i, &push, sizeof push,
+                             (uint64_t)samples * levels,
                              offsetof(struct vw_kept, scatter_groups) + (levels - 1) * sizeof(vw_uint3));
     }
 }
 
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                            struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     uint32_t samples = chunk->rays->ray_count * model->specialization.samples;
     uint64_t tiles = (uint64_t)samples / model->specialization.slice_samples * model->weight_tiles;
-    if (passes->specialization.effect_transient) record_head_back(model, passes, batch, chunk);
-    dispatch_samples(passes, batch, chunk, HASH_BACKWARD, NULL, 0, samples, offsetof(struct vw_kept, field_groups));
-    dispatch_samples(passes, batch, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
+    if (passes->specialization.effect_transient) record_head_back(model, passes, submission, chunk);
+    dispatch_samples(passes, submission, chunk, HASH_BACKWARD, NULL, 0, samples,
+                     offsetof(struct vw_kept, field_groups));
+    dispatch_samples(passes, submission, chunk, HASH_GRADIENT, chunk->rays, sizeof *chunk->rays, tiles,
                      offsetof(struct vw_kept, weight_groups));
-    vw_submission_dispatch(batch, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays, own_columns(model));
-    vw_hash_record_scatter(model, passes, batch, chunk, samples);
+    vw_submission_dispatch(submission, passes->passes[HASH_REDUCE], chunk->rays, sizeof *chunk->rays,
+                           own_columns(model));
+    vw_hash_record_scatter(model, passes, submission, chunk, samples);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

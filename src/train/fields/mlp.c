@@ -308,8 +308,8 @@ static enum vw_status create_passes(const struct vw_radiance_field *field, const
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
 // Records a product. `push` names the whole matrix; its `from4` rows are read a tile at a time.
-static void record_multiply(struct vw_submission *batch, const struct vw_pass *pass, struct tile tile, uint32_t from4,
-                            struct vw_push_multiply push, uint64_t samples) {
+static void record_multiply(struct vw_submission *submission, const struct vw_pass *pass, struct tile tile,
+                            uint32_t from4, struct vw_push_multiply push, uint64_t samples) {
     uint32_t begins = push.form & VW_MULTIPLY_ADDS, ends = push.form & VW_MULTIPLY_GATES;
     push.form &= ~(VW_MULTIPLY_ADDS | VW_MULTIPLY_GATES);
     for (uint32_t from = 0; from < from4; from += tile.from4) {
@@ -318,11 +318,11 @@ static void record_multiply(struct vw_submission *batch, const struct vw_pass *p
         part.from_row += from;
         part.form |= from ? VW_MULTIPLY_ADDS : begins;
         part.form |= from + tile.from4 == from4 ? ends : 0;
-        vw_submission_dispatch(batch, pass, &part, sizeof part, samples * (push.to4 / tile.to4));
+        vw_submission_dispatch(submission, pass, &part, sizeof part, samples * (push.to4 / tile.to4));
     }
 }
 
-void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *batch,
+void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *submission,
                           uint64_t samples) {
     struct tiles tiles = {0};
     for (uint32_t i = 0; i < list->count; i++) {
@@ -339,23 +339,24 @@ void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes p
                                                   (matrix->first_bias == MLP_NONE ? VW_MULTIPLY_ADDS : 0) |
                                                   (matrix->ends_layer && matrix->rectifies ? VW_MULTIPLY_GATES : 0) |
                                                   (matrix->shifts ? VW_MULTIPLY_SHIFTS : 0)};
-        record_multiply(batch, places.passes[MLP_MULTIPLY + find_tile(&tiles, tile)], tile, matrix->in4, push, samples);
+        record_multiply(submission, places.passes[MLP_MULTIPLY + find_tile(&tiles, tile)], tile, matrix->in4, push,
+                        samples);
     }
 }
 
 static void record_forward(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                           struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     struct vw_mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
     vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
-    vw_submission_dispatch(batch, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
-    if (passes->passes[FEED]) vw_submission_dispatch(batch, passes->passes[FEED], NULL, 0, samples);
-    vw_mlp_record_layers(&list, layers_of(passes), batch, samples);
-    vw_submission_dispatch(batch, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
+    vw_submission_dispatch(submission, passes->passes[ENCODE], chunk->rays, sizeof *chunk->rays, samples);
+    if (passes->passes[FEED]) vw_submission_dispatch(submission, passes->passes[FEED], NULL, 0, samples);
+    vw_mlp_record_layers(&list, layers_of(passes), submission, samples);
+    vw_submission_dispatch(submission, passes->passes[ACTIVATE], &list.heads, sizeof list.heads, samples);
 }
 
 static void record_gradient(const struct vw_specialization *specialization, struct vw_mlp_passes places,
-                            struct vw_submission *batch, const struct vw_push_samples *rays,
+                            struct vw_submission *submission, const struct vw_push_samples *rays,
                             const struct vw_mlp_matrix *matrix) {
     uint32_t samples = rays->ray_count * specialization->samples;
     uint64_t slices = samples / specialization->slice_samples;
@@ -367,13 +368,13 @@ static void record_gradient(const struct vw_specialization *specialization, stru
                                         .biases = matrix->first_bias != MLP_NONE,
                                         .samples = samples,
                                         .first_ray = rays->first_ray};
-    vw_submission_dispatch(batch, places.passes[MLP_GRADIENT], &push, sizeof push,
+    vw_submission_dispatch(submission, places.passes[MLP_GRADIENT], &push, sizeof push,
                            slices * VW_TILES(matrix->out4, matrix->in4));
-    vw_submission_dispatch(batch, places.passes[MLP_REDUCE], &push, sizeof push,
+    vw_submission_dispatch(submission, places.passes[MLP_REDUCE], &push, sizeof push,
                            (uint64_t)matrix->out4 * (4 * matrix->in4 + push.biases));
 }
 
-static void record_back(const struct vw_pass *pass, struct vw_submission *batch, uint64_t samples,
+static void record_back(const struct vw_pass *pass, struct vw_submission *submission, uint64_t samples,
                         const struct vw_mlp_matrix *matrix) {
     const struct vw_push_multiply push = {.first_weight = matrix->first_weight,
                                           .to_stride = 1,
@@ -384,30 +385,30 @@ static void record_back(const struct vw_pass *pass, struct vw_submission *batch,
                                           .gate_row = matrix->in_row,
                                           .form = (matrix->adds_back ? VW_MULTIPLY_ADDS : 0) |
                                                   (matrix->gates_back ? VW_MULTIPLY_GATES : 0)};
-    record_multiply(batch, pass, backward_tile(matrix), matrix->out4, push, samples);
+    record_multiply(submission, pass, backward_tile(matrix), matrix->out4, push, samples);
 }
 
 void vw_mlp_record_layers_back(const struct vw_specialization *specialization, const struct vw_mlp_list *list,
-                               struct vw_mlp_passes places, struct vw_submission *batch,
+                               struct vw_mlp_passes places, struct vw_submission *submission,
                                const struct vw_push_samples *rays) {
     struct tiles tiles = list_tiles(list, true);
     struct vw_pass **back = places.passes + MLP_MULTIPLY + places.multiply_count;
     uint64_t samples = (uint64_t)rays->ray_count * specialization->samples;
     for (uint32_t i = list->count; i-- > 0;) {
         const struct vw_mlp_matrix *matrix = &list->matrices[i];
-        record_gradient(specialization, places, batch, rays, matrix);
+        record_gradient(specialization, places, submission, rays, matrix);
         if (matrix->d_in_row != MLP_NONE)
-            record_back(back[find_tile(&tiles, backward_tile(matrix))], batch, samples, matrix);
+            record_back(back[find_tile(&tiles, backward_tile(matrix))], submission, samples, matrix);
     }
 }
 
 static void record_backward(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *batch, const struct vw_field_chunk *chunk) {
+                            struct vw_submission *submission, const struct vw_field_chunk *chunk) {
     struct vw_mlp_list list;
     uint64_t samples = (uint64_t)chunk->rays->ray_count * passes->specialization.samples;
     vw_mlp_list(model, passes->specialization.effect_transient, passes->first_column, &list);
-    vw_submission_dispatch(batch, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
-    vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), batch, chunk->rays);
+    vw_submission_dispatch(submission, passes->passes[ACTIVATE_BACK], &list.d_heads, sizeof list.d_heads, samples);
+    vw_mlp_record_layers_back(&passes->specialization, &list, layers_of(passes), submission, chunk->rays);
 }
 
 // ---- Costs ----------------------------------------------------------------------------------------------------------

@@ -76,10 +76,10 @@ enum vw_status vw_mlp_create_layers(const struct vw_field_pass_params *params,
                                     struct vw_mlp_passes places);
 // Records all layers of a list forward, for so many samples; or back, through those of a chunk of rays, as many per ray
 // as the specialization says.
-void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *batch,
+void vw_mlp_record_layers(const struct vw_mlp_list *list, struct vw_mlp_passes places, struct vw_submission *submission,
                           uint64_t samples);
 void vw_mlp_record_layers_back(const struct vw_specialization *specialization, const struct vw_mlp_list *list,
-                               struct vw_mlp_passes places, struct vw_submission *batch,
+                               struct vw_mlp_passes places, struct vw_submission *submission,
                                const struct vw_push_samples *rays);
 // Appends the head of the effect transient: code and outputs take the next rows, then come `depth` layers of `width`
 // with ReLU, and one of logits of rgb, raw density, and raw uncertainty.

@@ -64,10 +64,10 @@ struct vw_field_kind {
                                     struct vw_field_passes *passes);
     // From VW_SLOT_RAYS to VW_SLOT_FIELD.
     void (*record_forward)(const struct vw_model *model, const struct vw_field_passes *passes,
-                           struct vw_submission *batch, const struct vw_field_chunk *chunk);
+                           struct vw_submission *submission, const struct vw_field_chunk *chunk);
     // From VW_SLOT_D_FIELD to VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
     void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
-                            struct vw_submission *batch, const struct vw_field_chunk *chunk);
+                            struct vw_submission *submission, const struct vw_field_chunk *chunk);
     // Lists what these passes load, store and multiply (pass_costs.h).
     void (*list_forward_costs)(const struct vw_model *model, const struct vw_field_work *work,
                                struct vw_pass_costs *costs);

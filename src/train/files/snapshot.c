@@ -13,14 +13,14 @@ enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_s
 
 void vw_snapshot_destroy(struct vw_snapshot *snapshot) { vw_gpu_objects_destroy(&snapshot->objects); }
 
-void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *batch) {
+void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *submission) {
     for (uint32_t i = 0; i < snapshot->count; i++)
-        vw_submission_copy(batch, snapshot->state[i], 0, snapshot->copies[i], 0,
+        vw_submission_copy(submission, snapshot->state[i], 0, snapshot->copies[i], 0,
                            vw_buffer_size_bytes(snapshot->copies[i]));
 }
 
-void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *batch) {
+void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *submission) {
     for (uint32_t i = 0; i < snapshot->count; i++)
-        vw_submission_copy(batch, snapshot->copies[i], 0, snapshot->state[i], 0,
+        vw_submission_copy(submission, snapshot->copies[i], 0, snapshot->state[i], 0,
                            vw_buffer_size_bytes(snapshot->copies[i]));
 }

@@ -15,7 +15,7 @@ struct vw_snapshot {
 
 enum vw_status vw_snapshot_create(const struct vw_step_passes *step, struct vw_snapshot *snapshot);
 void vw_snapshot_destroy(struct vw_snapshot *snapshot);
-void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *batch);
-void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *batch);
+void vw_snapshot_record_save(const struct vw_snapshot *snapshot, struct vw_submission *submission);
+void vw_snapshot_record_restore(const struct vw_snapshot *snapshot, struct vw_submission *submission);
 
 #endif

@@ -130,12 +130,13 @@ void vw_validation_destroy(struct vw_validation *validation) {
     free(validation->pixel_counts);
 }
 
-void vw_validation_record(const struct vw_validation *validation, struct vw_submission *batch, uint32_t scalar_row) {
+void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
+                          uint32_t scalar_row) {
     if (!validation->view_count) return;
     const struct vw_push_reduce push = {.count = validation->view_count, .scalar_row = scalar_row};
-    vw_evaluator_record(&validation->evaluator, batch);
-    vw_view_fit_record(&validation->view_fit, batch, validation->view_count);
-    vw_submission_dispatch(batch, validation->reduce_views, &push, sizeof push, 64ull * validation->view_count);
+    vw_evaluator_record(&validation->evaluator, submission);
+    vw_view_fit_record(&validation->view_fit, submission, validation->view_count);
+    vw_submission_dispatch(submission, validation->reduce_views, &push, sizeof push, 64ull * validation->view_count);
 }
 
 // ---- Reading back ---------------------------------------------------------------------------------------------------

@@ -41,7 +41,8 @@ void vw_validation_destroy(struct vw_validation *validation);
 uint32_t vw_validation_rows_per_measurement(const struct vw_validation *validation);
 
 // Records the validation of the field as it is, into the rows after scalar_row. Does nothing without validation.
-void vw_validation_record(const struct vw_validation *validation, struct vw_submission *batch, uint32_t scalar_row);
+void vw_validation_record(const struct vw_validation *validation, struct vw_submission *submission,
+                          uint32_t scalar_row);
 
 // The result of a measurement.
 struct vw_field_measurement {

@@ -40,7 +40,7 @@ enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, struct v
     return !status ? vw_pass_create_of(objects, &params, &vw_shader_fit_views, &fit->pass) : status;
 }
 
-void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *batch, uint32_t view_count) {
+void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *submission, uint32_t view_count) {
     struct vw_push_reduce push = {.count = view_count};
-    if (fit->pass) vw_submission_dispatch(batch, fit->pass, &push, sizeof push, 64ull * view_count);
+    if (fit->pass) vw_submission_dispatch(submission, fit->pass, &push, sizeof push, 64ull * view_count);
 }

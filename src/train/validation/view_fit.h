@@ -29,6 +29,6 @@ void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *vie
 enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, struct vw_gpu_objects *objects,
                                   const struct vw_ray_range *ranges, uint32_t count, struct vw_view_fit *fit);
 // Records the fit, between rendering and reduce_views.
-void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *batch, uint32_t view_count);
+void vw_view_fit_record(const struct vw_view_fit *fit, struct vw_submission *submission, uint32_t view_count);
 
 #endif

@@ -98,7 +98,7 @@ extern const struct vw_ray_range reduced_ranges[REDUCED_VIEWS];
 struct view_reduction {
     struct vw_buffer *rays, *colours, *views, *scalars, *fits;
     struct vw_pass *pass, *fit_pass;
-    struct vw_submission *batch;
+    struct vw_submission *submission;
     struct vw_ray *ray_data; // targets and weights
     vw_float4 *colour_data;  // what was rendered
 };

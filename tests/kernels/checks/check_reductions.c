@@ -40,7 +40,7 @@ static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *
 
 static void close_reduction(void *opened) {
     struct view_reduction *r = opened;
-    vw_submission_destroy(&r->batch);
+    vw_submission_destroy(&r->submission);
     vw_pass_destroy(&r->pass);
     vw_pass_destroy(&r->fit_pass);
     vw_buffer_destroy(&r->fits);
@@ -61,7 +61,7 @@ struct view_reduction *reduction_open(struct vw_gpu *gpu, bool fitted) {
                                  .ray_data = test_allocate(REDUCED_RAYS, sizeof *r->ray_data),
                                  .colour_data = test_allocate(REDUCED_RAYS, sizeof *r->colour_data)};
     make_passes(gpu, fitted, r);
-    ASSERT_OK(vw_submission_create(gpu, &r->batch));
+    ASSERT_OK(vw_submission_create(gpu, &r->submission));
     ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
     return r;
 }
@@ -86,10 +86,10 @@ void reduction_run(struct view_reduction *r, vw_float4 sums[REDUCED_VIEWS]) {
     ASSERT_OK(vw_buffer_write(r->scalars, 0, rows, sizeof rows));
     ASSERT_OK(vw_buffer_write(r->rays, 0, r->ray_data, REDUCED_RAYS * sizeof *r->ray_data));
     ASSERT_OK(vw_buffer_write(r->colours, 0, r->colour_data, REDUCED_RAYS * sizeof *r->colour_data));
-    vw_submission_begin(r->batch);
-    vw_submission_dispatch(r->batch, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
-    ASSERT_OK(vw_submission_submit(r->batch));
-    ASSERT_OK(vw_submission_wait(r->batch));
+    vw_submission_begin(r->submission);
+    vw_submission_dispatch(r->submission, r->pass, &push, sizeof push, 64 * REDUCED_VIEWS);
+    ASSERT_OK(vw_submission_submit(r->submission));
+    ASSERT_OK(vw_submission_wait(r->submission));
     ASSERT_OK(vw_buffer_read(r->scalars, 0, rows, sizeof rows));
     for (size_t i = 0; i < SCALAR_ROWS; i++)
         if (i < SCALAR_ROW + 1 || i >= SCALAR_ROW + 1 + REDUCED_VIEWS)

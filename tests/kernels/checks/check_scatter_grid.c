@@ -52,8 +52,8 @@ void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *fl
     clear_gradient(bench);
     step_bench_write_rows(bench, rows);
     step_bench_write(bench, bench->field.step_state, &(struct vw_step_state){0});
-    vw_submission_begin(bench->batch);
-    vw_hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->batch,
+    vw_submission_begin(bench->submission);
+    vw_hash_record_scatter(&bench->model, &bench->step.gradient.field, bench->submission,
                            &(struct vw_field_chunk){.kept = bench->step.effect_buffers[VW_SLOT_KEPT]}, samples);
     step_bench_submit(bench);
     struct vw_step_state *after = step_bench_read(bench, bench->field.step_state);

@@ -1,5 +1,5 @@
 // The promises of every effect, as tables: off it takes no room and no effect changes where the field begins; bits do
-// not depend on batches or parts; validation sees the field alone; it is refused by name where it cannot be.
+// not depend on submissions or parts; validation sees the field alone; it is refused by name where it cannot be.
 #include "base/memory.h"
 #include "base/text.h"
 #include "support/cmocka_test.h"
@@ -53,7 +53,7 @@ TEST(what_is_off_takes_no_room) {
     }
 }
 
-TEST(bits_do_not_depend_on_batches_or_parts) {
+TEST(bits_do_not_depend_on_submissions_or_parts) {
     static const struct {
         const char *effects;
         enum vw_field field;

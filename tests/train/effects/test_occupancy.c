@@ -1,4 +1,4 @@
-// The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into batches or parts,
+// The effect `occupancy` in whole trainings: the run's bits do not depend on how it is cut into submissions or parts,
 // validation sees everything, off it leaves nothing behind, and it finds space to skip.
 #include "support/cmocka_test.h"
 
