@@ -10,15 +10,15 @@
 // The findings of the comparisons of a case so far.
 struct hard_finding {
     const char *where;       // case and seed, for messages
-    const char *quantity;    // of the comparison nearest to its tolerance
-    double error, tolerance; // of the same
+    const char *quantity;    // name of the comparison nearest to its tolerance
+    double error, tolerance; // numbers of that comparison
     uint64_t compared;       // comparisons in all
     bool passed;
 };
 
 struct hard_case {
     const char *name;
-    const char *risk; // what could go wrong
+    const char *risk; // mistake that the case would reveal
     void (*run)(struct hard_finding *finding);
 };
 
@@ -30,9 +30,9 @@ int hard_cases_run(const char *group, const struct hard_case *cases, size_t coun
 // passes.
 void hard_compare(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected,
                   double scale, double tolerance);
-// The same for equality.
+// Fails the case unless both are finite and equal.
 void hard_equal(struct hard_finding *finding, const char *quantity, uint64_t index, double device, double expected);
-// Bit for bit; counts as one comparison.
+// Compares bit for bit; counts as one comparison.
 void hard_same_bits(struct hard_finding *finding, const char *quantity, const void *device, const void *expected,
                     size_t size_bytes);
 // Fails the case unless a condition beside the numbers holds; `what` says it in words.

@@ -15,7 +15,7 @@
 static const double ERROR_TOLERANCE = 1e-5;
 static const double PSNR_TOLERANCE_DB = 1e-12; // the same formula in double
 
-static struct vw_trainer *trainer; // of the run under way
+static struct vw_trainer *trainer; // trainer of the run under way
 
 struct vw_config hard_run_config(void) {
     struct vw_config config = vw_config_default;
@@ -59,7 +59,7 @@ static void file_record(struct hard_run *run, const struct vw_step_record *recor
     run->first.views = run->last.views = NULL;
 }
 
-// The view's gain and bias by the reference, from what the reference rendered; 0 where nothing is fitted.
+// Finds the view's gain and bias by the reference, from what the reference rendered; 0 where nothing is fitted.
 static struct reference_photo fit(const struct reference_step *reference, struct vw_ray_range range) {
     struct reference_photo photo = {0};
     double *rendered = test_allocate(range.count, sizeof *rendered),

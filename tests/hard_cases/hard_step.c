@@ -8,18 +8,17 @@
 
 // The bounds of tests/gradients and tests/kernels, where their reasons are given: positions are good to 2e-7 box edges,
 // which fine levels magnify; the device's exp2 and log2 enter the bias correction.
-static const double WEIGHT_TOLERANCE = 0x1p-7;   // of the matrix's largest gradient: two bfloats, each good to 2^-8
-static const double SKY_TOLERANCE = 1e-4;        // of the largest gradient
+static const double WEIGHT_TOLERANCE = 0x1p-7;   // share of the matrix's largest: two bfloats, each good to 2^-8
+static const double SKY_TOLERANCE = 1e-4;        // share of the largest gradient
 static const double VISIBILITY_TOLERANCE = 5e-4; // likewise
-static const double GRID_TOLERANCE =
-    2e-3; // of the level's largest gradient, or of 4096 quanta: 8 may round the other way
+static const double GRID_TOLERANCE = 2e-3; // share of the level's largest, or of 4096 quanta: 8 may round the other way
 static const double LEAST_GRADIENT =
     1e-30; // below, products are denormal floats on their way, which the device takes for 0
 static const double LEAST_GRID_QUANTA = 4096.0;
 static const double COLOUR_TOLERANCE = 1e-5;
-static const double LOSS_TOLERANCE = 1e-5; // of the sum over rays, plus COLOUR_TOLERANCE for a loss near 0
-static const double GATE_TOLERANCE = 1e-3; // of a hidden unit's value, when that is above 1
-static const double STEP_TOLERANCE = 2e-4; // of the move and of 2^-8 of the param, whose rounding is well below that
+static const double LOSS_TOLERANCE = 1e-5; // share of the sum over rays, plus COLOUR_TOLERANCE for a loss near 0
+static const double GATE_TOLERANCE = 1e-3; // share of a hidden unit's value, when that is above 1
+static const double STEP_TOLERANCE = 2e-4; // share of the move and of 2^-8 of the param: rounding is well below that
 static const double MOMENT_TOLERANCE = 1e-6;
 static const double LEAST_MOMENT = 1e-30; // likewise
 
@@ -109,7 +108,7 @@ static void refuse_kinks(struct hard_finding *finding, const struct step_bench *
                          "no ray stands at the kink of the loss (else choose another seed)");
 }
 
-// The reference's step from the device's rays and params, with the device's decisions at ReLUs.
+// Runs the reference's step from the device's rays and params, with the device's decisions at ReLUs.
 static struct reference_step *run_reference(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     vw_uint4 *relu = step_bench_read_active(bench);
     float *params = step_bench_read(bench, bench->field.params);
@@ -158,10 +157,10 @@ struct group {
     uint32_t count;
     const float *param, *moment1, *moment2;   // before; moment1 NULL without momentum
     const float *param_after, *moment2_after; // after
-    double gradient[4];                       // of the mean loss
+    double gradient[4];                       // gradient of the mean loss
 };
 
-static const double NEAR_THE_LIMIT = 1e37; // of the floats: beyond, an update may be given up
+static const double NEAR_THE_LIMIT = 1e37; // value near the largest float: beyond it, an update may be given up
 
 static void check_group(struct hard_finding *finding, const struct vw_specialization *s, const struct group *group,
                         bool flagged) {

@@ -12,7 +12,7 @@
 struct hard_state {
     struct grid_state grid; // its `grid` is the whole params block
     float *weight_moments;  // first all first moments, then all second ones
-    vw_float4 scalars;      // of the last step: loss high and low, not finite, clamped
+    vw_float4 scalars;      // results of the last step: loss high and low, not finite, clamped
     bool skipped;           // the last step was not finite before its update
 };
 struct hard_state hard_state_read(struct step_bench *bench);
@@ -29,7 +29,8 @@ void hard_write_pixels(struct step_bench *bench);
 // Runs step `number` from the params on the device and holds losses, gradients and the updated params and moments
 // against the reference's. All must be finite and the step not flagged.
 void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number);
-// Its halves. Gradients that are taken are cleared on the device, so that a whole step can follow.
+// Runs the first half of hard_check_step(): takes the gradients of step `number`. They are cleared on the device, so
+// that a whole step can follow.
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number);
 void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
                           const struct hard_gradients *gradients);

@@ -21,7 +21,8 @@ enum {
     VIEWS = TRAIN_VIEWS + VAL_VIEWS
 };
 
-static const double FIT_TOLERANCE = 2e-5; // of gains, biases and colours of order 1: float sums of up to 3,000 products
+static const double FIT_TOLERANCE =
+    2e-5; // for gains, biases and colours of order 1: float sums of up to 3,000 products
 
 static const struct step_case setup = {.name = "photos of their own",
                                        .seed = 371,
@@ -47,7 +48,7 @@ static struct vw_config config_with(const char *effects) {
     return config;
 }
 
-// With each form, and with both.
+// Trains with each form, and with both.
 static void train_well(struct hard_finding *finding) {
     static const char *const forms[] = {"appearance", "appearance_code", "appearance,appearance_code"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(forms); i++) {
@@ -58,7 +59,7 @@ static void train_well(struct hard_finding *finding) {
 
 // ---- Fits -----------------------------------------------------------------------------------------------------------
 
-// Hand-made rays of one view (index REDUCED_VIEWS - 1), fitted by the device and by the reference.
+// Checks that the device fits hand-made rays of one view (index REDUCED_VIEWS - 1) as the reference does.
 static void check_fit(struct hard_finding *finding, struct view_reduction *r, struct step_bench *bench,
                       struct vw_appearance *fit) {
     static double rendered[REDUCED_RAYS], target[REDUCED_RAYS];
@@ -121,7 +122,7 @@ static void flat_halves(struct hard_finding *finding) {
     train_well(finding);
 }
 
-// All masked but for one pixel of the left half, in one view not even that; the right halves stay.
+// Masks all but one pixel of the left half, in one view even that; the right halves stay.
 static void one_usable_pixel(struct hard_finding *finding) {
     open_scene(WIDTH_PX);
     for (uint32_t view = TRAIN_VIEWS; view < VIEWS; view++) {
@@ -134,7 +135,8 @@ static void one_usable_pixel(struct hard_finding *finding) {
 
 // ---- Widths ---------------------------------------------------------------------------------------------------------
 
-// One column has no halves: refused by name. Two and three are a left and a right column, the third is in neither.
+// Checks narrow photos: one column has no halves and is refused by name; two and three are a left and a right column,
+// the third is in neither.
 static void few_columns(struct hard_finding *finding) {
     for (uint32_t width_px = 1; width_px <= 9; width_px++) {
         open_scene(width_px);
@@ -157,7 +159,7 @@ static void few_columns(struct hard_finding *finding) {
 
 // ---- Photos ---------------------------------------------------------------------------------------------------------
 
-// The photo's numbers after a step, from the gradients that the rays left on the device.
+// Checks the photo's numbers after a step against the gradients that the rays left on the device.
 static void check_photo(struct hard_finding *finding, struct step_bench *bench, const float *before, const float *after,
                         const struct vw_appearance_moments *moments,
                         const struct vw_appearance_moments *moments_after) {
@@ -177,7 +179,7 @@ static void check_photo(struct hard_finding *finding, struct step_bench *bench, 
     }
 }
 
-// Steps from photos whose gains and biases are these, on pixels of this colour and weight.
+// Checks steps from photos whose gains and biases are these, on pixels of this colour and weight.
 static void step_from(struct hard_finding *finding, float gain, float bias, float colour, float weight) {
     struct step_bench *bench = step_bench_open(&setup);
     float *photos = bench->params + bench->model.ranges[VW_SLOT_APPEARANCE].offset_bytes / sizeof(float);
@@ -207,7 +209,7 @@ static void paint(uint32_t view, uint8_t value) {
         ((uint8_t *)scene->views[view].image.pixels)[i] = i % 4 == 3 ? 255 : value;
 }
 
-// Nothing of the field is seen through a gain of 0: its gradient is 0, that of the gain is not.
+// Checks that nothing of the field is seen through a gain of 0: its gradient is 0, that of the gain is not.
 static void gain_of_zero(struct hard_finding *finding) {
     step_from(finding, -1.0f, 0.0f, 0.5f, 1.0f);
     step_from(finding, -1.0f, 0.25f, 0.0f, 1.0f);
@@ -232,7 +234,7 @@ static void saturated_photos(struct hard_finding *finding) {
     train_well(finding);
 }
 
-// Gradients of 10^8 are finite; errors of 10^30 have squares that are not, and gains of 10^38 times anything.
+// Checks gains for which gradients are finite (10^8), squares of errors are not (10^30), or no product is (10^38).
 static void huge_gains(struct hard_finding *finding) {
     const float gains[] = {1e8f, -1e8f, 1e30f, 3e38f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(gains); i++) {

@@ -6,8 +6,8 @@
 #include "base/memory.h"
 #include "hard_cases/hard_step.h"
 
-// Of the light that the medium holds back: near an optical thickness of 0.03, where the series ends, 1 - exp(-tau) is
-// good to 1.3e-7 / 0.03, and the gradient takes its difference with what is behind.
+// Tolerance relative to the light that the medium holds back: near an optical thickness of 0.03, where the series ends,
+// 1 - exp(-tau) is good to 1.3e-7 / 0.03, and the gradient takes its difference with what is behind.
 static const double MEDIUM_TOLERANCE = 2e-5;
 // The thickness so far is a float as well: after 4,096 additions up to 8 it may be off by some hundred units in its
 // last place, and the light that passes by as much, relatively.
@@ -120,12 +120,12 @@ static void check_medium(struct hard_finding *finding, struct step_bench *bench,
     }
 }
 
-// From 10^-12 to 10^4 over the rays, the same along each.
+// Returns a thickness from 10^-12 to 10^4 over the rays, the same along each.
 static double even_thickness(uint32_t ray, uint32_t i) {
     return i == 0 && ray == 0 ? 1e-12 : pow(10.0, -12.0 + 16.0 * (ray % 64) / 63.0);
 }
 
-// The same range in every order along one ray.
+// Returns a thickness of the same range, in every order along one ray.
 static double mixed_thickness(uint32_t ray, uint32_t i) {
     return pow(10.0, -12.0 + 16.0 * ((7 * i + 13 * ray) % 64) / 63.0);
 }
@@ -136,7 +136,7 @@ static void optical_thickness(struct hard_finding *finding) {
     check_medium(finding, bench, mixed_thickness, MEDIUM_TOLERANCE);
 }
 
-// A wall as thick as walls get (DENSITY_MAX through the whole box), then anything.
+// Returns a wall as thick as walls get (DENSITY_MAX through the whole box), then anything.
 static double wall_first(uint32_t ray, uint32_t i) { return i == 0 ? 3e6 : mixed_thickness(ray, i); }
 
 static void opaque_first_sample(struct hard_finding *finding) {
@@ -146,7 +146,7 @@ static void opaque_first_sample(struct hard_finding *finding) {
 
 // ---- Whole steps ----------------------------------------------------------------------------------------------------
 
-// All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
+// Sets all densities' logarithms to `weight` times the sum of the hidden units, which are never below 0.
 static void set_density_weights(struct step_bench *bench, float weight) {
     float *params = bench->params + bench->model.weights.offset_bytes / sizeof(float);
     for (uint32_t k = 0; k < bench->config.width; k++)
@@ -160,7 +160,7 @@ static void check_densities(struct hard_finding *finding, struct step_bench *ben
         hard_compare(finding, "density", i, samples[i].w, expected, 1.0, tolerance);
 }
 
-// From just above the largest density to beyond the floats.
+// Checks densities from just above the largest to beyond the floats.
 static void density_beyond_exp(struct hard_finding *finding) {
     static const float weights[] = {1e3f, 1e6f, 1e30f, 3e38f};
     struct step_bench *bench = step_bench_open(&setup);
@@ -172,7 +172,7 @@ static void density_beyond_exp(struct hard_finding *finding) {
     }
 }
 
-// Empty space: what is seen is the background alone, and no gradient comes back.
+// Checks that in empty space the background alone is seen, and no gradient comes back.
 static void no_density_anywhere(struct hard_finding *finding) {
     static const float weights[] = {-1e3f, -1e30f, -3e38f};
     struct step_case white = setup;

@@ -27,7 +27,7 @@ static void make_scene(uint32_t width_px, uint32_t height_px) {
         .train_views = 4, .val_views = 2, .width_px = width_px, .height_px = height_px});
 }
 
-// A step on photo 1 of the scene, as far as the encoder sees it; then a training of the scene.
+// Checks the encoder's part of a step on photo 1 of the scene; then trains on the scene.
 static void check_photo(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_thumbnail_choice whole = {vw_pixels_all_columns(scene, 1), true};
@@ -39,7 +39,7 @@ static void check_photo(struct hard_finding *finding) {
     hard_equal(finding, "flagged steps", 0, run.flagged_steps, 0.0);
 }
 
-// Its thumbnail is 0, and so the same as that of a photo of nothing but transparency.
+// Checks that a masked photo's thumbnail is 0, and so the same as that of a photo of nothing but transparency.
 static void masked_photo(struct hard_finding *finding) {
     static vw_float4 thumbnail[THUMBNAIL_PIXELS];
     static const vw_float4 nothing[THUMBNAIL_PIXELS];
@@ -68,7 +68,8 @@ static float *network_of(struct step_bench *bench) {
     return bench->params + vw_encoder_network(&bench->model).offset_bytes / 4;
 }
 
-// No unit of a convolution is above 0: the code is that of the biases, which alone have gradients before it.
+// Checks convolutions no unit of which is above 0: the code is that of the biases, which alone have gradients before
+// it.
 static void dead_units(struct hard_finding *finding) {
     static const uint32_t biases[] = {ENCODER_LAYER2 - ENCODER4, ENCODER_LAYER3 - ENCODER4, ENCODER_CODE - ENCODER4};
     for (size_t layer = 0; layer < VW_ARRAY_COUNT(biases); layer++) {
@@ -105,7 +106,7 @@ static void infinite_codes(struct hard_finding *finding) { check_infinite_codes(
 
 // ---- The consistency loss -------------------------------------------------------------------------------------------
 
-// Two epochs with it. Every step must be sound.
+// Trains for two epochs with the consistency loss. Every step must be sound.
 static void train_consistently(struct hard_finding *finding, uint32_t rays) {
     struct vw_config config = hard_run_config();
     strcpy(config.effects, "appearance_encoder");
@@ -134,7 +135,7 @@ static void picture_finer_than_its_photo(struct hard_finding *finding) {
     train_consistently(finding, 16);
 }
 
-// The picture is rendered all the same.
+// Checks that the picture is rendered all the same.
 static void pictures_of_masked_photos(struct hard_finding *finding) {
     make_scene(12, 8);
     for (uint32_t view = 0; view < 4; view++) {
@@ -150,7 +151,7 @@ static struct step_bench *open_consistent(void) {
     return step_bench_open(&consistent);
 }
 
-// The codes of all photos and pictures are the same, as before the first step: L1 has no slope there.
+// Checks codes that are the same for all photos and pictures, as before the first step: L1 has no slope there.
 static void equal_codes(struct hard_finding *finding) {
     struct step_bench *bench = open_consistent();
     float *network = network_of(bench);

@@ -16,13 +16,13 @@ static const struct step_case setup = {.name = "halves",
                                        .width = 16,
                                        .loss = VW_LOSS_L2,
                                        .half_grid = true};
-static const double QUANTUM = 0x1p-22; // of the mean gradient, with these rays and samples
+static const double QUANTUM = 0x1p-22; // quantum of the mean gradient, with these rays and samples
 
 static struct vw_scene *scene;
 
 static size_t feature_count(const struct step_bench *bench) { return 2 * (size_t)bench->model.pair_count; }
 
-// Plain gradient descent, so that a feature moves by quanta * QUANTUM * learning_rate.
+// Opens plain gradient descent, so that a feature moves by quanta * QUANTUM * learning_rate.
 static struct step_bench *open_plain(struct hard_finding *finding, double learning_rate) {
     struct step_case plain = setup;
     plain.optimizer = VW_OPTIMIZER_SGD;
@@ -39,8 +39,8 @@ static void set_features(struct step_bench *bench, const float *features) {
     step_bench_write_params(bench);
 }
 
-// One update from these features, which must be halves. A pair of which one would leave the halves stays, uncounted,
-// and the flag says so.
+// Checks one update from these features, which must be halves. A pair of which one would leave the halves stays,
+// uncounted, and the flag says so.
 static void check_exactly(struct hard_finding *finding, struct step_bench *bench, const float *features,
                           const int64_t *quanta) {
     bool any_left = false;
@@ -65,8 +65,8 @@ static void check_exactly(struct hard_finding *finding, struct step_bench *bench
 
 // ---- Rounding -------------------------------------------------------------------------------------------------------
 
-// Eleven digits, as a half has, and up to 12 more: just below the middle between two halves, in it, just beyond, or
-// anywhere.
+// Draws eleven digits, as a half has, and up to 12 more: just below the middle between two halves, in it, just beyond,
+// or anywhere.
 static int64_t draw_near_middle(struct test_random *random, size_t index) {
     int64_t digits = 1024 + (int64_t)(1023.0f * fabsf(test_random_next(random))), shift = 1 + (int64_t)(index / 4 % 12);
     int64_t middle = INT64_C(1) << (shift - 1),
@@ -75,7 +75,7 @@ static int64_t draw_near_middle(struct test_random *random, size_t index) {
     return ((digits << shift) + tails[index % 4]) * (index % 3 ? 1 : -1);
 }
 
-// At three scales: halves that are subnormal, usual ones, and those beyond which there are none.
+// Checks the rounding at three scales: halves that are subnormal, usual ones, and the largest ones.
 static void rounding_to_halves(struct hard_finding *finding) {
     static const double learning_rates[] = {0x1p-16, 0x1p-12, 0x1p-6, 1.0, 0x1p12, 0x1p15};
     for (size_t k = 0; k < VW_ARRAY_COUNT(learning_rates); k++) {
@@ -91,7 +91,8 @@ static void rounding_to_halves(struct hard_finding *finding) {
 
 // ---- The largest ----------------------------------------------------------------------------------------------------
 
-// From the largest half by up to 64 either way, where neighbours are 32 apart: 65520 would round to infinity.
+// Checks entries that move from the largest half by up to 64 either way, where neighbours are 32 apart: 65520 would
+// round to infinity.
 static void entries_near_the_largest(struct hard_finding *finding) {
     struct step_bench *bench = open_plain(finding, 1.0);
     float *features = test_allocate(feature_count(bench), sizeof *features);
@@ -107,8 +108,8 @@ static void entries_near_the_largest(struct hard_finding *finding) {
 
 enum { SMALL_STEPS = 40 };
 
-// Steps of 0.0001: less than half of what lies between 1 and its neighbours (0.00049 below), and many times that at
-// 0.01. The former entries never move, while their moments and visits go on; the latter do as the reference says.
+// Checks steps of 0.0001: less than half of what lies between 1 and its neighbours (0.00049 below), and many times that
+// at 0.01. The former entries never move, while their moments and visits go on; the latter do as the reference says.
 static void steps_below_half_a_unit(struct hard_finding *finding) {
     struct step_case slow = setup;
     slow.learning_rate = 1e-4;

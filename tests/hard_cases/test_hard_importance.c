@@ -45,7 +45,8 @@ static struct vw_ray *make_rays(const struct step_bench *bench, uint32_t count) 
     return rays;
 }
 
-// One ray's places against the reference, each as near as its stratum's weight allows, all in order and on the ray.
+// Checks one ray's places against the reference, each as near as its stratum's weight allows, all in order and on the
+// ray.
 static void check_ray(struct hard_finding *finding, const struct vw_specialization *s, uint32_t ray, const double *taus,
                       vw_uint4 key, const float *device) {
     double places[20], weights[7], before = 0.0;
@@ -147,7 +148,7 @@ static const struct step_case coarse_setup = {.name = "coarse network",
                                               .own_coarse = true,
                                               .loss = VW_LOSS_L2};
 
-// All params of the coarse network are 0, and then the bias of its raw density: the same density everywhere.
+// Sets all params of the coarse network to 0, and then the bias of its raw density: the same density everywhere.
 static void make_coarse_network(struct step_bench *bench, float bias) {
     struct vw_mlp_list list;
     vw_mlp_list(&bench->model, false, bench->model.coarse_column, &list);
@@ -157,7 +158,7 @@ static void make_coarse_network(struct step_bench *bench, float bias) {
     step_bench_write_params(bench);
 }
 
-// Where a step put its samples.
+// Checks where a step put its samples.
 static void check_places(struct hard_finding *finding, struct step_bench *bench, double density) {
     const struct vw_specialization *s = &bench->model.specialization;
     const struct vw_push_samples push = step_bench_push(bench, STEP);
@@ -190,7 +191,7 @@ static void coarse_network_of(struct hard_finding *finding, float bias, bool lea
 static void coarse_zeros(struct hard_finding *finding) { coarse_network_of(finding, 0.0f, true); }
 static void coarse_without_matter(struct hard_finding *finding) { coarse_network_of(finding, -1e4f, false); }
 
-// A bench without importance samples has nothing of them.
+// Checks that a bench without importance samples has neither buffers nor passes for them.
 static void off(struct hard_finding *finding) {
     struct step_case plain = setup;
     plain.importance_samples = 0;
@@ -206,7 +207,7 @@ static void off(struct hard_finding *finding) {
 static const struct hard_case cases[] = {
     {"no matter on a ray", "0/0 in the inverse of the distribution", no_matter},
     {"one stratum holds all matter", "drawn samples beside it", spike},
-    {"opaque first stratum", "weights behind it that are not 0", opaque},
+    {"opaque first stratum", "weights after it that are not 0", opaque},
     {"fog", "places that leave their stratum", thin},
     {"densities beyond exp", "weights that overflow", overflow},
     {"densities that are not numbers", "places that are not, and hide it", nonfinite},

@@ -1,4 +1,4 @@
-// Hard occupancy: nothing kept, everything kept, one sample kept, densities that are no numbers, rays that miss the
+// Hard occupancy: nothing kept, everything kept, one sample kept, densities that are not numbers, rays that miss the
 // box, 65,536 rays. Each is a whole step past the warm-up, held against the reference with the device's choice of
 // samples (which check_occupancy.c evaluates).
 #include "support/cmocka_test.h"
@@ -60,7 +60,7 @@ static void nothing_kept(struct hard_finding *finding) {
     }
 }
 
-// A cell in which a single sample of the step lies.
+// Returns a cell in which a single sample of the step lies.
 static uint32_t lonely_cell(struct hard_finding *finding, struct step_bench *bench) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint32_t *visits = test_allocate(VW_OCCUPANCY_CELLS, sizeof *visits), lonely = UINT32_MAX;
@@ -88,7 +88,7 @@ static void one_kept(struct hard_finding *finding) {
     hard_equal(finding, "slots", 0, slot_count(bench), VW_FIELD_GROUP);
 }
 
-// With and without the effect: the params and the loss after two steps.
+// Compares the params and the loss after two steps with the effect and without it.
 static void compare_with_off(struct hard_finding *finding, const struct step_case *with) {
     struct step_case without = *with;
     without.occupancy = false;
@@ -134,7 +134,8 @@ static void densities_that_are_no_numbers(struct hard_finding *finding) {
     float *after = step_bench_read(bench, bench->field.params);
     vw_float4 *scalars = step_bench_read(bench, bench->scalars);
     hard_equal(finding, "kept samples", 0, kept_count(bench), bench->padded_samples);
-    hard_require(finding, scalars->z != 0.0f, "a field that is no number is noticed, although all was believed empty");
+    hard_require(finding, scalars->z != 0.0f,
+                 "a field that is not a number is noticed, although all was believed empty");
     hard_same_bits(finding, "params of a skipped step", after, params, bench->model.param_bytes);
 }
 
@@ -152,7 +153,8 @@ static void rays_that_miss(struct hard_finding *finding) {
     hard_require(finding, missing >= bench->config.rays / 2, "half of the rays miss the box");
 }
 
-// As many as a step may have; each invocation of the prefix sum walks 256 of them. In one chunk, and in four.
+// Checks as many rays as a step may have, in one chunk and in four; each invocation of the prefix sum walks 256 of
+// them.
 static void rays_65536(struct hard_finding *finding) {
     struct step_case many = {.name = "65,536 rays",
                              .seed = 352,
@@ -177,7 +179,7 @@ static const struct hard_case cases[] = {
     {"no sample kept", "dispatches of nothing; gradients left from before", nothing_kept},
     {"one sample kept", "padding that adds to the gradients", one_kept},
     {"every sample kept", "other bits than without the effect", everything_kept},
-    {"densities that are no numbers", "what is broken is believed empty and never met", densities_that_are_no_numbers},
+    {"densities that are not numbers", "what is broken is believed empty and never met", densities_that_are_no_numbers},
     {"rays that miss the box", "samples of no length in cells of the faces", rays_that_miss},
     {"65,536 rays", "a prefix sum that ends early", rays_65536},
 };

@@ -1,4 +1,4 @@
-// Hard photos: of one colour, of one pixel, of values that are no colours, all the same, or matched perfectly. Steps
+// Hard photos: of one colour, of one pixel, of values that are not colours, all the same, or matched perfectly. Steps
 // are held against the reference pass by pass; whole runs through the trainer's public functions, by the errors of
 // their last validation.
 #include "support/cmocka_test.h"
@@ -21,7 +21,7 @@ enum {
     VIEWS = TRAIN_VIEWS + VAL_VIEWS
 };
 
-static struct vw_scene *scene; // of the case that runs
+static struct vw_scene *scene; // scene of the case that runs
 static char *folder;
 
 static void remove_folder(void *it) { temporary_folder_remove(it); }
@@ -47,7 +47,7 @@ static struct vw_config whole_photos(void) {
 
 // ---- One colour -----------------------------------------------------------------------------------------------------
 
-// Three steps on pixels of one colour, and a run of photos painted in it.
+// Checks three steps on pixels of one colour, and a run on photos painted in it.
 static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4], enum vw_loss loss) {
     struct step_case setup = {
         .name = "photos", .seed = 321, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
@@ -99,7 +99,7 @@ static void photos_of_one_pixel(struct hard_finding *finding) {
 
 enum { TINY_PIXELS = TINY_WIDTH_PX * TINY_HEIGHT_PX };
 
-// As a portable float map, whose rows run bottom to top.
+// Writes a portable float map, whose rows run bottom to top.
 static void write_float_photo(const char *name, const float *rgb) {
     static const char header[] = "PF\n8 6\n-1.0\n";
     char file[sizeof header - 1 + TINY_PIXELS * 3 * sizeof *rgb];
@@ -114,7 +114,7 @@ static double srgb(double linear) {
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-// Linear light in [0,1] but for pixel 3, which is far too bright, and as many bad pixels from pixel 10 on.
+// Makes linear light in [0,1] but for pixel 3, which is far too bright, and `bad_pixels` bad pixels from pixel 10 on.
 static void make_float_photo(uint32_t bad_pixels, float rgb[TINY_PIXELS * 3]) {
     static const float bad[] = {NAN, -1.0f, INFINITY, -1e-6f};
     for (int i = 0; i < TINY_PIXELS * 3; i++) rgb[i] = (float)i / (TINY_PIXELS * 3);
@@ -138,7 +138,7 @@ static void check_float_photo(struct hard_finding *finding, const struct vw_view
     }
 }
 
-// Up to 2 of 48 pixels may be bad; a third is more than 5 %.
+// Checks that up to 2 of 48 pixels may be bad, but not a third one, which makes more than 5 %.
 static void floats_that_are_no_colours(struct hard_finding *finding) {
     static float rgb[TINY_PIXELS * 3];
     folder = test_own(temporary_folder_create(), remove_folder);
@@ -163,7 +163,7 @@ static void floats_that_are_no_colours(struct hard_finding *finding) {
 
 // ---- Nothing to learn -----------------------------------------------------------------------------------------------
 
-// Black photos, and a box that no camera sees: what is rendered is black.
+// Checks black photos and a box that no camera sees: what is rendered is black.
 static void match_nothing(struct hard_finding *finding) {
     struct vw_config config = whole_photos();
     open_scene(false);
@@ -178,8 +178,8 @@ static void match_nothing(struct hard_finding *finding) {
     hard_require(finding, run.still, "without a gradient no param moves");
 }
 
-// Grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let the
-// first sample hide all else. At an error of 0 the loss has no slope.
+// Checks grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let
+// the first sample hide all others. At an error of 0 the loss has no slope.
 static void match_a_grey_wall(struct hard_finding *finding, enum vw_loss loss) {
     struct step_case setup = {
         .name = "grey wall", .seed = 323, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
@@ -210,7 +210,7 @@ static void perfect_match(struct hard_finding *finding) {
     match_a_grey_wall(finding, VW_LOSS_HUBER);
 }
 
-// Eight times the same photo from the same place; and a step whose rays all go through one pixel.
+// Trains on the same photo from the same place eight times, and takes a step whose rays all go through one pixel.
 static void identical_photos(struct hard_finding *finding) {
     struct vw_config config = whole_photos();
     open_scene(false);
@@ -233,8 +233,8 @@ static void identical_photos(struct hard_finding *finding) {
 
 // ---- Next to nothing to see -----------------------------------------------------------------------------------------
 
-// Validation photos with one opaque pixel in the middle and a box that covers little more: nearly every ray shows the
-// background, whose errors are exactly 0.
+// Trains with validation photos that have one opaque pixel in the middle and a box that covers little more: nearly
+// every ray shows the background, whose errors are exactly 0.
 static void nearly_all_background(struct hard_finding *finding) {
     struct vw_config config = whole_photos();
     open_scene(true);
@@ -247,7 +247,7 @@ static void nearly_all_background(struct hard_finding *finding) {
     hard_require(finding, run.last.val_l1 > 0.0 && run.last.val_l1 < 0.1, "the few pixels that show something count");
 }
 
-// Validation photos of which all pixels but one are unusable.
+// Trains with validation photos of which all pixels but one are unusable.
 static void nearly_all_masked(struct hard_finding *finding) {
     struct vw_config config = whole_photos();
     open_scene(false);

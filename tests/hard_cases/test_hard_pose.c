@@ -22,7 +22,8 @@ enum { LATE = REFERENCE_POSE_WARM_UP + 1 };
 
 static struct vw_scene *scene;
 
-// All rays of one photo, whose camera stands at `position` and looks at the box's middle (NULL: as it is).
+// Opens a bench with all rays of one photo, whose camera stands at `position` and looks at the box's middle (NULL: as
+// it is).
 static struct step_bench *open_at(const double position[3], float size) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_view *view = &bench->scene->views[bench->view];
@@ -46,7 +47,7 @@ static void pose_now(struct step_bench *bench, double pose[REFERENCE_POSE]) {
     reference_pose_of(&bench->model, params, bench->view, pose);
 }
 
-// How far the device's rays pass from the reference's lines, near the box. Returns how many hit it.
+// Checks that the device's rays pass close to the reference's lines, near the box. Returns how many hit it.
 static uint32_t compare_rays(struct hard_finding *finding, struct step_bench *bench) {
     const struct vw_box *box = &bench->model.box;
     double pose[REFERENCE_POSE];
@@ -71,7 +72,7 @@ static uint32_t compare_rays(struct hard_finding *finding, struct step_bench *be
     return hits;
 }
 
-// The move that a step makes from what its rays say.
+// Checks the move that a step makes from what its rays say.
 static void compare_move(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     const struct vw_specialization *s = &bench->model.specialization;
     double before[REFERENCE_POSE], after[REFERENCE_POSE], gradient[REFERENCE_POSE], force[3] = {0}, torque[3] = {0};
@@ -119,7 +120,7 @@ static void large_corrections(struct hard_finding *finding) {
     }
 }
 
-// Without anything to see the ridge alone moves it, towards 0, and by no more than a step.
+// Checks that the ridge alone moves the pose of a camera that sees nothing, towards 0, and by no more than a step.
 static void rays_that_miss(struct hard_finding *finding) {
     struct step_bench *bench = open_at(NULL, 1.0f);
     struct vw_view *view = &bench->scene->views[bench->view];

@@ -9,7 +9,7 @@
 #include "support/box_geometry.h"
 #include "train/pixels.h"
 
-static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
+static const double NEAR_EDGES = 0.02;     // distance in generate_rays' contract: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: origin and direction are floats, lines run up to 5 edges
 static const double FACE_TOLERANCE = 1e-6; // box edges
 static const double CLEAR_MARGIN =
@@ -30,7 +30,7 @@ static const struct step_case setup = {.name = "rays",
 
 // ---- Set-up ---------------------------------------------------------------------------------------------------------
 
-// All rays come from view 0 and cover its photo evenly.
+// Opens a bench whose rays all come from view 0 and cover its photo evenly.
 static struct step_bench *open_bench(const struct step_case *c) {
     struct step_bench *bench = step_bench_open(c);
     const struct vw_camera *camera = &bench->scene->views[0].camera;
@@ -42,7 +42,7 @@ static struct step_bench *open_bench(const struct step_case *c) {
     return bench;
 }
 
-// View 0's camera; in box coordinates.
+// Places view 0's camera, in box coordinates.
 static void look(struct step_bench *bench, const double position[3], const double target[3], double focal_px) {
     struct vw_view *view = &bench->scene->views[0];
     rays_look(view, &bench->scene->box, position, target);
@@ -60,8 +60,8 @@ static void point_at(const struct reference_ray *ray, double parameter, double p
     for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
 }
 
-// A ray's samples begin on the box or at the near distance and end on the box, all on the reference's line; none lies
-// outside the box. Returns whether the line hits the box for sure.
+// Checks that a ray's samples begin on the box or at the near distance and end on the box, all on the reference's line,
+// and that none lies outside the box. Returns whether the line hits the box for sure.
 static bool check_ray(struct hard_finding *finding, const struct step_bench *bench, uint32_t index,
                       const struct vw_ray *device) {
     const struct vw_pixel *pixel = &bench->pixels[index];
@@ -106,10 +106,10 @@ static uint32_t check_rays(struct hard_finding *finding, struct step_bench *benc
 static void rays_that_miss(struct hard_finding *finding) {
     static const struct {
         double position[3], target[3];
-    } cameras[] = {{{2.0, 0.5, 0.5}, {3.0, 0.5, 0.5}},   // the box behind it
-                   {{0.5, 0.5, 3.0}, {-1.0, 0.5, 1.0}},  // beside it
+    } cameras[] = {{{2.0, 0.5, 0.5}, {3.0, 0.5, 0.5}},   // looks away from the box
+                   {{0.5, 0.5, 3.0}, {-1.0, 0.5, 1.0}},  // looks past the box
                    {{-1e4, 0.5, 0.5}, {-1e4, 1.5, 0.5}}, // far away, at a right angle
-                   {{1e6, 1e6, 1e6}, {2e6, 2e6, 2e6}}};  // very far behind
+                   {{1e6, 1e6, 1e6}, {2e6, 2e6, 2e6}}};  // very far away, looks away from the box
     struct step_bench *bench = open_bench(&setup);
     for (size_t i = 0; i < VW_ARRAY_COUNT(cameras); i++) {
         look(bench, cameras[i].position, cameras[i].target, 60.0);
@@ -121,8 +121,8 @@ static void rays_that_miss(struct hard_finding *finding) {
     }
 }
 
-// The camera looks exactly at the edge x = 0, z = 1, at 45 degrees to both faces and from 2 edges away: half of the
-// rays cut a corner off, by 2^-24 to 1/8 of an edge, the others just miss. The length of the cut is twice the depth.
+// Aims the camera exactly at the edge x = 0, z = 1, at 45 degrees to both faces and from 2 edges away: half of the rays
+// cut a corner off, by 2^-24 to 1/8 of an edge, the others just miss. The length of the cut is twice the depth.
 static void rays_that_graze_an_edge(struct hard_finding *finding) {
     static const double position[3] = {-M_SQRT2, 0.5, 1.0 - M_SQRT2}, target[3] = {0.0, 0.5, 1.0};
     const double focal_px = 100.0;
@@ -230,7 +230,7 @@ static void camera_far_from_a_small_scene(struct hard_finding *finding) {
     check_whole_step(finding, bench);
 }
 
-// 1 m apart in a box of 10^6 m, where a float next to 1/2 is good to 0.06 m.
+// Moves the camera by 1 m in a box of 10^6 m, where a float next to 1/2 is good to 0.06 m.
 static void camera_in_a_huge_scene(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     bench->scene->box.half_extent_world = 5e5;
@@ -241,7 +241,7 @@ static void camera_in_a_huge_scene(struct hard_finding *finding) {
     }
 }
 
-// World coordinates of 10^6 m, where a double is good to 10^-10 m.
+// Checks world coordinates of 10^6 m, where a double is good to 10^-10 m.
 static void scene_far_from_the_origin(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     bench->scene->box = (struct vw_box){{1e6, -1e6, 1e6}, 0.5};
@@ -250,7 +250,7 @@ static void scene_far_from_the_origin(struct hard_finding *finding) {
     check_whole_step(finding, bench);
 }
 
-// 24 px through a focal length of 1 px: 85 degrees off the axis.
+// Checks 24 px through a focal length of 1 px: 85 degrees off the axis.
 static void focal_length_of_1_px(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     look_at_centre(bench, 1e-3, 1.0);
@@ -262,8 +262,8 @@ static void focal_length_of_1_px(struct hard_finding *finding) {
     check_whole_step(finding, bench);
 }
 
-// Neighbouring pixels are 10^-6 radians apart: from three edges away a pixel is 3 10^-6 edges wide, three times the
-// tolerance.
+// Checks neighbouring pixels that are 10^-6 radians apart: from three edges away a pixel is 3 10^-6 edges wide, three
+// times the tolerance.
 static void focal_length_of_1e6_px(struct hard_finding *finding) {
     struct step_bench *bench = open_bench(&setup);
     look_at_centre(bench, 3.0, 1e6);
@@ -271,7 +271,8 @@ static void focal_length_of_1e6_px(struct hard_finding *finding) {
     check_whole_step(finding, bench);
 }
 
-// Where the lens has an inverse: the ray projects back to its pixel. Elsewhere: a finite ray that weighs nothing.
+// Checks that a ray projects back to its pixel where the lens has an inverse, and is finite and weighs nothing
+// elsewhere.
 static void check_lens(struct hard_finding *finding, struct step_bench *bench) {
     const struct vw_view *view = &bench->scene->views[0];
     struct vw_ray *rays = rays_make(bench);
@@ -296,7 +297,7 @@ static void check_lens(struct hard_finding *finding, struct step_bench *bench) {
     }
 }
 
-// Barrel distortion so strong that the image folds back before the corners: they are masked, the rest is undone.
+// Checks barrel distortion so strong that the image folds back before the corners: they are masked, the rest is undone.
 static void distortion_without_inverse_in_the_corners(struct hard_finding *finding) {
     struct step_case bent = setup;
     bent.distortion = true;
@@ -319,7 +320,7 @@ static void distortion_without_inverse_in_the_corners(struct hard_finding *findi
             weightless += bench->pixels[k].weight == 0.0f;
         }
         hard_require(finding, hidden >= 4 && weightless >= 4 && weightless < RAYS / 2,
-                     "the corners are masked, and not much else");
+                     "the corners are masked, and not much more");
         check_lens(finding, bench);
         check_whole_step(finding, bench);
         view->mask = NULL;
@@ -331,7 +332,7 @@ static const struct hard_case cases[] = {
     {"rays that graze an edge", "negative or made-up lengths", rays_that_graze_an_edge},
     {"rays that start inside", "samples behind the camera", rays_that_start_inside},
     {"rays parallel to the box, also in its faces", "0/0 in the slab test", rays_parallel_to_the_box},
-    {"rays of no extent", "the known depths end before the box or begin behind it: negative strides",
+    {"rays of no extent", "the known depths end before the box or begin beyond it: negative strides",
      rays_of_no_extent},
     {"camera 10^6 m from a scene of 1 m", "cancellation: 10^6 leaves a float 1/16 m", camera_far_from_a_small_scene},
     {"cameras 1 m apart in a scene of 10^6 m", "cameras fall together, or out of the box", camera_in_a_huge_scene},

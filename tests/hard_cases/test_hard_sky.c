@@ -26,7 +26,7 @@ static const float *d_sky_of(const struct step_bench *bench, const struct hard_g
     return gradients->weights + 4 * (size_t)bench->model.weight_columns;
 }
 
-// All densities' logarithms become `weight` times the sum of the hidden units, which are never below 0.
+// Sets all densities' logarithms to `weight` times the sum of the hidden units, which are never below 0.
 static void set_density_weights(struct step_bench *bench, float weight) {
     float *weights = bench->params + bench->model.weights.offset_bytes / sizeof(float);
     for (uint32_t k = 0; k < bench->config.width; k++)
@@ -34,7 +34,7 @@ static void set_density_weights(struct step_bench *bench, float weight) {
     step_bench_write_params(bench);
 }
 
-// Near the photo's middle, where every ray meets the box.
+// Aims all rays near the photo's middle, where every ray meets the box.
 static void aim_at_the_box(struct step_bench *bench) {
     for (uint32_t i = 0; i < bench->config.rays; i++) {
         bench->pixels[i].x_px = 10.5f + (float)(i % 4);
@@ -70,8 +70,8 @@ static void empty_rays(struct hard_finding *finding) {
                  "the sky is learned through empty space");
 }
 
-// Two channels are 0 and 1 in every direction, since band 0 alone is large; the third gives the gradient a size to be
-// compared with.
+// Checks two channels that are 0 and 1 in every direction, since band 0 alone is large; the third gives the gradient a
+// size to be compared with.
 static void saturated_colours(struct hard_finding *finding) {
     static const float logits[][3] = {
         {150.0f, -150.0f, 0.0f}, {300.0f, -300.0f, 2.0f}, {1e30f, -1e30f, -2.0f}, {1e36f, -1e36f, 0.0f}};
@@ -84,7 +84,7 @@ static void saturated_colours(struct hard_finding *finding) {
     }
 }
 
-// The gradient of a step some of whose pixels are excluded and show `value`.
+// Returns the gradient of a step some of whose pixels are excluded and show `value`.
 static struct hard_gradients excluded_gradients(struct step_bench *bench, uint32_t every, float value) {
     for (uint32_t i = 0; i < bench->config.rays; i += every) {
         bench->pixels[i].weight = 0.0f;
@@ -142,7 +142,7 @@ static void set_alpha(struct step_bench *bench, float alpha) {
     hard_write_pixels(bench);
 }
 
-// What a ray is compared with is, to the bit, what stands behind it: seen through an empty field there is no error at
+// Checks that a ray is compared, to the bit, with its own background: seen through an empty field there is no error at
 // all.
 static void transparent_before_random_colours(struct hard_finding *finding) {
     struct step_case random = setup;
@@ -183,7 +183,7 @@ static const struct hard_case cases[] = {
     {"a sky that no ray reaches", "it moves all the same", opaque_rays},
     {"a sky and nothing before it", "light is lost on the way; the field gets its gradient", empty_rays},
     {"a sky of logits up to 10^35", "exp overflows; inf * 0 in the way back", saturated_colours},
-    {"a sky behind excluded pixels", "what was masked out paints the sky", excluded_pixels},
+    {"a sky in excluded pixels", "what was masked out paints the sky", excluded_pixels},
     {"a sky seen along the axes", "signs and order of the basis, where most of it is 0", along_the_axes},
     {"a sky seen by 65,536 rays", "the sum over rays is cut short or loses the small", most_rays},
     {"transparent pixels before random colours", "target and background are not the same colour",

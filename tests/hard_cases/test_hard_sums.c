@@ -142,7 +142,7 @@ static void check_sums(struct hard_finding *finding, struct reduction *r, const 
     }
 }
 
-// 48 windows of 2^21 pixels, 300 million errors.
+// Checks 48 windows of 2^21 pixels, 300 million errors.
 static void errors_of_1e8_pixels(struct hard_finding *finding) {
     enum { WINDOW = 1 << 21, WINDOWS = 48 };
     struct reduction *r = open_reduction(WINDOW);
@@ -172,7 +172,8 @@ static void one_view_of_millions_of_pixels(struct hard_finding *finding) {
     check_view(finding, r, 0xffffff, 0);
 }
 
-// A single-colour photo before an empty field: every error is the same, and so is the rounding of every addition.
+// Checks a single-colour photo before an empty field: every error is the same, and so is the rounding of every
+// addition.
 static void millions_of_equal_errors(struct hard_finding *finding) {
     static const uint32_t errors[] = {0x9a3b57, 0xffffff, 0x000001, 0xd4e3c1, 0x555555};
     struct reduction *r = open_reduction(LARGEST_VIEW);

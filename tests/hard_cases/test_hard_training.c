@@ -45,8 +45,8 @@ static void table_of_one_entry(struct hard_finding *finding) {
 
 // ---- Divergence -----------------------------------------------------------------------------------------------------
 
-// A step that is finite moves every param as the reference's optimiser does from the same gradients; one that is not is
-// flagged and moves none. Returns how many were flagged.
+// Checks that a finite step moves every param as the reference's optimiser does from the same gradients, and that one
+// that is not finite is flagged and moves none. Returns how many were flagged.
 static uint32_t follow_steps(struct hard_finding *finding, struct step_bench *bench, uint64_t steps) {
     uint32_t flagged = 0;
     for (uint64_t number = 1; number <= steps; number++) {
@@ -90,9 +90,9 @@ static void scale_matrix(struct step_bench *bench, uint32_t matrix, uint32_t out
         params[reference_block_index(&bench->model.specialization, matrix, i / in, i % in)] *= scale;
 }
 
-// The first matrix 10^-22 times and the second 10^22 times as large: the same field, but the first one's gradients are
-// of order 10^22. Their squares leave the floats, and a second moment that is infinite would hold the weight in its
-// place for ever.
+// Scales the first matrix by 10^-22 and the second by 10^22: the same field, but the first one's gradients are of order
+// 10^22. Their squares leave the floats, and a second moment that is infinite would hold the weight in its place for
+// ever.
 static void gradients_with_infinite_squares(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     scale_matrix(bench, 0, bench->config.width, bench->config.levels * bench->config.features, 1e-22f);
@@ -103,9 +103,9 @@ static void gradients_with_infinite_squares(struct hard_finding *finding) {
 
 // ---- The fixed-point clamp ------------------------------------------------------------------------------------------
 
-// The gradients of all samples at the clamp or far beyond, all in the one entry of each level: the activation rows that
-// scatter_grid reads. The samples sit at corners of the box, lattice points of every level, so that each adds to one
-// entry a whole number.
+// Makes the activation rows that scatter_grid reads: the gradients of all samples are at the clamp or far beyond, all
+// in the one entry of each level. The samples sit at corners of the box, lattice points of every level, so that each
+// adds to one entry a whole number.
 static float *clamped_rows(const struct step_bench *bench, float sign) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
@@ -123,7 +123,7 @@ static float *clamped_rows(const struct step_bench *bench, float sign) {
     return rows;
 }
 
-// The entry of level 0 after a step by its sum: one learning rate, as after any first gradient.
+// Checks the entry of level 0 after a step by its sum: one learning rate, as after any first gradient.
 static void check_clamped_update(struct hard_finding *finding, struct step_bench *bench, double sum_quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
     double moment1 = 0.0, moment2 = 0.0;
@@ -154,7 +154,7 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     check_clamped_update(finding, bench, sum);
 }
 
-// 30,720 samples, about as many as narrow words take, and 61,440, which take wide ones.
+// Checks 30,720 samples, about as many as narrow words take, and 61,440, which take wide ones.
 static void gradients_at_the_clamp(struct hard_finding *finding) {
     for (uint32_t rays = 1024; rays <= 2048; rays *= 2) {
         struct step_case crowd = setup;
@@ -200,7 +200,7 @@ struct reference_entry {
     double moment1, moment2;
 };
 
-// One step in which the voices have these gradients and all else is silent; each moves as its reference does.
+// Takes one step in which the voices have these gradients and all else is silent; each moves as its reference does.
 static void speak(struct hard_finding *finding, struct step_bench *bench, const int64_t gradients[VOICES],
                   uint32_t step, struct reference_entry references[VOICES]) {
     const struct vw_specialization *s = &bench->model.specialization;

@@ -8,7 +8,7 @@
 #include "hard_cases/hard_run.h"
 #include "hard_cases/hard_step.h"
 
-static const double POSITION_TOLERANCE = 4e-7; // of the field's cube: eight roundings next to 1
+static const double POSITION_TOLERANCE = 4e-7; // in edges of the field's cube: eight roundings next to 1
 static const double DISTANCE_TOLERANCE = 2e-6; // relative: thirty roundings, of a sum over strata
 static const double LIGHT_TOLERANCE = 1e-5;    // the device's exp, and that of a thickness up to 8
 
@@ -26,8 +26,8 @@ static const struct step_case setup = {.name = "unbounded",
 
 // ---- The contraction ------------------------------------------------------------------------------------------------
 
-// Positions of the first samples of rays in the field's cube, as forward_field makes them in training. Owned by the
-// caller: x, y, z, 0 of one ray after the other.
+// Returns the positions of the rays' first samples in the field's cube, as forward_field makes them in training: x, y,
+// z, 0 of one ray after the other.
 static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     struct vw_push_samples push = step_bench_push(bench, STEP);
     step_bench_write(bench, bench->step.ray_buffer, rays);
@@ -41,7 +41,7 @@ static float *locate(struct step_bench *bench, const struct vw_ray *rays) {
     return positions;
 }
 
-// Rays whose samples all lie at their origins, since near and far are the same.
+// Checks points by rays whose samples all lie at their origins, since near and far are the same.
 static void check_points(struct hard_finding *finding, struct step_bench *bench, const double (*points)[3],
                          uint32_t count) {
     struct vw_ray rays[RAYS] = {0};
@@ -62,7 +62,7 @@ static void check_points(struct hard_finding *finding, struct step_bench *bench,
     }
 }
 
-// In all 26 directions to the neighbours of a cell.
+// Checks all 26 directions to the neighbours of a cell.
 static void contraction_at_all_distances(struct hard_finding *finding) {
     static const double distances[] = {0.0,  1e-30, 1e-8, 0.25, 0.4999999, 0.5,  0.5000001, 0.75,
                                        10.0, 1e3,   1e10, 1e19, 1e20,      1e30, 1.5e38};
@@ -79,7 +79,7 @@ static void contraction_at_all_distances(struct hard_finding *finding) {
     }
 }
 
-// Neighbouring floats on both sides of the sphere fall on neighbouring places.
+// Checks that neighbouring floats on both sides of the sphere fall on neighbouring places.
 static void contraction_across_the_sphere(struct hard_finding *finding) {
     struct step_bench *bench = step_bench_open(&setup);
     struct vw_ray rays[RAYS] = {0};
@@ -91,7 +91,7 @@ static void contraction_across_the_sphere(struct hard_finding *finding) {
         rays[i].direction_stride = (vw_float4){.x = 1.0f, .w = 1.0f};
     }
     float *positions = locate(bench, rays);
-    for (uint32_t i = 0; i < RAYS; i++) { // what is left alone there is half as large
+    for (uint32_t i = 0; i < RAYS; i++) { // x and y, which the contraction leaves alone, are halved
         hard_compare(finding, "place next to the sphere", i, positions[4 * i], 0.25 + 0.5 * rays[i].origin_near.x, 1.0,
                      8.0 * 0x1p-24);
         hard_compare(finding, "place next to the sphere", i, positions[4 * i + 1], 0.25 + 0.5 * rays[i].origin_near.y,
@@ -101,7 +101,7 @@ static void contraction_across_the_sphere(struct hard_finding *finding) {
 
 // ---- Strata ---------------------------------------------------------------------------------------------------------
 
-// Fog of the same density everywhere leaves as much light as one stratum from near to far would.
+// Checks that fog of the same density everywhere leaves as much light as one stratum from near to far would.
 static void strata_of_any_lengths(struct hard_finding *finding) {
     static const float distances[][2] = {{1.0f, 1.0f}, {1e-3f, 1e-3f},  {0.5f, 0.50000006f}, {1e4f, 1.0001e4f},
                                          {1e4f, 1e7f}, {0.1f, 1e3f},    {1e-6f, 1e6f},       {1e-3f, 1e30f},
@@ -137,7 +137,7 @@ static void strata_of_any_lengths(struct hard_finding *finding) {
 
 // ---- Cameras --------------------------------------------------------------------------------------------------------
 
-// All rays come from view 0, which the test moves, and cover its photo evenly.
+// Opens a bench whose rays all come from view 0, which the test moves, and cover its photo evenly.
 static struct step_bench *open_bench(void) {
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_camera *camera = &bench->scene->views[0].camera;
@@ -155,7 +155,7 @@ static void check_camera(struct hard_finding *finding, struct step_bench *bench)
     hard_check_rendering(finding, bench);
 }
 
-// At the centre, on the sphere, outside, looking in and out, along axes.
+// Checks cameras at the centre, on the sphere and outside, which look in, out and along axes.
 static void cameras_in_and_around_the_ball(struct hard_finding *finding) {
     static const struct {
         double position[3], target[3];
@@ -181,7 +181,7 @@ static void look_from(struct step_bench *bench, double distance_edges) {
     view->camera.focal_x_px = view->camera.focal_y_px = 24.0 * fmax(distance_edges, 1.0); // the ball fills the photo
 }
 
-// Where points tell the depths, a ray begins next to what it sees, as precisely as from a camera nearby.
+// Checks that a ray begins next to what it sees where points tell the depths, as precisely as from a camera nearby.
 static void cameras_far_away(struct hard_finding *finding) {
     static const double distances[] = {10.0, 1e4, 1e6};
     struct step_bench *bench = open_bench();
@@ -197,7 +197,7 @@ static void cameras_far_away(struct hard_finding *finding) {
     }
 }
 
-// Near and far the same, next to nothing, and farther than the far distance would be without them.
+// Checks near and far distances that are the same, next to nothing, or farther than the far distance without points.
 static void depths_of_any_size(struct hard_finding *finding) {
     static const double depths_edges[][2] = {{2.0, 2.0}, {1e-9, 1e-9}, {1e-9, 1.0}, {5e3, 5e3}, {0.5, 1e7}, {1e7, 1e7}};
     struct step_bench *bench = open_bench();
@@ -211,7 +211,7 @@ static void depths_of_any_size(struct hard_finding *finding) {
     }
 }
 
-// World coordinates of 10^6 m, where a double is good to 10^-10 m, and boxes of a millimetre and of a kilometre.
+// Checks world coordinates of 10^6 m, where a double is good to 10^-10 m, and boxes of a millimetre and of a kilometre.
 static void worlds_anywhere_and_of_any_size(struct hard_finding *finding) {
     static const double scales[] = {1.0, 1e-3, 1e3};
     struct step_bench *bench = open_bench();

@@ -19,7 +19,7 @@ static const struct step_case setup = {.name = "visibility",
 
 static struct vw_scene *scene;
 
-// A bench whose pixels are visible as the logistic function of about `logit` says.
+// Opens a bench whose pixels are visible as the logistic function of about `logit` says.
 static struct step_bench *open_with(const struct step_case *c, float logit) {
     struct step_bench *bench = step_bench_open(c);
     bench->params[vw_visibility_network(&bench->model).offset_bytes / 4 + 4 * (VISIBILITY_LOGIT + VISIBILITY4)] = logit;
@@ -33,7 +33,8 @@ static double total_weight(const struct step_bench *bench) {
     return sum;
 }
 
-// Under every loss: the step costs the whole size penalty, the field learns nothing, and comes out as it was.
+// Checks that under every loss the step costs the whole size penalty, the field learns nothing, and comes out as it
+// was.
 static void nothing_visible(struct hard_finding *finding) {
     static const enum vw_loss losses[] = {VW_LOSS_L1, VW_LOSS_L2, VW_LOSS_HUBER};
     for (size_t i = 0; i < VW_ARRAY_COUNT(losses); i++) {
@@ -63,7 +64,7 @@ static void all_visible(struct hard_finding *finding) {
     }
 }
 
-// The network and the photo's code stay as they are, to the bit; the visit counts.
+// Checks that the network and the photo's code stay as they are, to the bit, and that the visit counts.
 static void masked_photo(struct hard_finding *finding) {
     struct step_bench *bench = open_with(&setup, 0.0f);
     for (uint32_t i = 0; i < bench->config.rays; i++) bench->pixels[i].weight = 0.0f;
@@ -86,7 +87,7 @@ static void masked_photo(struct hard_finding *finding) {
     hard_train_well(finding, scene, &config);
 }
 
-// 0 times an infinite loss is no number: the step is skipped and says so.
+// Checks that a step with an infinite loss is skipped and says so: 0 times infinity is not a number.
 static void infinite_losses(struct hard_finding *finding) {
     static const float logits[] = {-1e30f, 0.0f, 1e30f};
     for (size_t i = 0; i < VW_ARRAY_COUNT(logits); i++) {
@@ -103,7 +104,7 @@ static void infinite_losses(struct hard_finding *finding) {
     }
 }
 
-// The penalty falls to its floor and stays there.
+// Checks that the penalty falls to its floor and stays there.
 static void late_steps(struct hard_finding *finding) {
     static const uint64_t numbers[] = {2120, 2121, INT32_MAX, 1ull << 33, 1ull << 50};
     struct step_bench *bench = open_with(&setup, 0.0f);
