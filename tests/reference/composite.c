@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-// The light that passes the first `count` samples.
+// Returns the light that passes the first `count` samples.
 static double passed(const struct reference_point *points, uint32_t count) {
     double tau = 0.0;
     for (uint32_t i = 0; i < count; i++) tau += points[i].density * points[i].length;
@@ -20,8 +20,9 @@ double reference_composite(const struct reference_point *points, uint32_t count,
     return left;
 }
 
-// Light that reaches the camera from sample i on is T_i (opacity_i rgb_i + (1 - opacity_i) beyond_i), with T_i what
-// passes the samples before and beyond_i what is seen from behind sample i: so beyond_i follows from beyond_(i+1).
+// Goes from the last sample to the first. Light that reaches the camera from sample i on is T_i (opacity_i rgb_i + (1 -
+// opacity_i) beyond_i), with T_i what passes the samples before and beyond_i what is seen from behind sample i: so
+// beyond_i follows from beyond_(i+1).
 void reference_composite_gradient(const struct reference_point *points, uint32_t count, const double background[3],
                                   const double d_colour[3], struct reference_d_point *d_points) {
     double beyond[3] = {background[0], background[1], background[2]};

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-static const int LEAST_EXPONENT = -14, DIGITS = 10; // of normal halves, behind the point
+static const int LEAST_EXPONENT = -14, DIGITS = 10; // normal halves: least exponent, digits after the point
 static const double LARGEST = 65504.0;
 
 double reference_half(double value) {

@@ -5,7 +5,7 @@
 
 enum { SKIP = 5, DIRECTION_FREQUENCIES = 4 }; // the layer of the trunk that takes in the encoding again
 
-// Padded to fours.
+// Returns how many fours hold so many numbers.
 static uint32_t fours(uint32_t numbers) { return (numbers + 3) / 4; }
 
 static void add_layer(struct reference_mlp *mlp, const char *name, uint32_t out, uint32_t in, uint32_t second_in,
@@ -58,7 +58,7 @@ static const double *direction_of(const struct reference_mlp *mlp, const struct 
     return sample->encodings + 3 + 6 * mlp->frequencies;
 }
 
-// What layer l takes in first and second.
+// Finds the first and the second input of layer l.
 static void operands(const struct reference_mlp *mlp, const struct reference_mlp_sample *sample, uint32_t l,
                      const double **first, const double **second) {
     uint32_t last = mlp->depth - 1;
@@ -90,7 +90,7 @@ void reference_mlp_forward(const struct reference_mlp *mlp, const double *params
     for (int i = 0; i < 3; i++) sample->rgb[i] = 1.0 / (1.0 + exp(-sample->values[mlp->depth + 3][i]));
 }
 
-// Back through layer l; d_in: of what it takes in first, NULL for an encoding; accumulates.
+// Goes back through layer l. d_in: gradient by the first input, NULL for an encoding; accumulates.
 static void layer_back(const struct reference_mlp *mlp, const double *params, const struct reference_mlp_sample *sample,
                        uint32_t l, const double *d_out, double *d_in, double *d_params) {
     const struct reference_layer *layer = &mlp->layers[l];

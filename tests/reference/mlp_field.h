@@ -21,19 +21,20 @@ struct reference_mlp {
     struct reference_layer layers[REFERENCE_LAYERS_MAX]; // the trunk, then density, feature, colour, rgb
 };
 void reference_mlp_lay_out(uint32_t depth, uint32_t width, uint32_t frequencies, struct reference_mlp *mlp);
-// Index of a number of a layer's first or second matrix.
+// Returns the index of a number of a layer's first or second matrix.
 uint32_t reference_mlp_index(const struct reference_layer *layer, bool second, uint32_t out, uint32_t in);
 
-// Three numbers and their sines and cosines: 3 + 6 * frequencies numbers.
+// Lists three numbers and their sines and cosines: 3 + 6 * frequencies numbers.
 void reference_encode(const double v[3], uint32_t frequencies, double *encoding);
 
 // One sample on its way through the field; owned values of every layer.
 struct reference_mlp_sample {
-    double position[3], direction[3], *values[REFERENCE_LAYERS_MAX], *encodings; // of position, then of direction
+    double position[3], direction[3], *values[REFERENCE_LAYERS_MAX], *encodings; // position's, then direction's
     double rgb[3], density;
 };
 struct reference_mlp_sample *reference_mlp_samples(const struct reference_mlp *mlp, uint32_t count);
-// From position and direction to rgb and density. `shift`: what a photo's code adds to the biases of the layer colour.
+// Computes rgb and density from position and direction. `shift`: what a photo's code adds to the biases of the layer
+// colour.
 void reference_mlp_forward(const struct reference_mlp *mlp, const double *params, const double *shift,
                            struct reference_mlp_sample *sample);
 // Accumulates into d_params.

@@ -22,7 +22,7 @@ static void cut(struct span *span, double entry, double leave) {
     span->leave = fmin(span->leave, leave);
 }
 
-// Where |position + parameter * step| <= half.
+// Cuts the span to where |position + parameter * step| <= half.
 static void cut_slab(struct span *span, double position, double step, double half) {
     if (step == 0.0) {
         if (fabs(position) > half) span->leave = -INFINITY;
@@ -32,7 +32,7 @@ static void cut_slab(struct span *span, double position, double step, double hal
     cut(span, fmin(a, b), fmax(a, b));
 }
 
-// Where |position + parameter * step| <= radius, in `axes` dimensions.
+// Cuts the span to where |position + parameter * step| <= radius, in `axes` dimensions.
 static void cut_round(struct span *span, const double *position, const double *step, int axes, double radius) {
     double a = 0.0, b = 0.0, c = -radius * radius;
     for (int i = 0; i < axes; i++) a += step[i] * step[i];
@@ -50,7 +50,8 @@ static void turn(const struct vw_recipe_shape *shape, double sign, const double 
     turned[2] = v[2];
 }
 
-// Both relative to the shape: a box's own axes, else the world's.
+// Returns the parameter at which a line meets the shape, INFINITY when it does not. Origin and direction are relative
+// to the shape: in a box's own axes, otherwise in the world's.
 static double hit(const struct vw_recipe_shape *shape, const double origin[3], const double direction[3]) {
     struct span span = {-INFINITY, INFINITY};
     const double half[3] = {shape->extent.x, shape->extent.y, shape->extent.z};
@@ -156,7 +157,7 @@ static double value_noise(uint32_t seed, const double at[3]) {
     return value;
 }
 
-// `place` relative to the shape's centre, in box axes.
+// Computes the texture's colour at `place`, which is relative to the shape's centre, in box axes.
 static void texture(const struct reference_recipe *recipe, const struct vw_recipe_shape *shape, const double place[3],
                     double rgb[3]) {
     double at[3], share = 0.0;

@@ -30,42 +30,43 @@ struct reference_ray {
     double target[3], weight;
 };
 
-// The line from the camera through a pixel, straight from the view: `origin` is the camera itself. False beyond the
-// lens model's fold.
+// Finds the line from the camera through a pixel, straight from the view: `origin` is the camera itself. Returns false
+// beyond the lens model's fold.
 bool reference_camera_line(const struct vw_view *view, const struct vw_box *box, double x_px, double y_px,
                            double origin[3], double direction[3]);
-// Where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`; false when it does
-// not.
+// Finds where a line runs within the unit cube grown by `margin` on every side, at parameters >= `least`. Returns false
+// when it does not.
 bool reference_box_span(const double origin[3], const double direction[3], double least, double margin, double *near,
                         double *far);
 struct reference_ray reference_ray_of(const struct vw_ray *ray);
 
 // ---- sampling.c -----------------------------------------------------------------------------------------------------
 
-// Position of a sample within its stratum: drawn in training, the centre otherwise.
+// Returns the position of a sample within its stratum: drawn in training, the centre otherwise.
 double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray, uint32_t sample, vw_uint4 key);
-// In the field's unit cube.
+// Computes a sample's position in the field's unit cube.
 void reference_sample_position(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample,
                                double offset, double position[3]);
-// The same at a place on the ray, counted in strata.
+// Computes the position at a place on the ray, counted in strata.
 void reference_position_at(const struct vw_specialization *s, const struct reference_ray *ray, double place,
                            double position[3]);
-// In box edges.
+// Returns the length between two places on a ray, in box edges.
 double reference_length_between(const struct vw_specialization *s, const struct reference_ray *ray, double from,
                                 double to);
-// What a sample stands for among all `places` of its ray, which are in order: up to the middles towards its neighbours.
+// Returns the length for which a sample stands among all `places` of its ray, which are in order: up to the middles
+// towards its neighbours.
 double reference_listed_length(const struct vw_specialization *s, const struct reference_ray *ray, const double *places,
                                uint32_t sample);
-// The places of the importance samples of a ray, in order, where its even samples have these optical thicknesses (of
-// whole strata). `weights` receives those of the strata, which the places follow.
+// Computes the places of the importance samples of a ray, in order, from the optical thicknesses at its even samples
+// (of whole strata). `weights` receives those of the strata, which the places follow.
 void reference_place_samples(const struct vw_specialization *s, uint32_t ray, const double *taus, vw_uint4 key,
                              double *weights, double *places);
-// Of the stratum that a sample lies in, in box edges.
+// Returns the length of the stratum that a sample lies in, in box edges.
 double reference_stratum_length(const struct vw_specialization *s, const struct reference_ray *ray, uint32_t sample);
 
 // ---- contraction.c --------------------------------------------------------------------------------------------------
 
-// From box coordinates to the field's unit cube, with the effect unbounded.
+// Maps box coordinates to the field's unit cube, with the effect unbounded.
 void reference_contract(const double box[3], double field[3]);
 
 // ---- hash_grid.c: feature f of entry e of level l is grid[2 * first_pair[l] + e * features + f] ---------------------
@@ -78,17 +79,17 @@ void reference_grid_corners(const struct vw_specialization *s, const double posi
                             struct reference_corner corners[8]);
 void reference_grid_encode(const struct vw_specialization *s, const double *grid, const double position[3],
                            double *encoding);
-// Accumulates.
+// Accumulates into d_grid.
 void reference_grid_scatter(const struct vw_specialization *s, const double position[3], const double *d_encoding,
                             double *d_grid);
 
 // ---- half.c: tables of halves ---------------------------------------------------------------------------------------
 
-// The half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
+// Returns the half nearest to a number, of two the even one; infinity for what rounds beyond the largest.
 double reference_half(double value);
-// What the bits of a half say.
+// Returns the number that the bits of a half mean.
 double reference_half_value(uint16_t bits);
-// Feature `index` of the grid in a params block, in either precision.
+// Returns feature `index` of the grid in a params block, in either precision.
 double reference_feature(const struct vw_model *model, const void *params, uint64_t index);
 
 // ---- spherical_harmonics.c: band 0, band 1 (-y, z, -x), band 2 (xy, -yz, 3zz-1, -xz, xx-yy) -------------------------
@@ -97,19 +98,20 @@ void reference_spherical_harmonics(const double direction[3], double values[9]);
 
 // ---- sky.c: what stands behind the field and behind transparent pixels ----------------------------------------------
 
-// The coefficients from the whole params block; left as they are without the effect.
+// Reads the coefficients from the whole params block; leaves them as they are without the effect.
 void reference_sky_read(const struct vw_model *model, const float *params, double coefficients[VW_SKY_COLUMNS][3]);
 void reference_sky(const double coefficients[VW_SKY_COLUMNS][3], const double direction[3], double rgb[3]);
-// The gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`, and what it adds to
-// the coefficients'.
+// Computes the gradient by the logits of a ray of which the share `left` reaches the sky of colour `rgb`.
+// reference_sky_gradient() adds its part of the coefficients' gradient.
 void reference_sky_d_logit(const double rgb[3], double left, const double d_colour[3], double d_logit[3]);
 void reference_sky_gradient(const double direction[3], const double d_logit[3],
                             double d_coefficients[VW_SKY_COLUMNS][3]);
-// The background of a ray of step `step`, black when the run has none; and that, or the sky.
+// Computes the background of a ray at the step of `key`, black when the run has none. reference_backdrop() computes the
+// sky instead when the run has that effect.
 void reference_background(const struct vw_specialization *s, uint32_t ray, vw_uint4 key, double background[3]);
 void reference_backdrop(const struct vw_specialization *s, const double sky[VW_SKY_COLUMNS][3],
                         const double direction[3], uint32_t ray, vw_uint4 key, double backdrop[3]);
-// The pixel's colour on the background, when the run has that effect.
+// Computes the pixel's colour on the background, when the run has that effect.
 void reference_target(const struct vw_specialization *s, const struct vw_pixel *pixel, uint32_t ray, vw_uint4 key,
                       double target[3]);
 
@@ -129,13 +131,14 @@ struct reference_matrix {
     double *values;
     uint32_t out, in;
 };
-// The four matrices by name and size.
+// Lists the four matrices by name and size.
 void reference_matrices(const struct vw_specialization *s, struct reference_weights *weights,
                         struct reference_matrix matrices[REFERENCE_MATRICES]);
-// From the 4x4 blocks of the params block (see shaders/networks/mlp.glsl). `blocks` has 4 * weight_columns floats.
+// Reads the weights from the 4x4 blocks of the params block (see shaders/networks/mlp.glsl). `blocks` has 4 *
+// weight_columns floats.
 void reference_weights_from_blocks(const struct vw_specialization *s, const float *blocks,
                                    struct reference_weights *weights);
-// Index in `blocks` of weight [out][in] of matrix `matrix`.
+// Returns the index in `blocks` of weight [out][in] of matrix `matrix`.
 uint32_t reference_block_index(const struct vw_specialization *s, uint32_t matrix, uint32_t out, uint32_t in);
 
 // One sample on its way through the field.
@@ -158,7 +161,7 @@ struct reference_d_sample {
 };
 
 extern const double reference_density_max; // per box edge
-// From sample->encoding and direction to rgb and density.
+// Computes rgb and density from sample->encoding and direction.
 void reference_networks_forward(const struct vw_specialization *s, const struct reference_weights *weights,
                                 struct reference_sample *sample);
 void reference_networks_backward(const struct vw_specialization *s, const struct reference_weights *weights,
@@ -170,9 +173,9 @@ void reference_weights_gradient(const struct vw_specialization *s, const struct 
 
 // ---- composite.c ----------------------------------------------------------------------------------------------------
 
-struct reference_point { // what compositing sees of a sample
+struct reference_point { // a sample as compositing sees it
     double rgb[3], density;
-    double length; // of its stratum
+    double length; // the stratum's
 };
 // Returns the transmittance that remains.
 double reference_composite(const struct reference_point *points, uint32_t count, const double background[3],
@@ -185,10 +188,10 @@ void reference_composite_gradient(const struct reference_point *points, uint32_t
 
 // ---- loss.c ---------------------------------------------------------------------------------------------------------
 
-// One channel's loss, and its slope by the error.
+// Returns one channel's loss; `slope` receives its slope by the error.
 double reference_loss(const struct vw_specialization *s, double error, double *slope);
-// Its second derivative, as Gauss-Newton products take it: of L1 and Huber that of a smooth loss
-// (shaders/rays/loss.glsl).
+// Returns the second derivative of one channel's loss, as Gauss-Newton products take it: of L1 and Huber that of a
+// smooth loss (shaders/rays/loss.glsl).
 double reference_curvature(const struct vw_specialization *s, double error);
 
 // ---- appearance.c ---------------------------------------------------------------------------------------------------
@@ -196,7 +199,7 @@ double reference_curvature(const struct vw_specialization *s, double error);
 double reference_photo_rate(uint64_t visits); // times the learning rate
 extern const double reference_photo_ridge, reference_fit_ridge;
 
-struct reference_photo {     // what belongs to one photo, or its gradient; 0 where the effect is off
+struct reference_photo {     // params of one photo, or their gradient; 0 where the effect is off
     double gain[3], bias[3]; // gain: beyond 1
     double code[REFERENCE_CODE];
 };
@@ -206,12 +209,12 @@ void reference_appear(const struct reference_photo *photo, const double rendered
 // Accumulates into d_photo.
 void reference_appear_gradient(const struct reference_photo *photo, const double rendered[3], const double d_seen[3],
                                struct reference_photo *d_photo, double d_rendered[3]);
-// What a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE]. The
-// gradients are overwritten.
+// Computes what a code adds to the weights of the colour network's input 0; code weights are [width][REFERENCE_CODE].
+// The gradients are overwritten.
 void reference_mix_code(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE], double *shift);
 void reference_mix_code_gradient(uint32_t width, const double *code_weights, const double code[REFERENCE_CODE],
                                  const double *d_shift, double *d_code_weights, double d_code[REFERENCE_CODE]);
-// The gain beyond 1 and the bias that bring rendered values nearest to targets.
+// Finds the gain beyond 1 and the bias that bring rendered values nearest to targets.
 void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias);
 
 // ---- visibility.c ---------------------------------------------------------------------------------------------------
@@ -220,9 +223,9 @@ enum {
     REFERENCE_VISIBILITY = 4 * VISIBILITY_COLUMNS,    // numbers of the network, at the places that the device has
     REFERENCE_VISIBILITY_CODE = 4 * VISIBILITY_CODE4, // and of a photo's code
 };
-// What it costs to leave a pixel out, at step `step`.
+// Returns the cost of leaving a pixel out, at step `step`.
 double reference_size_weight(const struct vw_specialization *s, uint64_t step);
-// How visible the field is at a place of a photo, -1 to 1 across it.
+// Returns how visible the field is at a place of a photo, -1 to 1 across it.
 double reference_visibility(const double *network, const double *code, const double place[2]);
 // Accumulates what a gradient by that says of the network and of the code.
 void reference_visibility_gradient(const double *network, const double *code, const double place[2], double d_visible,
@@ -230,48 +233,50 @@ void reference_visibility_gradient(const double *network, const double *code, co
 
 // ---- encoder.c: the effect appearance_encoder -----------------------------------------------------------------------
 
-enum { REFERENCE_ENCODER_OUTPUTS = 16 * 16 * 4 * ENCODER4 }; // of the first convolution; each next one has a quarter
+enum { REFERENCE_ENCODER_OUTPUTS = 16 * 16 * 4 * ENCODER4 }; // the first convolution's; each next one has a quarter
 struct reference_photo_encoding {
     double thumbnail[THUMBNAIL_PIXELS][4];
     double outputs[ENCODER_LAYERS][REFERENCE_ENCODER_OUTPUTS], mean[4 * ENCODER4], code[REFERENCE_CODE],
         shift[REFERENCE_WIDTH_MAX];
 };
-// Of columns `first` to `end` of a photo.
+// Makes the thumbnail of columns `first` to `end` of a photo.
 void reference_thumbnail(const struct vw_view *view, uint32_t first, uint32_t end, bool masks,
                          double thumbnail[THUMBNAIL_PIXELS][4]);
 // Fills all but the thumbnail. The network's numbers stand at the places that the device has; `width`: units of the
 // colour network.
 void reference_encode_photo(const double *network, uint32_t width, struct reference_photo_encoding *encoding);
-// Accumulates.
+// Accumulates into d_network.
 void reference_encode_photo_gradient(const double *network, uint32_t width,
                                      const struct reference_photo_encoding *encoding, const double *d_shift,
                                      double *d_network);
 
-// From the gradient by the code alone; d_thumbnail is overwritten, and may be NULL.
+// Accumulates into d_network from the gradient by the code alone; d_thumbnail is overwritten, and may be NULL.
 void reference_code_gradient(const double *network, const struct reference_photo_encoding *encoding,
                              const double *d_code, double *d_network, double d_thumbnail[THUMBNAIL_PIXELS][4]);
-// Of a square picture of so many rendered colours a side, and back. Overwritten.
+// Makes the thumbnail of a square picture of `side` rendered colours a side. reference_picture_gradient() goes back to
+// the colours. Both overwrite their results.
 void reference_picture_thumbnail(uint32_t side, const double (*colours)[3], double thumbnail[THUMBNAIL_PIXELS][4]);
 void reference_picture_gradient(uint32_t side, double d_thumbnail[THUMBNAIL_PIXELS][4], double (*d_colours)[3]);
 
 // ---- fixed_point.c --------------------------------------------------------------------------------------------------
 
-// What one sample adds to the features' integer gradients: its gradient, clamped and in quanta, times each corner's
-// weight, rounded. Accumulates.
+// Adds one sample's part to the features' integer gradients: its gradient, clamped and in quanta, times each corner's
+// weight, rounded.
 void reference_grid_scatter_fixed(const struct vw_specialization *s, const double position[3], const double *d_encoding,
                                   int64_t *quanta);
-// The integer gradient of every feature from the device's words.
+// Reads the integer gradient of every feature from the device's words.
 void reference_unpack_grid(const struct vw_model *model, const uint64_t *words, int64_t *quanta);
 
 // ---- adam.c ---------------------------------------------------------------------------------------------------------
 
-// What to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the moments.
+// Returns what to subtract from a parameter whose mean gradient is `gradient` at its `visits`-th visit; updates the
+// moments.
 double reference_adam(const struct vw_specialization *s, double gradient, uint64_t visits, double *moment1,
                       double *moment2);
 
 // ---- mix.c ----------------------------------------------------------------------------------------------------------
 
-// A parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
+// Returns a parameter on the line from `before` a step to `after` it, `reach` steps from its beginning.
 double reference_mix(double before, double after, double reach);
 
 // ---- reductions.c ---------------------------------------------------------------------------------------------------
@@ -284,10 +289,10 @@ struct reference_view_error reference_view_error(const struct vw_ray *rays, cons
 // ---- occupancy.c: 32 cells per axis of the box, x first -------------------------------------------------------------
 
 uint32_t reference_cell(const double position[3]);
-// Cells of at most this density are empty.
+// Returns the largest density of an empty cell.
 double reference_empty_density(const struct vw_specialization *s);
 struct reference_params;
-// At the point of a cell that step `step` asks for, which is `position`.
+// Returns a cell's density at the point that the step of `key` asks for, which `position` receives.
 double reference_cell_density(const struct vw_specialization *s, const struct reference_params *params, uint32_t cell,
                               vw_uint4 key, double position[3]);
 
@@ -297,8 +302,8 @@ struct reference_recipe {
     const struct vw_recipe_shape *shapes;
     struct vw_push_recipe push;
 };
-// What is seen along a line from `origin` (box coordinates): colour and coverage. Returns how far off it is, 0 when
-// nothing is met.
+// Traces a line from `origin` (box coordinates): `rgba` receives the colour and coverage seen along it. Returns how far
+// off that is, 0 when nothing is met.
 double reference_recipe_trace(const struct reference_recipe *recipe, const double origin[3], const double direction[3],
                               double rgba[4]);
 
@@ -308,10 +313,10 @@ struct reference_params {
     struct reference_weights weights;
     double *grid;
     double sky[VW_SKY_COLUMNS][3];  // 0 without the effect
-    struct reference_photo *photos; // of every view; NULL without such effects
+    struct reference_photo *photos; // one per view; NULL without such effects
     double code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE];
     double visibility[REFERENCE_VISIBILITY];
-    double (*visibility_codes)[REFERENCE_VISIBILITY_CODE]; // of every view; NULL without that effect
+    double (*visibility_codes)[REFERENCE_VISIBILITY_CODE]; // one per view; NULL without that effect
 };
 
 // One step: forward fills samples, colours and losses, backward the gradients. In between a test may put the device's
@@ -326,35 +331,35 @@ struct reference_step {
         sample_places; // per sample: where it is on its ray, in strata; a test may set them [NULL: one in each stratum]
     struct reference_d_sample *d_samples;                        // likewise
     double (*colours)[3], *left;                                 // per ray: rendered, transmittance that remains
-    double (*backdrops)[3];                                      // per ray: the colour behind the field
+    double (*backdrops)[3];                                      // per ray: the sky or the background
     double (*errors)[3], *losses;                                // per ray
     double loss;                                                 // sum over rays
-    struct reference_weights d_weights;                          // of the sum over rays
+    struct reference_weights d_weights;                          // gradient of the sum over rays
     double *d_grid;                                              // likewise
     double d_sky[VW_SKY_COLUMNS][3];                             // likewise
-    uint32_t view;                                               // whose photo it is, in training
-    struct reference_photo d_photo;                              // likewise
+    uint32_t view;                                               // the view whose photo it is, in training
+    struct reference_photo d_photo;                              // gradient of the sum over rays
     double d_code_weights[REFERENCE_WIDTH_MAX * REFERENCE_CODE]; // likewise
     double (*places)[2],
         *visible;       // per ray: where in its photo, which the caller sets; how visible, 1 outside training
-    double size_weight; // of the step
-    double d_visibility[REFERENCE_VISIBILITY], d_visibility_code[REFERENCE_VISIBILITY_CODE]; // of the sum over rays
+    double size_weight; // reference_size_weight() of the step
+    double d_visibility[REFERENCE_VISIBILITY], d_visibility_code[REFERENCE_VISIBILITY_CODE]; // sums over rays
 };
 
 // In the place of a slot: the sample is skipped, as if it had density 0.
 #define REFERENCE_SKIPPED UINT32_MAX
 
 struct reference_params *reference_params_create(const struct vw_model *model,
-                                                 const float *params); // of the whole params block
+                                                 const float *params); // the whole params block
 struct reference_step *reference_step_create(const struct vw_model *model, const struct vw_ray *rays,
                                              uint32_t ray_count);
-// `training`: jittered samples of step `number`; otherwise the strata's centres.
+// Goes through the field with jittered samples of step `number` in `training`, with the strata's centres otherwise.
 void reference_step_forward(struct reference_step *step, const struct reference_params *params, bool training,
                             uint64_t number);
 void reference_step_backward(struct reference_step *step, const struct reference_params *params);
 
 // Takes over the device's ReLU decisions (slot RELU, four words per slot). Returns how many differ although the
-// reference's value before the ReLU is farther than `tolerance` from 0: such a difference is no rounding.
+// reference's value before the ReLU is farther than `tolerance` from 0: rounding does not explain such a difference.
 uint64_t reference_adopt_gates(struct reference_step *step, const vw_uint4 *bits, double tolerance);
 
 #endif

@@ -48,7 +48,7 @@ struct reference_step *reference_step_create(const struct vw_model *model, const
     return step;
 }
 
-// Of a ray. What is skipped has no density, and so no gradient either.
+// Lists the points of a ray. A skipped sample has no density, and so no gradient either.
 static void list_points(const struct reference_step *step, uint32_t ray, struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
     const struct reference_sample *samples = &step->samples[(size_t)ray * s->samples];
@@ -63,7 +63,7 @@ static void list_points(const struct reference_step *step, uint32_t ray, struct 
     }
 }
 
-// `photo`: NULL outside of training.
+// Computes a ray's colour and loss. `photo` is NULL outside of training.
 static void forward_ray(struct reference_step *step, uint32_t index, const struct reference_photo *photo,
                         struct reference_point *points) {
     const struct vw_specialization *s = &step->model->specialization;
@@ -83,7 +83,7 @@ static void forward_ray(struct reference_step *step, uint32_t index, const struc
     step->loss += step->losses[index];
 }
 
-// The weights as the step's photo sees them.
+// Returns the weights as the step's photo sees them.
 static struct reference_weights *mix_weights(const struct reference_step *step, const struct reference_params *params,
                                              bool training) {
     struct reference_weights *mixed = vw_allocate(1, sizeof *mixed);
@@ -127,7 +127,7 @@ void reference_step_forward(struct reference_step *step, const struct reference_
     free(weights);
 }
 
-// The gradient by how visible a ray is, and on to the network and the photo's code.
+// Propagates the gradient by how visible a ray is to the network and to the photo's code.
 static void visibility_backward(struct reference_step *step, const struct reference_params *params, uint32_t ray) {
     double d_visible = -2.0 * step->size_weight * (1.0 - step->visible[ray]), unused;
     for (int c = 0; c < 3; c++)

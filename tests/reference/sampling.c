@@ -16,7 +16,7 @@ double reference_stratum_offset(const struct vw_specialization *s, uint32_t ray,
     return offset_of(s, VW_RANDOM_JITTER, ray, sample, key);
 }
 
-// The distance from the camera at a place of all strata, by equal parts of disparity.
+// Returns the distance from the camera at a place in strata, which are equal parts of disparity.
 static double distance_at(const struct vw_specialization *s, const struct reference_ray *ray, double place) {
     double share = place / s->strata;
     return 1.0 / ((1.0 - share) / ray->near + share / ray->far);
@@ -57,7 +57,8 @@ void reference_sample_position(const struct vw_specialization *s, const struct r
     reference_position_at(s, ray, sample + offset, position);
 }
 
-// Weights of the strata, from the optical thickness of each, and the floor that NeRF's code adds.
+// Computes the weights of the strata from the optical thickness of each, with the floor that NeRF's code adds. Returns
+// their sum.
 static double weigh(const struct vw_specialization *s, const double *taus, double *weights) {
     double before = 0.0, total = 0.0;
     for (uint32_t i = 0; i < s->strata; i++) {
@@ -69,7 +70,7 @@ static double weigh(const struct vw_specialization *s, const double *taus, doubl
     return isfinite(total) ? total : s->strata;
 }
 
-// The place up to which a share of the whole weight lies.
+// Returns the place up to which the weights add up to `target`.
 static double inverse_distribution(const double *weights, uint32_t strata, double target) {
     uint32_t i = 0;
     double before = 0.0;

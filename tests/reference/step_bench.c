@@ -67,7 +67,8 @@ static struct vw_config make_config(const struct step_case *c) {
     return config;
 }
 
-// What the case asks for and model_create decides by the device, the size of a step, or the range a user has.
+// Sets what the case asks for in place of what model_create decides by the device, the size of a step, or the range a
+// user has.
 static void override_model(const struct step_case *c, struct step_bench *bench) {
     struct vw_specialization *s = &bench->model.specialization;
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set
@@ -86,7 +87,7 @@ static void override_model(const struct step_case *c, struct step_bench *bench) 
     s->gradient_clamp = 1024.0f;
 }
 
-// Photos start at 0; here they have come some way.
+// Draws the params of photos as if they had been trained for a while; they start at 0.
 static void draw_photos(struct step_bench *bench, const struct vw_param_range *range, float scale,
                         struct test_random *random) {
     float *values = bench->params + range->offset_bytes / sizeof(float);
@@ -371,7 +372,7 @@ float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_
     return (float *)rows + 4 * ((size_t)row * bench->model.specialization.chunk_samples + slot);
 }
 
-// To the nearest, halves away from 0; what is not finite stays so.
+// Rounds to the nearest, halves away from 0; what is not finite stays so.
 static uint16_t to_bfloat(float value) {
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
@@ -393,7 +394,7 @@ static float *grid_row_at(const struct step_bench *bench, float *grid_rows, uint
     return grid_rows + 4 * (size_t)VW_ROW_PLACE(bench->model.grid_row_count, row, slot);
 }
 
-// Between the device's form of one slot and floats.
+// Converts the device's form of one slot to floats; pack_slot() converts back.
 static void unpack_slot(const struct step_bench *bench, uint16_t *packed, float *grid_rows, uint32_t slot,
                         float *rows) {
     struct step_rows row = step_bench_rows(bench);

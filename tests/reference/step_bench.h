@@ -26,7 +26,7 @@ struct step_case {
     uint32_t base_resolution;        // [8]
     uint32_t width;                  // [32]
     enum vw_field field;             // [VW_FIELD_HASH]
-    uint32_t mlp_depth, frequencies; // of VW_FIELD_MLP [8], [10]
+    uint32_t mlp_depth, frequencies; // for VW_FIELD_MLP [8], [10]
     enum vw_loss loss;
     double huber_length; // 0: the default
     enum vw_optimizer optimizer;
@@ -35,8 +35,8 @@ struct step_case {
     bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks, appearance_encoder;
     bool random_background; // its form
     bool transient, pose;
-    double beta_min;              // of it [0.1]
-    double consistency_weight;    // beside appearance_encoder [0]
+    double beta_min;              // for transient [0.1]
+    double consistency_weight;    // with appearance_encoder [0]
     bool occupancy;               // on, and every other cell empty, in no order
     bool wide;                    // 64-bit gradient words
     bool half_grid;               // --table-precision float16
@@ -55,15 +55,15 @@ struct step_bench {
     struct vw_scene *scene;
     struct vw_model model;
     struct vw_radiance_field field;
-    struct vw_photo_order photo_order; // of both photos
+    struct vw_photo_order photo_order; // over both photos
     struct vw_step_passes step;
     struct vw_buffer *pixel_buffer, *scalars;
     struct vw_submission *submission;
     struct vw_evaluator evaluator; // after step_bench_evaluator
     struct vw_pixel *pixels;       // config.rays of them, of view 0 and 1
-    uint32_t view;                 // of the first, whose photo the step takes for its own
-    float *params;                 // what the params block was set to; its grid may be halves
-    uint32_t padded_samples;       // of the step
+    uint32_t view;                 // view of the first pixel, whose photo the step takes for its own
+    float *params;                 // values of the params block as it was set; its grid may be halves
+    uint32_t padded_samples;       // the step's
 };
 
 // One case per thing that may break on its own: every sample count kind, width, features, table, loss and effect; see
@@ -71,16 +71,16 @@ struct step_bench {
 extern const struct step_case step_cases[];
 extern const uint32_t step_case_count;
 
-// On test_gpu(), or on a device of its own with limits clamped; what validation has to say of that one fails the test
-// when the bench is released.
+// Opens a bench on test_gpu(), or on a device of its own with limits clamped; what validation has to say of that one
+// fails the test when the bench is released.
 struct step_bench *step_bench_open(const struct step_case *setup);
 struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
-// The evaluator over the bench's field for its padded rays, made at the first call.
+// Returns the evaluator over the bench's field for its padded rays, made at the first call.
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
 
 // Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
-// The params on the device with every feature of the grid as a float and the rest behind them.
+// Reads the params on the device, with every feature of the grid as a float and the rest after them.
 float *step_bench_read_params(struct step_bench *bench);
 // Puts bench->params on the device.
 void step_bench_write_params(struct step_bench *bench);
@@ -95,41 +95,40 @@ void step_bench_dispatch(struct step_bench *bench, const struct vw_pass *pass, c
                          uint64_t invocations);
 // Runs what a test recorded in bench->submission.
 void step_bench_submit(struct step_bench *bench);
-// How many passes have met a param that would not be finite, since the flags were cleared last; clears them.
+// Returns how many passes have met a param that would not be finite, since the flags were cleared last; clears them.
 uint32_t step_bench_take_overflows(struct step_bench *bench);
-// The push constants of a step in one chunk.
+// Returns the push constants of a step in one chunk.
 struct vw_push_samples step_bench_push(const struct step_bench *bench, uint64_t number);
 
-// A whole buffer.
+// Reads a whole buffer; step_bench_write() writes one.
 void *step_bench_read(struct step_bench *bench, struct vw_buffer *buffer);
 void step_bench_write(struct step_bench *bench, struct vw_buffer *buffer, const void *data);
-// With the effect `occupancy`, lists a chunk in which every sample is kept, for passes that run alone; else does
-// nothing.
+// Lists a chunk in which every sample is kept, for passes that run alone; does nothing without the effect `occupancy`.
 void step_bench_keep_all(struct step_bench *bench);
-// Per sample of the step's only chunk: its slot on the device, or REFERENCE_SKIPPED.
+// Returns, per sample of the step's only chunk, its slot on the device, or REFERENCE_SKIPPED.
 uint32_t *step_bench_slots(struct step_bench *bench);
-// Where in its photo the pixel of a ray lies, -1 to 1 across it.
+// Finds where in its photo the pixel of a ray lies, -1 to 1 across it.
 void step_bench_place(const struct step_bench *bench, uint32_t ray, double place[2]);
-// Per sample of a chunk its place, from the buffer that lists them; NULL where none does.
+// Returns the place of every sample of a chunk from the buffer that lists them; NULL where none does.
 double *step_bench_sample_places(struct step_bench *bench, struct vw_buffer *places);
-// The reference of the step that the device has just taken, from its rays and with its slots.
+// Makes the reference of the step that the device has just taken, from its rays and with its slots.
 struct reference_step *step_bench_reference(struct step_bench *bench);
 
 // ---- Activation rows ------------------------------------------------------------------------------------------------
 
-// Where the rows begin, in the order of shaders/networks/mlp.glsl; the last two are those that scatter_grid reads.
+// Numbers of the first rows, in the order of shaders/networks/mlp.glsl; the last two are those that scatter_grid reads.
 struct step_rows {
     uint32_t encoding, hidden1, colour_in, hidden2, d_hidden1, d_geo, d_hidden2, d_logit, d_encoding, position, count;
 };
 struct step_rows step_bench_rows(const struct step_bench *bench);
-// All rows of a chunk as floats, all 0.
+// Makes all rows of a chunk as floats, all 0.
 float *step_bench_new_rows(const struct step_bench *bench, size_t *count);
 float *step_bench_read_rows(struct step_bench *bench);
 // Writes them, and rounds `rows` as the device holds them.
 void step_bench_write_rows(struct step_bench *bench, float *rows);
-// Four floats of a slot.
+// Returns the four floats of a slot.
 float *step_bench_row(const struct step_bench *bench, const float *rows, uint32_t row, uint32_t slot);
-// Which hidden units of every slot were above 0: two words per layer.
+// Reads which hidden units of every slot were above 0: two words per layer.
 vw_uint4 *step_bench_read_active(struct step_bench *bench);
 #define BFLOAT_ROUNDING 0x1p-8 // half a unit in the last place, relative: activations but those of the grid are bfloats
 

@@ -54,7 +54,7 @@ void reference_mix_code_gradient(uint32_t width, const double *code_weights, con
         }
 }
 
-// The two normal equations of the ridge regression, by Cramer's rule.
+// Solves the two normal equations of the ridge regression by Cramer's rule.
 void reference_fit_channel(const double *rendered, const double *target, uint32_t count, double *gain, double *bias) {
     long double rr = reference_fit_ridge, r = 0.0L, n = count + (long double)reference_fit_ridge, rd = 0.0L, d = 0.0L;
     for (uint32_t i = 0; i < count; i++) {

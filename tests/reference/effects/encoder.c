@@ -7,7 +7,7 @@
 
 // ---- Thumbnails -----------------------------------------------------------------------------------------------------
 
-// The mean of a function that is constant within pixels, by its integral up to each edge.
+// Computes the mean of a function that is constant within pixels, by its integral up to each edge.
 void reference_thumbnail(const struct vw_view *view, uint32_t first, uint32_t end, bool masks,
                          double thumbnail[THUMBNAIL_PIXELS][4]) {
     double width = end - first, height = view->image.height_px;
@@ -33,11 +33,11 @@ void reference_thumbnail(const struct vw_view *view, uint32_t first, uint32_t en
 
 enum { CHANNELS = 4 * ENCODER4 };
 
-static uint32_t side_of(uint32_t layer) { return THUMBNAIL_SIDE >> layer; } // of what convolution `layer` takes
+static uint32_t side_of(uint32_t layer) { return THUMBNAIL_SIDE >> layer; } // the input's side of convolution `layer`
 static uint32_t inputs_of(uint32_t layer) { return layer ? CHANNELS : 4; }
 static uint32_t first_of(uint32_t layer) { return 4 * (uint32_t[]){0, ENCODER_LAYER2, ENCODER_LAYER3}[layer]; }
 
-// Where a weight of a matrix of 4x4 blocks stands, behind its first.
+// Returns the index of a weight of a matrix of 4x4 blocks, counted from the matrix's first weight.
 static uint32_t weight_at(uint32_t in_count, uint32_t out, uint32_t in) {
     return 16 * (out / 4 * (in_count / 4) + in / 4) + 4 * (in % 4) + out % 4;
 }
@@ -155,7 +155,7 @@ void reference_code_gradient(const double *network, const struct reference_photo
 
 // ---- Pictures of the consistency loss ------------------------------------------------------------------------------
 
-// Along one axis, of a thumbnail's pixel.
+// Returns the share of a thumbnail's pixel that one of the picture's covers along one axis.
 static double share_of(uint32_t thumbnail_at, uint32_t picture_at, double side) {
     double begin = fmax(thumbnail_at / (double)THUMBNAIL_SIDE, picture_at / side),
            end = fmin((thumbnail_at + 1.0) / THUMBNAIL_SIDE, (picture_at + 1.0) / side);

@@ -4,7 +4,7 @@
 #include "base/random.h"
 #include "reference/reference.h"
 
-static const double EMPTY_OPACITY = 0.01; // of the longest stratum, a diagonal's
+static const double EMPTY_OPACITY = 0.01; // opacity over the longest stratum, a diagonal's
 
 double reference_empty_density(const struct vw_specialization *s) { return EMPTY_OPACITY / (sqrt(3.0) / s->samples); }
 

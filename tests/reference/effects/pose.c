@@ -14,12 +14,12 @@ void reference_pose_of(const struct vw_model *model, const float *params, uint32
     for (int i = 0; i < REFERENCE_POSE; i++) pose[i] = own[i / 3 * 4 + i % 3];
 }
 
-// Of a camera far from the box turns are in box edges.
+// Returns the unit of turns: for a camera far from the box they are in box edges.
 static double turn_unit(const struct vw_view *view, const struct vw_box *box) {
     return 1.0 / fmax(1.0, vw_pixels_camera(view, box).reference.w);
 }
 
-// By the angle 2 atan(|turn| / 2) about its axis (Rodrigues' formula).
+// Turns a vector by the angle 2 atan(|turn| / 2) about the axis of `turn` (Rodrigues' formula).
 static void turn_vector(const double turn[3], const double v[3], double turned[3]) {
     double length = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]), angle = 2.0 * atan(0.5 * length),
            along = 0.0;
@@ -59,7 +59,7 @@ void reference_pose_gradient(const struct vw_view *view, const struct vw_box *bo
     }
 }
 
-// The cell as the device rounds it, and the place in it, exactly.
+// Finds the cell as the device rounds it, and the exact place in it.
 static void locate(const struct vw_specialization *s, const double position[3], uint32_t level, uint32_t cell[3],
                    double fraction[3]) {
     for (int axis = 0; axis < 3; axis++) {

@@ -11,11 +11,11 @@ enum { REFERENCE_TRANSIENT_CODE = 16, REFERENCE_HEAD_MAX = 8, REFERENCE_HEAD_OUT
 struct reference_head {
     uint32_t features, width, count; // count: layers, the last among them
     struct reference_layer layers[REFERENCE_HEAD_MAX];
-    uint32_t end_at; // behind its params
+    uint32_t end_at; // index of the number after its params
 };
 void reference_head_lay_out(uint32_t features, uint32_t width, uint32_t depth, uint32_t first_at,
                             struct reference_head *head);
-// What it makes of a sample's features: logits of rgb, raw density, raw uncertainty.
+// Computes the head's outputs for a sample's features: logits of rgb, raw density, raw uncertainty.
 void reference_head_forward(const struct reference_head *head, const double *params, const double *features,
                             const double *code, double outputs[REFERENCE_HEAD_OUTPUTS]);
 

@@ -10,12 +10,12 @@ double reference_size_weight(const struct vw_specialization *s, uint64_t step) {
     return s->loss == LOSS_L2 ? of_squares : reference_loss(s, sqrt(2.0 * of_squares), &slope) / 2.0;
 }
 
-// Where a weight of a matrix of 4x4 blocks stands.
+// Returns the index of a weight of a matrix of 4x4 blocks.
 static uint32_t weight_at(uint32_t first_column, uint32_t in_count, uint32_t out, uint32_t in) {
     return 4 * first_column + 16 * (out / 4 * (in_count / 4) + in / 4) + 4 * (in % 4) + out % 4;
 }
 
-struct pass_through { // of one pixel
+struct pass_through { // the values of one pixel
     double inputs[INPUTS], hidden1[WIDTH], hidden2[WIDTH], visible;
 };
 
