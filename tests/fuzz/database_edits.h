@@ -12,7 +12,7 @@ enum { FUZZ_FILE_BYTES_MOST = 1 << 18, FUZZ_JOURNAL_BYTES_MOST = 1 << 15 };
 struct fuzz_database {
     uint8_t bytes[FUZZ_FILE_BYTES_MOST];
     size_t size_bytes;
-    uint8_t journal[FUZZ_JOURNAL_BYTES_MOST]; // beside the file; none if it is empty
+    uint8_t journal[FUZZ_JOURNAL_BYTES_MOST]; // the journal beside the file; none if it is empty
     size_t journal_bytes;
     const char *sql; // a change of rows by SQLite, before the others; NULL: none
     uint32_t sql_value;
@@ -25,7 +25,7 @@ void fuzz_edit_database(const uint8_t *valid, size_t valid_bytes, const uint8_t 
                         struct fuzz_database *database);
 // Writes file and journal; `path` is that of the file.
 void fuzz_write_database(const char *path, const struct fuzz_database *database);
-// Whether the file at `path` is the one written.
+// Tells whether the file at `path` is the one written.
 bool fuzz_database_is_unchanged(const char *path, const struct fuzz_database *database);
 
 #endif

@@ -53,7 +53,7 @@ static void begin_journal(struct fuzz_database *database, uint32_t pages, uint32
     add_to_journal(database, header, sizeof header);
 }
 
-// With the checksum that SQLite demands: every 200th byte from the end.
+// Adds a page with the checksum that SQLite demands: every 200th byte from the end.
 static void add_journal_page(struct fuzz_database *database, uint32_t page, uint8_t fill) {
     uint8_t record[4 + PAGE_BYTES + 4];
     uint32_t sum = 0;
@@ -121,7 +121,7 @@ static void apply(struct fuzz_database *database, enum edit_kind kind, const uin
     }
 }
 
-// SQLite changes rows and indexes together, as a forger would. Its own file is made for it.
+// Runs a statement in SQLite, which changes rows and indexes together, as a forger would. A file is made for it.
 static void run_sql(struct fuzz_database *database, const char *sql, uint32_t value) {
     const char *path = fuzz_write("changed.db", database->bytes, database->size_bytes);
     sqlite3 *raw = NULL;

@@ -4,7 +4,7 @@
 
 enum { VIEWS_MAX = 8 };
 
-// The first byte says what kind of file the rest is.
+// Tries a list of photos; the first byte says what kind of file the rest is.
 void fuzz_lists(const uint8_t *data, size_t size_bytes) {
     static const double least = 0.5;
     const struct vw_scene *scene = fuzz_scene();

@@ -40,7 +40,8 @@ static void read_photo(struct vw_decoder_request *request, const uint8_t *data, 
     vw_image_clear(&image);
 }
 
-// The signature chooses the reader, as in the product; without one the first byte does, so that no reader is spared.
+// Tries a photo. The signature chooses the reader, as in the product; without one the first byte does, so that no
+// reader is spared.
 void fuzz_photo(const uint8_t *data, size_t size_bytes) {
     static bool prepared;
     struct vw_decoder_request request = {.downscale = 1};

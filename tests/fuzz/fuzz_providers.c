@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "scene/builder.h"
 
-// Of the scene of all inputs.
+// Clears the providers of the scene, which all inputs share.
 static void forget_providers(struct vw_scene *scene) {
     for (uint32_t v = 0; v < scene->view_count; v++) {
         free(scene->views[v].provider);

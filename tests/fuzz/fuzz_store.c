@@ -82,7 +82,7 @@ static void make_valid(int store, const char *path) {
     if (store == 0) atexit(free_valid);
 }
 
-// The first byte says which store.
+// Tries a changed store; the first byte says which store.
 void fuzz_store(const uint8_t *data, size_t size_bytes) {
     static struct fuzz_database database;
     int store = size_bytes ? data[0] % STORES : 0;

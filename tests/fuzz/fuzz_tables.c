@@ -2,7 +2,7 @@
 
 #include "run/outputs/report_files.h"
 
-// The first byte says which of the tables the rest is.
+// Tries a table of a report; the first byte says which one.
 void fuzz_tables(const uint8_t *data, size_t size_bytes) {
     static const char *const names[] = {"providers.csv", "payout.csv", "duplicates.csv", "tradeoff.csv", "summary.csv"};
     enum { NAME_COUNT = sizeof names / sizeof names[0] };

@@ -1,4 +1,4 @@
-// What libFuzzer calls: the target FUZZ_TARGET.
+// The function that libFuzzer calls: it calls the target FUZZ_TARGET.
 #include "fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes);

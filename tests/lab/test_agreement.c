@@ -57,7 +57,7 @@ TEST(two_extremes_do_not_decide) {
 }
 
 TEST(coverage_counts_intervals_that_hold_the_mean) {
-    // Of two runs, the mean is seen from a score at 1 / sqrt(2) of the way to the other one: 0.707 of 1.
+    // The mean of two runs is seen from a score at 1 / sqrt(2) of the way to the other one: 0.707 of 1.
     double values[] = {0, 5, 1, NAN}, low[] = {-1, 0, 0.2, 0}, high[] = {0.71, 9, 2, 1};
     struct vw_score_table table = {.values = values, .ci_low = low, .ci_high = high};
     const struct vw_score_tables tables = {.run_count = 2, .photo_count = 2};
@@ -151,7 +151,7 @@ TEST(first_epochs_are_scored_as_a_run_of_their_own) {
     }
     const struct vw_score_table *table = vw_score_tables_find(&first, "dv_psnr");
     assert_non_null(table);
-    assert_true(table->values[0] > 0 && table->values[TEST_TRAIN_COUNT + 3] < 0); // of the two runs
+    assert_true(table->values[0] > 0 && table->values[TEST_TRAIN_COUNT + 3] < 0); // one value from each run
     assert_null(vw_score_tables_find(&first, "none"));
     vw_score_tables_free(&first);
     vw_score_tables_free(&whole);

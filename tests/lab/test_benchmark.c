@@ -39,7 +39,7 @@ static double noise_of(const struct vw_retrain_params *retraining) {
     uint32_t words[4], key = 0;
     for (uint32_t i = 0; i < retraining->view_count; i++) key = key * 31 + retraining->views[i];
     vw_random_words(retraining->seed, VW_RANDOM_JITTER, 7, key, 0, words);
-    double sum = -2; // of four uniform numbers: variance 1/3
+    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
     for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
     return sum * sqrt(3);
 }
@@ -188,7 +188,7 @@ TEST_WITHIN(auc_by_hand, set_up, NULL) {
     check_near(find(&metrics, "auc", "corrupted", "opposite")->value, 0, 0, "AUC of their opposites");
     check_near(find(&metrics, "auc", "corrupted", "flat")->value, 0.5, 0, "AUC of equal scores");
     const struct vw_metric *noise = find(&metrics, "auc", "noise", "dv_psnr");
-    assert_true(noise->ci_low < 0.3 && noise->ci_high > 0.8); // of two photos, with 0.19 and 0.88
+    assert_true(noise->ci_low < 0.3 && noise->ci_high > 0.8); // two noisy photos, with 0.19 and 0.88
     assert_int_equal(find(&metrics, "auc", "noise", "flat")->count, 16);
     assert_int_equal(metrics.count, 12);
     free(metrics.rows);
@@ -279,7 +279,7 @@ TEST_WITHIN(intervals_cover, set_up, NULL) {
                     row->ci_high - row->ci_low < 0.6); // about 4 (1 - r^2) / sqrt(100)
         free(metrics.rows);
     }
-    // Of nine intervals of 95 %, three or more miss with probability 0.008.
+    // Three or more of nine intervals of 95 % miss with probability 0.008.
     if (covered + 2 < games) fail_msg("only %u of %u intervals hold %g", covered, games, expected);
     vw_subsets_free(&many);
     free(ground_truth.rows);
@@ -322,7 +322,7 @@ TEST_WITHIN(a_photo_without_score_leaves_a_method_without_metric, set_up, NULL) 
     free(metrics.rows);
 }
 
-// Clean photos are worth 0.55 in the mean, blurred ones -1.15, noisy ones -0.6.
+// Clean photos are worth 0.55 on average, blurred ones -1.15, noisy ones -0.6.
 TEST_WITHIN(harm_is_what_a_kind_is_worth_less, set_up, NULL) {
     struct game game = {.noise_db = 0.05};
     struct vw_subsets subsets;
@@ -500,7 +500,7 @@ TEST_WITHIN(the_mean_of_seeds_predicts_more, set_up, NULL) {
     free(metrics.rows);
 }
 
-// In a game whose outcome is the mean of the members' worths, as at equal steps, only the mean form predicts over
+// Plays a game whose outcome is the mean of the members' worths, as at equal steps; only the mean form predicts over
 // sizes.
 static enum vw_status play_mean(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                                 struct vw_retrain_result *outcomes) {

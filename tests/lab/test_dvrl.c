@@ -9,7 +9,7 @@ static double values[PHOTOS * FEATURES];
 static const char *const names[FEATURES] = {"blur", "nothing", "size"};
 static const struct vw_feature_table features = {FEATURES, names, values};
 
-// The first feature tells which photos harm, in a unit of its own; the second is the same for all.
+// Sets up features: the first tells which photos harm, in a unit of its own; the second is the same for all.
 static int set_up(void **state) {
     (void)state;
     for (uint32_t i = 0; i < PHOTOS; i++) {
@@ -22,7 +22,7 @@ static int set_up(void **state) {
 }
 
 struct game {
-    double good_db, bad_db; // what a photo adds
+    double good_db, bad_db; // gains by a good and by a bad photo
     uint64_t seed;
     uint32_t odd;
 };

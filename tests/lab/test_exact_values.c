@@ -17,7 +17,7 @@ static bool has(const struct vw_retrain_params *retraining, uint32_t photo) {
     return false;
 }
 
-// The untrained field has 8 dB.
+// Adds the photos' worths to the 8 dB of the untrained field.
 static double additive(const struct vw_retrain_params *retraining) {
     double psnr_db = 8;
     for (uint32_t i = 0; i < retraining->view_count; i++) psnr_db += additive_worths[retraining->views[i]];
@@ -26,12 +26,12 @@ static double additive(const struct vw_retrain_params *retraining) {
 
 static double majority(const struct vw_retrain_params *retraining) { return retraining->view_count >= 3; }
 
-// Photos 0 and 1 are left gloves, photo 2 is the right one; a pair is worth 1.
+// Returns 1 for a pair of gloves: photos 0 and 1 are left ones, photo 2 is the right one.
 static double glove(const struct vw_retrain_params *retraining) {
     return has(retraining, 2) && (has(retraining, 0) || has(retraining, 1));
 }
 
-// Test photos give twice as much. The second seed adds 1 to all.
+// Plays the game. The second seed adds 1 to all values; test photos give twice as much as validation photos.
 static enum vw_status play(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                            struct vw_retrain_result *outcomes) {
     game *const *played = context;

@@ -70,7 +70,7 @@ static double sum_of(const double *values, uint32_t count) {
     return sum;
 }
 
-// The first order is by the gradient before the step, one step after the other.
+// Checks that the first order uses the gradient before the step, one step after the other.
 static void check_first_order(const struct opened *opened, const struct vw_in_run_credit *credits) {
     struct vw_gradient_replay gradient_replay;
     ASSERT_OK(vw_gradient_replay_create(&opened->params, &gradient_replay));
@@ -140,7 +140,7 @@ TEST(the_second_order_is_nearer_to_what_long_steps_change) {
 
 // ---- TracIn ---------------------------------------------------------------------------------------------------------
 
-// U with the params moved by `factor` times `towards` from the saved state.
+// Returns U with the params moved by `factor` times `towards` from the saved state.
 static double psnr_towards(struct vw_gradient_replay *gradient_replay, const float *from, const double *towards,
                            double factor) {
     const struct vw_trainer_parts *context = gradient_replay->replay.context;
@@ -235,7 +235,7 @@ static double product_of(const struct vw_influence *influence, const double *a, 
     return sum;
 }
 
-// (P H + damping scale) of `values`, H the mean of the products that iterations have counted.
+// Applies P H + damping scale to `values`; H is the mean of the products that iterations have counted.
 static void apply(struct vw_influence *influence, const double *values, double *result) {
     uint32_t first = influence->first_counted, end = influence->settings.iterations;
     for (uint64_t i = 0; i < influence->count; i++) {
@@ -249,8 +249,8 @@ static void apply(struct vw_influence *influence, const double *values, double *
     }
 }
 
-// Conjugate gradients in the metric of P, where P H + damping scale is symmetric. Leaves the solution in `solution`;
-// returns the residual's share of P grad U.
+// Solves by conjugate gradients in the metric of P, where P H + damping scale is symmetric. Leaves the solution in
+// `solution`; returns the residual's share of P grad U.
 static double solve_by_conjugate_gradients(struct vw_influence *influence, double *solution) {
     uint64_t count = influence->count;
     double *residual = test_allocate(count, sizeof *residual), *towards = vw_allocate(count, sizeof *towards),
@@ -363,7 +363,7 @@ static void check_solution(const struct opened *opened, double scale) {
     ASSERT_OK(vw_influence_score(&influence, scores));
     vw_influence_destroy(&influence);
 
-    ASSERT_OK(vw_influence_create(&opened->params, &settings, &influence)); // whose params are those of the end
+    ASSERT_OK(vw_influence_create(&opened->params, &settings, &influence)); // with the params at the end
     memcpy(influence.mean, solved, influence.count * sizeof *solved);
     ASSERT_OK(vw_influence_score(&influence, exact));
     vw_influence_destroy(&influence);

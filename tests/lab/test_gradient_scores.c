@@ -85,7 +85,7 @@ TEST(all_methods_score_all_photos) {
         for (uint32_t i = 0; i < PHOTOS; i++) assert_true(isfinite(values[m][i]));
     ASSERT_OK(vw_gradient_scores_make(&params, one, NULL));
     assert_memory_equal(again, values[VW_GRADIENT_TRACIN_ADAM], sizeof again);
-    read_scores(fixture, "dv_psnr", credit); // what the steps really changed, over the same epochs
+    read_scores(fixture, "dv_psnr", credit); // the changes that the steps really made, over the same epochs
     assert_true(vw_pearson(values[VW_GRADIENT_IN_RUN_SECOND], credit, PHOTOS) > 0.99);
     double first = distance(values[VW_GRADIENT_IN_RUN_FIRST], credit),
            second = distance(values[VW_GRADIENT_IN_RUN_SECOND], credit), size = 0;

@@ -36,12 +36,13 @@ static double noise_of(const struct vw_retrain_params *retraining) {
     uint32_t words[4], key = retraining->epochs;
     for (uint32_t i = 0; i < retraining->view_count; i++) key = key * 31 + retraining->views[i];
     vw_random_words(retraining->seed, VW_RANDOM_JITTER, 7, key, 0, words);
-    double sum = -2; // of four uniform numbers: variance 1/3
+    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
     for (int i = 0; i < 4; i++) sum += (double)vw_random_unit(words[i]);
     return 0.2 * sum * sqrt(3);
 }
 
-// The untrained field has 8 dB. Of pairs (0 with 1, 2 with 3) each adds 1 only beside the other.
+// Returns a set's outcome. The untrained field has 8 dB. Each of the pairs 0 with 1 and 2 with 3 adds 1 when it is
+// complete.
 static double value_of(enum kind kind, const struct vw_retrain_params *retraining) {
     double psnr_db = 8;
     for (uint32_t i = 0; i < PHOTOS; i++)
@@ -51,7 +52,7 @@ static double value_of(enum kind kind, const struct vw_retrain_params *retrainin
     return kind == NOISY ? psnr_db + noise_of(retraining) : psnr_db;
 }
 
-// The steps of one epoch walk through the photos in an order that the seed draws.
+// Fills in the gains of one epoch, whose steps walk through the photos in an order that the seed draws.
 static void fill_gains(enum kind kind, const struct vw_retrain_params *retraining) {
     uint32_t order[PHOTOS], taken[PHOTOS], count = 0;
     struct vw_retrain_params before = {.views = taken, .seed = retraining->seed};
@@ -64,7 +65,7 @@ static void fill_gains(enum kind kind, const struct vw_retrain_params *retrainin
     }
 }
 
-// A photo that was left out is shown as well as it fits the others.
+// Fills in the PSNR of photos that were left out: each is shown as well as it fits the others.
 static void fill_photos(enum kind kind, const struct vw_retrain_params *retraining) {
     if (retraining->photos_of == VW_RETRAIN_PHOTOS_GAINS) {
         assert_int_equal(retraining->photo_count, PHOTOS);
@@ -128,7 +129,7 @@ static struct vw_retraining_cost score(const struct vw_retraining_method *method
     return cost;
 }
 
-// Mean of several seeds, as far as they have noise.
+// Finds the exact values as means over seeds, which differ only in a noisy game.
 static void find_exact(enum kind kind, enum vw_exact_value value, double *values) {
     enum { SEEDS = 50 };
     struct game game = {.kind = kind};
@@ -144,9 +145,9 @@ static void find_exact(enum kind kind, enum vw_exact_value value, double *values
 
 // ---- What they estimate ---------------------------------------------------------------------------------------------
 
-// Bounds are five standard errors. Shapley: an order's change varies by 0.5 dB where photos help in pairs, of 100
-// orders at least, and by noise of 0.28 dB. Banzhaf: an outcome varies by 1 dB in 4,800 sets. Leave-one-out: noise of
-// 0.28 dB in 685 seeds. The exact values of noisy games vary by less.
+// Returns the bound of the error: five standard errors. Shapley: an order's change varies by 0.5 dB where photos help
+// in pairs, of 100 orders at least, and by noise of 0.28 dB. Banzhaf: an outcome varies by 1 dB in 4,800 sets.
+// Leave-one-out: noise of 0.28 dB in 685 seeds. The exact values of noisy games vary by less.
 static double bound_of(enum kind kind, enum vw_exact_value value) {
     if (value == VW_EXACT_SHAPLEY) return kind == PAIRS ? 0.25 : kind == NOISY ? 0.15 : 1e-9;
     if (value == VW_EXACT_BANZHAF) return 5 * 2 / sqrt(MANY);
@@ -260,7 +261,8 @@ TEST(costs_stay_within_budgets_and_are_used) {
             if (status) continue;
             assert_int_equal(cost.retrainings, game.made);
             assert_true(fabs(cost.seconds - 0.5 * game.made) < 1e-9);
-            // Leave-one-out leaves what is no whole seed, DVRL what is no whole step.
+            // Leave-one-out leaves a rest that does not pay for a whole seed, DVRL one that does not pay for a whole
+            // step.
             if (!(cost.run_equivalents <= budget) || !(cost.run_equivalents > (double)budget - PHOTOS - 1))
                 fail_msg("%s costs %g of %u", method->name, cost.run_equivalents, budget);
             for (uint32_t i = 0; i < PHOTOS; i++) assert_true(isfinite(scores[i]));
@@ -296,7 +298,7 @@ TEST(costs_are_in_whole_trainings) {
     assert_true(fabs(cost.run_equivalents - 12) < 1e-9 && cost.retrainings == 12 * EPOCHS);
     input.equal = VW_EQUAL_EPOCHS;
     ASSERT_OK(vw_retraining_method_score(&vw_tmc_shapley, &input, scores, &cost));
-    assert_true(fabs(cost.run_equivalents - 2 * 21.0 / 6) < 1e-9); // of sizes 1 to 6
+    assert_true(fabs(cost.run_equivalents - 2 * 21.0 / 6) < 1e-9); // sets of sizes 1 to 6
 }
 
 // ---- How they ask ---------------------------------------------------------------------------------------------------

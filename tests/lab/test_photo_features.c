@@ -28,8 +28,8 @@ static struct vw_scene *make_scene(void) {
     return synthetic_scene(&(struct synthetic_scene_params){TRAIN, VAL, WIDTH_PX, HEIGHT_PX, 0, false, 0, 0});
 }
 
-// Random points near the origin, which all views look at: every view sees those in its photo, but train view 0 only
-// every third.
+// Adds random points near the origin, which all views look at: every view sees those in its photo, but train view 0
+// only every third.
 static void add_points(struct vw_scene *scene) {
     scene->points = vw_allocate(POINTS, sizeof *scene->points);
     scene->tracks = vw_allocate(POINTS * (TRAIN + VAL), sizeof *scene->tracks);
@@ -151,7 +151,7 @@ TEST(noise_has_its_size) {
 
 // ---- Places ---------------------------------------------------------------------------------------------------------
 
-// By counting, for one photo.
+// Checks the features of one photo that depend on the points, by counting.
 static void check_sightings(const struct vw_scene *scene, uint32_t photo, const struct vw_photo_features *features) {
     double points = 0, overlap_train = 0, overlap_val = 0, coverage = 0, validated = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
@@ -392,7 +392,8 @@ TEST(photos_that_disagree_are_found) {
     assert_true(scores[3] < -0.3 && scores[3] > -0.7);
     assert_true(scores[0] < -0.99);
 
-    // The first fifth of the points, which no photo shows well, is no photo's fault; photo 1 alone misses the last.
+    // The first fifth of the points, which no photo shows well, is not blamed on any photo; photo 1 alone misses the
+    // last.
     for (uint32_t i = 0; i < TRAIN; i++)
         for (uint32_t j = 0; j < WIDTH_PX * HEIGHT_PX; j++) values[i][j] = 0.05 + 0.01 * draw(j, i);
     for (uint32_t t = 0; t < scene->track_count; t++) {

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "lab/probes/probe_scores.h"
 
-enum { PSNR = 20 }; // of every state whose photos are tried
+enum { PSNR = 20 }; // PSNR in dB of every state whose photos are tried
 
 // PSNR in dB; L1 is a hundredth, so that what is worked out for one holds for both. Step 7 is flagged.
 static const struct {

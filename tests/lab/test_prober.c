@@ -1,4 +1,4 @@
-// What probes of a run say, and that they leave the run alone.
+// Probes of a run: their results, and that they leave the run alone.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

@@ -16,7 +16,7 @@ static const uint32_t photos[PHOTOS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
 static double noise_of(uint64_t seed, uint32_t key) {
     uint32_t words[4];
     vw_random_words(seed, VW_RANDOM_JITTER, 3, key, 0, words);
-    double sum = -2; // of four uniform numbers: variance 1/3
+    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
     for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
     return sum * sqrt(3);
 }

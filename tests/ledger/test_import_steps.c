@@ -149,7 +149,7 @@ FOLDER_TEST(malformed_lines_are_refused) {
 
 // ---- Damage ---------------------------------------------------------------------------------------------------------
 
-// A log that is read must be fit for the ledger; a refused one leaves a message of one line.
+// Checks that a log that is read is fit for the ledger, and that a refused one leaves a message of one line.
 static void check_any(const char *path) {
     AUTO(vw_step_log_clear) struct vw_step_log log;
     vw_fail(VW_ERROR_USAGE, "no message yet");

@@ -1,6 +1,6 @@
-// Files beside a ledger or store from someone else: a journal that would make SQLite delete or overwrite something
-// is refused before SQLite sees it, and so are links and the files of another journal mode. Journals that a killed
-// process leaves are rolled back: see test_ledger_resume.c and test_ledger_power_cut.c.
+// Files that another program left beside a ledger or store: a journal that would make SQLite delete or overwrite
+// something is refused before SQLite sees it, and so are links and the files of another journal mode. Journals that a
+// killed process leaves are rolled back: see test_ledger_resume.c and test_ledger_power_cut.c.
 #include "support/ledger_sql.h"
 
 #include <sys/stat.h>
@@ -39,7 +39,7 @@ static void put_header(struct journal *journal, uint32_t pages, uint32_t sector_
     journal->size_bytes = SECTOR_BYTES;
 }
 
-// The end of a transaction over several files: SQLite deletes the file of that name when it has rolled back.
+// Adds the end of a transaction over several files: SQLite deletes the file of that name when it has rolled back.
 static void put_name(struct journal *journal, const char *name) {
     uint32_t sum = 0;
     for (const char *at = name; *at; at++) sum += (unsigned char)*at;
@@ -82,7 +82,7 @@ static void assert_same_file(const char *path, const void *bytes, size_t size_by
     assert_memory_equal(now, bytes, size_bytes);
 }
 
-// Neither who reads nor who appends changes anything; who appends is told which file to remove.
+// Checks that neither a reader nor a writer changes anything, and that the writer is told which file to remove.
 static void assert_harmless(const struct place *place, const char *what) {
     struct vw_ledger *ledger = NULL;
     (void)vw_ledger_open(place->path, &ledger);

@@ -6,7 +6,7 @@
 #include "value/matrix.h"
 #include "viewworth/value.h"
 
-enum { STEPS = 20 }; // of test_four_epochs
+enum { STEPS = 20 }; // steps of test_four_epochs
 
 static void fill(struct vw_lasting_step *steps) {
     for (uint32_t i = 0; i < STEPS; i++)
@@ -259,6 +259,6 @@ TEST(the_gate_correlates_what_is_known) {
     struct vw_lasting_pass pass = {.checks = known, .check_count = 4};
     assert_float_equal(vw_lasting_gate(&pass, false), 1, 1e-12);
     assert_float_equal(vw_lasting_gate(&pass, true), -1, 1e-12);
-    pass.check_count = 3; // of which two are known
+    pass.check_count = 3; // two of them are known
     assert_true(isnan(vw_lasting_gate(&pass, false)));
 }

@@ -8,7 +8,7 @@
 // was synced stays:
 //   a journal that was used for overwriting the database cannot shrink any more, and no program could survive it if it
 //   did.
-// - Pages of the database that were written since its last sync may be there or not, each by itself.
+// - Pages of the database that were written since its last sync may be there or not, each independently.
 // A child that is killed leaves all it wrote; the parent then takes away what a cut may take.
 #include "support/ledger_sql.h"
 
@@ -28,7 +28,7 @@ struct observation {
     uint32_t operations;        // writes, syncs, truncations and removals so far
     uint32_t dies_in;           // the operation that the child does not survive; 0: it does
     int64_t journal_bytes;      // written
-    int64_t journal_kept_bytes; // of these, synced
+    int64_t journal_kept_bytes; // the synced part of these
     bool database_unsynced;     // it was written to since its last sync
     bool removal_synced;        // the journal's removal, the commit, was synced too
     bool appended;              // vw_ledger_append said so
@@ -46,7 +46,7 @@ static void die_if(bool ends) {
     if (ends) raise(SIGKILL);
 }
 
-// Half of what is written in the last operation still arrives.
+// Writes to the journal; half of the data of the last operation still arrives.
 static int write_journal(sqlite3_file *file, const void *data, int size_bytes, sqlite3_int64 offset) {
     bool ends = ends_here();
     int written = ends ? size_bytes / 2 : size_bytes;
@@ -132,7 +132,7 @@ struct scene {
     uint32_t cuts;
 };
 
-// The child's part: appends the rest of the steps to a run that had ended. Ends with 0 when it was not killed.
+// Appends, in the child, the rest of the steps to a run that had ended. Ends with 0 when it was not killed.
 static void append_and_die(const struct scene *scene) {
     struct vw_ledger *ledger = NULL;
     watch_files();
@@ -162,7 +162,7 @@ static bool append_in_child(const struct scene *scene, uint32_t dies_in) {
     return true;
 }
 
-// All or nothing, whole, and ready to go on.
+// Checks that the ledger has all of the append or nothing, verifies, and is ready to go on.
 static void assert_unharmed(const struct scene *scene, uint32_t operation, const char *cut) {
     struct vw_ledger_run run;
     struct vw_ledger *ledger = test_ledger_open_to_append(scene->path);
@@ -253,7 +253,7 @@ static void cut_everywhere(const char *folder, bool spills) {
     set_scene(&scene);
     assert_false(append_in_child(&scene, 0));
     assert_true(observed->appended &&
-                observed->removal_synced); // what is reported as recorded is not only on its way to the disk
+                observed->removal_synced); // a step that is reported as recorded has reached the disk
     uint32_t operations = observed->operations;
     cut_power(&scene, operations + 1);
     for (uint32_t operation = 1; operation <= operations; operation++) {

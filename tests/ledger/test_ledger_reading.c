@@ -158,7 +158,7 @@ static void die_in_a_transaction(const char *path) {
     raise(SIGKILL);
 }
 
-// Who reads is told what to do and leaves the files as they are; who appends puts them right.
+// A reader is told what to do and leaves the files as they are; a writer puts them right.
 FOLDER_TEST(after_a_kill_only_who_appends_repairs) {
     AUTO_FREE char *path = test_ledger_record(*state, "ledger.db", &test_four_epochs, 6);
     AUTO_FREE char *journal = vw_path_join(*state, "ledger.db-journal");

@@ -31,7 +31,7 @@ static void assert_head(struct vw_ledger *ledger, const char *path, const char *
     assert_answer(path, sql, head);
 }
 
-// Steps 0 to 2 are recorded and the run ends as `ended`; then it goes on with more epochs.
+// Records steps 0 to 2, ends the run as `ended` unless that is NULL, and goes on with more epochs.
 static void go_on_after(const char *folder, const char *ended) {
     const char *config = "{\"burn_in_epochs\": 1}", *extended = "{\"burn_in_epochs\": 1, \"epochs\": 60}";
     char *whole = test_ledger_record(folder, "whole.db", &test_four_epochs, 6),

@@ -13,7 +13,7 @@ static const char *const states[] = {"running", "interrupted", "finished"}; // o
 // A ledger as it was recorded, from which fresh copies are made.
 struct original {
     const char *status;
-    char *path; // of the copies
+    char *path; // path of the copies
     void *bytes;
     size_t size_bytes;
 };
@@ -55,7 +55,7 @@ static enum vw_status verify(const char *path) {
     return status;
 }
 
-// `word` must be in the message.
+// Checks that verification finds the change and names the file; the message of a mismatch contains `word`.
 static void assert_found(const struct original *original, const char *what, const char *word) {
     enum vw_status status = verify(original->path);
     const char *message = vw_error_message();
@@ -82,8 +82,8 @@ FOLDER_TEST(the_untouched_ledger_verifies) {
 
 // ---- Edits ----------------------------------------------------------------------------------------------------------
 
-// The edits of a cell; %1$s is the column. Those that a column cannot hold, or that leave it as it was, are no edits
-// of it.
+// The edits of a cell; %1$s is the column. An edit that a column cannot hold, or that leaves it as it was, does not
+// count.
 static const char *const edits[] = {
     "%1$s + 1",
     "%1$s * 1.0000000000000002220446049250313", // by one unit in the last place
@@ -124,7 +124,7 @@ static uint32_t list_columns(const char *path, struct column *columns, uint32_t 
     return count;
 }
 
-// "(a, b)": the primary key of a table; to be freed.
+// Returns the primary key of a table as "(a, b)"; to be freed.
 static char *key_of(const char *path, const char *table) {
     AUTO_FREE char *sql = vw_format_text(
         "SELECT '(' || group_concat(name) || ')' FROM (SELECT name FROM pragma_table_info('%s') WHERE pk ORDER BY pk)",

@@ -1,4 +1,4 @@
-// The file of retrainings: what is appended comes back after it is opened again, and what is no such file is refused.
+// The file of retrainings: appended rows come back after it is opened again, and other files are refused.
 #include "support/ledger_fixture.h"
 
 #include "ledger/retraining_store.h"
@@ -130,7 +130,7 @@ FOLDER_TEST(rows_are_plain_tables) {
                   "0auc/blur0.75-12,1lds/val_psnr0.50.25200");
 }
 
-// Each is refused, and left as it was.
+// Checks that a file with these bytes is refused, and left as it was.
 static void refuse(const char *path, const void *bytes, size_t size_bytes) {
     struct vw_retraining_store *retrainings = NULL;
     size_t after_bytes = 0;
@@ -150,10 +150,10 @@ FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     vw_retraining_store_close(&retrainings);
     void *bytes = temporary_read(path, &size_bytes);
     unsigned char *damaged = bytes;
-    memset(damaged + 100, 0x5a, 200); // the schema's page, behind the header
+    memset(damaged + 100, 0x5a, 200); // the schema's page, after the header
     refuse(path, damaged, size_bytes);
     free(bytes);
-    const char text[] = "these are no retrainings, though the file is there and is longer than the magic bytes";
+    const char text[] = "these are not retrainings, though the file is there and is longer than the magic bytes";
     refuse(path, text, sizeof text);
 }
 

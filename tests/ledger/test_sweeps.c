@@ -94,7 +94,7 @@ FOLDER_TEST(metrics_are_a_plain_table) {
 }
 
 FOLDER_TEST(what_is_no_such_file_is_refused) {
-    static const char text[] = "these are no metrics, though the file is there and is longer than the magic bytes";
+    static const char text[] = "these are not metrics, though the file is there and is longer than the magic bytes";
     struct vw_sweeps *sweeps = NULL;
     AUTO_FREE char *path = path_in(state);
     ASSERT_OK(vw_file_write(path, text, sizeof text));

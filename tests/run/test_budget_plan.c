@@ -106,6 +106,6 @@ TEST(segments_shorten_towards_the_end) {
         double passed_s = 0;
         for (uint32_t epochs; (epochs = vw_budget_segment(left_s - passed_s, 0.83, 1000)) > 0;)
             passed_s += 0.83 * epochs;
-        assert_true(passed_s <= left_s + 1e-9 && passed_s > left_s - 0.83 - 1e-9); // of summing up
+        assert_true(passed_s <= left_s + 1e-9 && passed_s > left_s - 0.83 - 1e-9); // 1e-9: rounding of sums
     }
 }

@@ -12,7 +12,7 @@
 enum { PHOTOS = 6, EPOCHS = 24, STEPS = PHOTOS * EPOCHS }; // more steps than one submission of a pass
 
 struct observer {
-    uint64_t stop_at; // of a pass; 0: never
+    uint64_t stop_at; // step of a pass at which it stops; 0: never
     bool stops_training;
     uint32_t passes; // reports of a pass
 };
@@ -87,7 +87,7 @@ static bool is_there(const char *out, const char *name) { return vw_file_exists_
 
 // ---- Cases ---------------------------------------------------------------------------------------------------------
 
-// "whole": valued, with lasting credit, by one command; "plain": valued only.
+// Makes two runs. "whole": valued, with lasting credit, by one command; "plain": valued only.
 static int set_up(void **state) {
     struct vw_config config = small_config(0, EPOCHS);
     struct observer observer = {0};
@@ -208,7 +208,7 @@ TEST(lost_credits_start_a_pass_anew) {
     ASSERT_FAILS(follow(out, 0, false, &first), VW_ERROR_INTERRUPTED, "interrupted");
     AUTO_FREE void *credits = temporary_read(temporary_path(out, "lasting_credits.vwc"), &size_bytes);
     ASSERT_FAILS(follow(out, 0, false, &later), VW_ERROR_INTERRUPTED, "interrupted");
-    ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // of fewer steps
+    ASSERT_OK(vw_file_write(temporary_path(out, "lasting_credits.vwc"), credits, size_bytes)); // credits of fewer steps
     ASSERT_OK(follow(out, 0, false, &going_on));
     assert_same_pass(out, whole);
     assert_answer(temporary_path(out, "ledger.db"), "SELECT count(*) FROM lasting_check", "0");

@@ -118,7 +118,7 @@ static void end(struct writing *writing) {
     free(writing->recording);
 }
 
-// The ledger is what appending the first `count` steps one by one gives.
+// Checks that the ledger is the one that appending the first `count` steps one by one gives.
 static void assert_has(const struct writing *writing, const char *folder, uint32_t count) {
     char head[VW_HASH_HEX_BYTES], expected[VW_HASH_HEX_BYTES];
     AUTO_FREE char *path = vw_path_join(folder, "expected.db");
@@ -170,7 +170,7 @@ FOLDER_TEST(what_waits_becomes_one_transaction) {
     ASSERT_OK(add(&writing));
     while (!transactions_begun()) usleep(100); // until the thread has taken it
     while (writing.added < writing.recording->count) ASSERT_OK(add(&writing));
-    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, SUBMISSION - 1); // what is on disk
+    assert_int_equal(vw_ledger_writer_recorded(writing.writer).steps, SUBMISSION - 1); // the steps on disk
     set_disk(false, 0);
     ASSERT_OK(vw_ledger_writer_drain(writing.writer));
     assert_int_equal(transactions_begun(), 1); // since the disk moves again
@@ -200,8 +200,8 @@ static void *add_last(void *context) {
     return NULL;
 }
 
-// Writes step 0. Then MANY steps wait behind step 1, whose transaction stands still and may fail, while another thread
-// adds one more. To be freed.
+// Writes step 0. Then MANY steps wait for step 1, whose transaction stands still and may fail, while another thread
+// adds one more. The result is to be freed.
 static struct adding *overfill(struct writing *writing, bool fails) {
     pthread_t thread;
     struct adding *adding = vw_allocate(1, sizeof *adding);

@@ -137,8 +137,8 @@ TEST_WITHIN(a_killed_holder_leaves_no_lock, prepare, clean_up) {
     close(ready[1]);
 }
 
-// Every child takes and releases the lock again and again. Whoever holds it creates and removes a file that nobody else
-// may have at that moment.
+// Takes and releases the lock again and again, as every child does. While it is held, creates and removes a file that
+// no other child may have at that moment.
 static int contend(const char *out, const char *mark) {
     int held = 0;
     alarm(60);

@@ -87,7 +87,7 @@ static void assert_chain_head(const char *out, char head[VW_HASH_HEX_BYTES], con
     if (head) vw_ledger_chain_head(ledger, head);
 }
 
-// The sums of the step deltas, which do not depend on how the steps were taken.
+// Makes a whole run and finds the sums of its step deltas, which do not depend on how the steps were taken.
 static void run_whole(const char *out, uint64_t seed, double values[PHOTOS]) {
     const struct vw_config config = small_config(seed, EPOCHS);
     const struct vw_run_params params = small_params(&config, out, NULL);
@@ -113,7 +113,7 @@ static void assert_images(const struct vw_run *run) {
     assert_int_equal(train_count, PHOTOS);
 }
 
-// The report that a run leaves has the bytes of one that is made later from its folder.
+// Checks that the report that a run leaves has the bytes of one that is made later from its folder.
 static void assert_report_is_made_again(const char *out) {
     AUTO_FREE void *first = NULL, *later = NULL;
     size_t first_bytes = 0, later_bytes = 0;
@@ -365,7 +365,7 @@ FOLDER_TEST(wrong_params_are_refused_by_name) {
     params = good;
     config.rays = 0;
     assert_refused(&params, "rays");
-    assert_int_not_equal(access(out, F_OK), 0); // nothing is left behind
+    assert_int_not_equal(access(out, F_OK), 0); // no folder is left
 }
 
 FOLDER_TEST(calls_out_of_order_are_refused) {
@@ -378,7 +378,7 @@ FOLDER_TEST(calls_out_of_order_are_refused) {
     assert_int_equal(vw_run_finish(run), VW_ERROR_USAGE);
     ASSERT_FAILS(vw_run_scores(run, NULL, &scores, &count), VW_ERROR_USAGE, "vw_run_finish");
     vw_run_close(&run);
-    vw_run_close(&run); // of nothing
+    vw_run_close(&run); // run is NULL
     assert_int_equal(vw_run_advance(NULL, 1), VW_ERROR_USAGE);
     assert_int_equal(vw_run_finish(NULL), VW_ERROR_USAGE);
     assert_int_equal(vw_run_scores(NULL, NULL, &scores, &count), VW_ERROR_USAGE);

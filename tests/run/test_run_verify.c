@@ -14,7 +14,7 @@
 
 struct fixture {
     char *folder;  // holds "whole", "other" and "copy"
-    char out[300]; // of the copy
+    char out[300]; // folder of the copy
 };
 
 // ---- Runs ----------------------------------------------------------------------------------------------------------
@@ -253,7 +253,7 @@ TEST(edited_tables_are_found) {
     }
 }
 
-// The second field from the end of a line of a table, changed by `factor`.
+// Multiplies the second field from the end of a line of a table by `factor`.
 static void scale_number(const struct fixture *fixture, const char *name, double factor) {
     AUTO_FREE void *data = temporary_read(in_copy(fixture, name), NULL);
     char *text = data, *field = strstr(text, "\nview_");
@@ -382,7 +382,7 @@ TEST(new_steps_remove_the_list) {
     ASSERT_OK(verify(fixture));
     copy_file(temporary_path(fixture->folder, "whole"), fixture->out, VW_CHECKSUMS_FILE);
     assert_refused(verify(fixture), "an earlier list", "of another state of the run");
-    make_run(fixture->folder, "copy", 1, true, 5); // of a run that is finished already
+    make_run(fixture->folder, "copy", 1, true, 5); // the run is finished already
     ASSERT_OK(verify(fixture));
 }
 

@@ -20,7 +20,7 @@ struct observer {
 };
 
 struct fixture {
-    const char *folder; // of the test
+    const char *folder; // folder of the test
     struct vw_session session;
     struct observer observers[RUNS];
     struct vw_run *runs[RUNS];
@@ -71,7 +71,7 @@ static int set_up(void **state) {
     const struct vw_session_params params = {.scene = {.path = SMALL_SCENE}, .devices = {NULL, preferred, DEVICES - 1}};
     ASSERT_OK(vw_session_open(&params, &f->session));
     assert_int_equal(f->session.device_count, DEVICES);
-    for (uint32_t i = 0; i < RUNS; i++) { // what they leave alone
+    for (uint32_t i = 0; i < RUNS; i++) { // the files that they leave alone
         open_run(f, "alone", i, 0);
         ASSERT_OK(vw_run_advance(f->runs[i], UINT64_MAX));
         ASSERT_OK(vw_run_score(f->runs[i]));
@@ -130,7 +130,7 @@ TEST_WITHIN(also_on_two_devices, set_up, tear_down) {
     struct fixture *f = *state;
     open_runs(f, "spread", DEVICES);
     for (uint32_t d = 0; d < DEVICES; d++)
-        assert_int_equal(f->session.devices[d].submissions->member_count, 2 - d); // of three
+        assert_int_equal(f->session.devices[d].submissions->member_count, 2 - d); // three runs: 2 and 1
     take_all(f, "spread");
 }
 
