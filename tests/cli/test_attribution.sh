@@ -113,6 +113,6 @@ printf 'view_00%d\n' 0 1 2 3 4 5 6 7 >"$folder/train.txt"
 out=$folder/leak
 check "copies of validation photos are valued" prints '' "$program" value "$folder/twice.json" --out "$out" "${tiny[@]}" \
     --train "$folder/train.txt" --val "$folder/val.txt"
-check "that they know what is validated is said" grep -q '^warning: 1 groups .* contain both training and validation photos (first: view_000)' \
-    "$folder/stderr"
+check "that they know what is validated is said" \
+    grep -q '^warning: 1 groups .* contain both training and validation photos (first: view_000)' "$folder/stderr"
 conclude "$@"
