@@ -81,7 +81,7 @@ TEST(windows_of_the_grid_change_no_bit) {
     clamp.storage_binding_bytes = 600000;
     for (size_t i = 0; i < VW_ARRAY_COUNT(setups); i++) {
         struct step_case chunked = *setups[i];
-        chunked.chunk_samples = 256; // whose activations fit such a binding
+        chunked.chunk_samples = 256; // the chunk's activations fit such a binding
         struct step_bench *windows = step_bench_open_clamped(&chunked, &clamp);
         assert_true(windows->model.window_count > 1);
         assert_int_equal(windows->model.specialization.grid_texel, 1);

@@ -7,7 +7,7 @@
 #include "support/gpu_fixture.h"
 
 static const double LINE_TOLERANCE = 1e-6;  // box edges, as in check_rays.c
-static const double REPROJECTION_PX = 0.01; // what generate_rays is held to
+static const double REPROJECTION_PX = 0.01; // tolerance of generate_rays
 
 static const struct step_case plain = {
     .name = "pinhole", .seed = 121, .levels = 2, .log2_table = 4, .width = 16, .rays = 300};

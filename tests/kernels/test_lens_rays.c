@@ -42,7 +42,8 @@ static const struct lens lenses[] = {
      DISTORTION_ANY_LENS},
 };
 
-// A camera `distance` box edges from the box's centre that looks at it; its z axis (backwards) is `back`.
+// Returns the view of a camera `distance` box edges from the box's centre that looks at it; its z axis (backwards) is
+// `back`.
 static struct vw_view view_of(const struct vw_camera *camera, double distance, const struct vw_box *box) {
     static const double back[3] = {0.6, -0.48, 0.64}, right[3] = {0.8, 0.36, -0.48};
     struct vw_view view = {.camera = *camera};
@@ -67,7 +68,7 @@ static void pixel_position(const struct vw_camera *camera, uint32_t ray, float *
     *y_px = (float)(ray / SIDE % SIDE * (camera->height_px / (double)(SIDE - 1)));
 }
 
-// The rays of one view through a grid of positions over its photo.
+// Generates the rays of one view through a grid of positions over its photo.
 static void generate(const struct vw_view *view, const struct vw_box *box, uint32_t distortion,
                      struct vw_ray rays[RAYS]) {
     struct vw_specialization specialization = {.samples = SAMPLES, .strata = SAMPLES, .effect_distortion = distortion};
@@ -111,7 +112,7 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
     for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(&buffers[i]);
 }
 
-// A point of a ray in the view's camera axes, in box edges.
+// Computes a point of a ray in the view's camera axes, in box edges.
 static void point_in_camera(const struct vw_view *view, const struct vw_box *box, const struct vw_ray *ray,
                             double parameter, double point[3]) {
     const double origin[3] = {ray->origin_near.x, ray->origin_near.y, ray->origin_near.z};
@@ -147,7 +148,7 @@ TEST_CASES(rays_reproject_through_every_lens, i, VW_ARRAY_COUNT(lenses)) {
     }
 }
 
-// The depths at which a ray's samples begin and end.
+// Checks the depths at which a ray's samples begin and end.
 static void check_depths(const struct vw_view *view, const struct vw_ray *whole, const struct vw_ray *cut,
                          double near_edges, double far_edges, uint32_t *cut_count) {
     double first[3], last[3], from[3], to[3];
@@ -174,7 +175,7 @@ TEST(samples_lie_between_near_and_far) {
         if (distances[i] > 1) camera.focal_x_px = camera.focal_y_px = 1000 * distances[i];
         struct vw_view view = view_of(&camera, distances[i], &box);
         double edge = 2 * box.half_extent_world,
-               margin = fmin(0.2, 0.1 * distances[i]); // of depths around the box's centre
+               margin = fmin(0.2, 0.1 * distances[i]); // in depth, around the box's centre
         struct vw_ray whole[RAYS], cut[RAYS];
         uint32_t cut_count = 0;
         generate(&view, &box, DISTORTION_NONE, whole);

@@ -13,7 +13,7 @@ static const struct step_case setup = {
 
 enum { GRID_ENTRY = -1 };
 static const struct poison {
-    int matrix; // of reference_matrices, or GRID_ENTRY
+    int matrix; // index in reference_matrices, or GRID_ENTRY
     uint32_t out, in;
     float value;
 } poisons[] = {
@@ -47,7 +47,8 @@ static void poison_params(struct step_bench *bench, const struct poison *poison)
     step_bench_write_params(bench);
 }
 
-// NaN among rgb and density, sample by sample, as the reference has it. (Infinity saturates to a number in both.)
+// Checks that rgb and density are NaN, sample by sample, where the reference's are. (Infinity saturates to a number in
+// both.)
 static void check_samples(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays,
                           const float *samples, bool training, uint64_t number) {
     struct reference_params *params = reference_params_create(&bench->model, bench->params);
@@ -91,7 +92,7 @@ TEST_CASES(a_poisoned_step_is_flagged_and_changes_nothing, i, VW_ARRAY_COUNT(poi
     check_samples(bench, &poisons[i], rays, samples, true, 2);
 }
 
-// A ray that meets a NaN shows it, also when the NaN is in the density alone.
+// Checks that a ray that meets a NaN shows it, also when the NaN is in the density alone.
 static void check_colours(const struct step_bench *bench, const struct poison *poison, const struct vw_ray *rays,
                           const float *samples, const vw_float4 *colours) {
     for (uint32_t ray = 0; ray < bench->config.rays; ray++) {
@@ -157,7 +158,7 @@ static bool is_marked(struct step_bench *bench) {
     return marked;
 }
 
-// One NaN in the last sample's rows, of the gradients and of the activations, marks the step by itself.
+// One NaN in the last sample's rows, of the gradients and of the activations, is enough to mark the step.
 TEST(a_weight_gradient_that_is_not_finite_marks_the_step) {
     struct step_bench *bench = step_bench_open(&step_cases[0]);
     struct test_random random = {.seed = bench->config.seed};
@@ -191,8 +192,7 @@ TEST(rounding_to_a_bfloat_keeps_what_is_not_finite) {
         assert_false(isfinite(step_bench_row(bench, rows, step_bench_rows(bench).d_geo, i)[0]));
 }
 
-// It marks the step by itself, whatever other passes find, and adds nothing: the sums are those of the gradient without
-// it.
+// It marks the step whatever other passes find, and adds nothing: the sums are those of the gradient without it.
 TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
     static const float poison[] = {NAN, INFINITY, -INFINITY};
     for (size_t i = 0; i < VW_ARRAY_COUNT(poison); i++) {
@@ -210,7 +210,7 @@ TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
     }
 }
 
-// By itself, from whichever ray it comes; in one channel of one ray alone.
+// It marks the step without another pass, from whichever ray it comes; in one channel of one ray alone.
 TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
     static const float poison[] = {0.0f, NAN, INFINITY, -INFINITY};
     struct step_case with_sky = setup;

@@ -15,7 +15,7 @@
 #include "train/effects/registry.h"
 
 static const struct pass {
-    const char *name; // with _half behind it: on a grid of halves
+    const char *name; // ends in _half on a grid of halves
     const struct vw_shader *shader;
     pass_check *check;
     enum vw_scatter_form scatter;
@@ -136,7 +136,7 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
     }
 }
 
-// Of backward_rays one case takes one variant.
+// Returns whether a case runs a pass. A case runs only one variant of backward_rays.
 static bool takes_case(const struct pass *pass, const struct step_case *setup) {
     if (strncmp(pass->name, "backward_rays", strlen("backward_rays")) != 0) return true;
     return (setup->sky || setup->appearance || setup->visibility) == (pass->shader == &vw_shader_backward_rays_effects);
@@ -176,7 +176,7 @@ static void every_shader_is_listed(void **state) {
     }
 }
 
-// So that devices at the floor, such as v3dv, run everything but sky, appearance and visibility.
+// Checks that devices at the floor, such as v3dv, run everything but sky, appearance and visibility.
 static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **state) {
     (void)state;
     uint32_t most = 0;
@@ -214,7 +214,7 @@ static uint32_t count_precise(const struct vw_shader *shader) { // operations th
     return count;
 }
 
-// Else a compiler might fuse a product and a sum in one pipeline and not in another. (Lavapipe never fuses.)
+// Checks that no compiler may fuse a product and a sum in one pipeline and not in another. (Lavapipe never fuses.)
 static void what_several_passes_compute_is_precise(void **state) {
     (void)state;
     enum { CELL = 6, POSITION = 28, RAY = 15 }; // operations of grid_locate and grid_weight; sampling.glsl; camera_ray
@@ -244,7 +244,7 @@ static void every_effect_has_a_case_with_and_one_without(void **state) {
                      on[k] ? "on" : "off");
 }
 
-// Bit i is set when some case makes choice i of a kind of choices.
+// Checks that some case makes every choice: bit i is set when some case makes choice i of a kind of choices.
 static void every_choice_has_a_case(void **state) {
     (void)state;
     uint32_t losses = 0, optimizers = 0, momentum = 0, words = 0, features = 0, widths = 0;

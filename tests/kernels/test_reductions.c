@@ -54,7 +54,7 @@ static void check_change(const char *where, const struct outcome *before, const 
                 psnr_change(was->squared, is->squared, rays), 10.0 / log(10.0) * SUM_TOLERANCE);
 }
 
-// The change is far above what it may be off, and of the right sign.
+// Checks that the change is far above its tolerance, and of the right sign.
 static void check_significance(const char *where, const struct outcome *before, const struct outcome *after) {
     double change = after->reference[LAST_VIEW].squared - before->reference[LAST_VIEW].squared,
            found = squared(after->device[LAST_VIEW]) - squared(before->device[LAST_VIEW]);

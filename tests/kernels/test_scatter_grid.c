@@ -26,7 +26,7 @@ static struct scattered scatter_by_atomics(const struct step_case *setup) {
     return scattered;
 }
 
-// Two 32-bit atomics with a carry, or none.
+// Checks that a form without 64-bit atomics gives their bits: two 32-bit atomics with a carry, or none.
 static void gives_the_bits_of_atomics(struct step_case setup, enum vw_scatter_form form,
                                       const struct scattered *atomics) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
@@ -109,7 +109,7 @@ static const struct step_case crowds[] = {
      .base_resolution = 8},
 };
 
-// Every sample in the one entry of its level, with the largest gradient there is: +, -, and beyond the clamp. The
+// Puts every sample in the one entry of its level, with the largest gradient there is: +, -, and beyond the clamp. The
 // samples sit at cell centres of both levels' lattices or at lattice points, so that the weights are powers of two and
 // the sum is known to the last bit.
 static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float sign) {

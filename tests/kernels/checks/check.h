@@ -1,5 +1,5 @@
-// What the registry of passes (test_passes.c) runs: one function per pass, which feeds it on a bench with inputs of one
-// kind and holds what it makes of them against the reference. A new pass gets a function here and a line there.
+// Functions that the registry of passes (test_passes.c) runs: one per pass, which feeds it on a bench with inputs of
+// one kind and compares its results with the reference. A new pass gets a function here and a line there.
 #ifndef VIEWWORTH_TESTS_KERNELS_CHECK_H
 #define VIEWWORTH_TESTS_KERNELS_CHECK_H
 
@@ -30,12 +30,12 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
 #define FLOAT_ROUNDING 0x1p-24 // half a unit in the last place, relative
 #define FLOAT_LEAST 0x1p-126   // smaller floats may be flushed to 0
 
-// How far a bfloat may be off whose float is off by up to `error`.
+// Returns how far a bfloat may be off whose float is off by up to `error`.
 static inline double rounded_error(double expected, double error) {
     return error + BFLOAT_ROUNDING * (fabs(expected) + error) + FLOAT_LEAST;
 }
-// How far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is off by
-// up to in_error[i].
+// Returns how far number `index` of matrix * in (transposed: in * matrix) may be off on the device, when each in[i] is
+// off by up to in_error[i].
 double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
                      const double *in_error);
 // Fails unless low <= device <= high.
@@ -55,33 +55,33 @@ pass_check check_generate_rays, check_forward_field, check_composite_rays, check
 
 // ---- Their parts, for the tests of what is special about a pass -----------------------------------------------------
 
-// generate_rays: puts a camera at `position` that looks at `target`, both in box coordinates.
+// Puts a camera for generate_rays at `position` that looks at `target`, both in box coordinates.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]);
-// The box whose coordinates the rays of a bench are in.
+// Returns the box whose coordinates the rays of a bench are in.
 struct vw_box rays_box(const struct step_bench *bench);
 // Makes the rays of bench->pixels with the cameras of bench->scene.
 struct vw_ray *rays_make(struct step_bench *bench);
-// The same, held against the reference, with distances `scale` times what they are off usually. Returns how many hit
-// the box.
+// Makes the same rays and checks them against the reference, with `scale` times the usual tolerances. Returns how many
+// hit the box.
 uint32_t rays_check(struct step_bench *bench, double scale);
 
-// scatter_grid: a chunk's activation rows with random positions and gradients of the kind.
+// Makes a chunk's activation rows for scatter_grid, with random positions and gradients of the kind.
 float *scatter_rows(const struct step_bench *bench, enum input_kind kind);
 // Adds the rows' gradients up from 0; `flags` are those it set.
 void scatter_run(struct step_bench *bench, float *rows, struct vw_step_state *flags);
 // Holds the words of the grid's gradient and the count of clamped contributions against the reference.
 void scatter_check(const struct step_bench *bench, const float *rows, const uint64_t *words, uint32_t clamped);
 
-// gradient_weights and reduce_weights in turn, from a chunk's rows to d_weights.
+// Runs gradient_weights and reduce_weights in turn, from a chunk's rows to d_weights.
 void weight_gradients_run(struct step_bench *bench, float *rows);
 
 // update_grid: all that the optimiser may change of the grid.
 struct grid_state {
-    float *grid, *moment1, *moment2; // per feature; moment1 NULL without momentum. Behind the grid the other params
+    float *grid, *moment1, *moment2; // per feature; moment1 NULL without momentum. The other params follow the grid
     uint32_t *visits;                // per pair
 };
 struct grid_state grid_read(struct step_bench *bench);
-// `quanta`: the integer gradient per feature.
+// Writes `quanta`, the integer gradient per feature.
 void grid_write_gradient(struct step_bench *bench, const int64_t *quanta);
 void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
                           int64_t *quanta);
@@ -100,13 +100,14 @@ struct view_reduction {
     struct vw_pass *pass, *fit_pass;
     struct vw_submission *submission;
     struct vw_ray *ray_data; // targets and weights
-    vw_float4 *colour_data;  // what was rendered
+    vw_float4 *colour_data;  // rendered colours
 };
-// `fitted`: reduce_views applies the fits, which are 0 until fit_pass or a test writes them.
+// Makes the pass reduce_views and its buffers. `fitted`: it applies the fits, which are 0 until fit_pass or a test
+// writes them.
 struct view_reduction *reduction_open(struct vw_gpu *gpu, bool fitted);
-// Random targets, and colours that are off by errors of the kind.
+// Draws random targets, and colours that are off by errors of the kind.
 void reduction_fill(struct view_reduction *reduction, enum input_kind kind, uint64_t seed);
-// The sums of each view: squared error high, low, absolute error high, low.
+// Runs reduce_views for the sums of each view: squared error high, low, absolute error high, low.
 void reduction_run(struct view_reduction *reduction, vw_float4 sums[REDUCED_VIEWS]);
 struct reference_view_error reduction_reference(const struct view_reduction *reduction, uint32_t view);
 void reduction_check(const char *where, struct view_reduction *reduction, vw_float4 sums[REDUCED_VIEWS]);

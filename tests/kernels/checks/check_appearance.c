@@ -6,7 +6,7 @@
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
 
-static const double STEP_TOLERANCE = 5e-4; // of a step's length: see check_optimizer.c
+static const double STEP_TOLERANCE = 5e-4; // relative to a step's length: see check_optimizer.c
 static const double MOMENT_TOLERANCE = 1e-6;
 enum {
     UPDATES = 3,
@@ -20,7 +20,7 @@ static const float *values_of(const struct vw_param_range *range, const float *p
     return params + range->offset_bytes / sizeof(float);
 }
 
-// An effect that is off has nothing of its own.
+// Returns whether the effect is off, and checks that it then has nothing of its own.
 static bool is_off(const struct vw_pass *pass, const struct vw_param_range *range, const struct vw_buffer *buffer) {
     if (pass) return false;
     assert_int_equal(range->size_bytes, 0);
@@ -144,7 +144,7 @@ void check_mix_code(struct step_bench *bench, enum input_kind kind) {
 struct number {
     const char *name;
     uint64_t index, visits;
-    double gradient, gradient_error, rate; // of the mean loss; the rate times the learning rate
+    double gradient, gradient_error, rate; // gradient of the mean loss; rate: times the learning rate
     float value, moment1, moment2, value_after, moment1_after, moment2_after;
 };
 
@@ -255,7 +255,7 @@ void check_update_appearance(struct step_bench *bench, enum input_kind kind) {
             shares[k] = k % 4 == 3 ? 0.0f : input_draw(kind, &random);
         update_photo(bench, shares);
     }
-    // What is not finite moves nothing, and the flag says so.
+    // A value that is not finite moves nothing, and the flag says so.
     float *before = step_bench_read(bench, bench->field.params);
     shares[AFFINE + 1] = NAN;
     struct vw_push_update push = {.count = bench->step.padded_rays};

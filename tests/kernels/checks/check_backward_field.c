@@ -15,7 +15,7 @@ static void take_gates(uint32_t width, uint32_t low, uint32_t high, bool *active
     for (uint32_t i = 0; i < width; i++) active[i] = (i < 32 ? low >> i : high >> (i - 32)) & 1;
 }
 
-// The forward pass from the device's position on, with the device's decisions and colours.
+// Runs the forward pass from the device's position on, with the device's decisions and colours.
 static void go_forward(const struct step_bench *bench, const struct reference_params *params,
                        const struct device *device, uint32_t index, struct reference_sample *sample) {
     uint32_t width = bench->config.width;
@@ -29,7 +29,7 @@ static void go_forward(const struct step_bench *bench, const struct reference_pa
     for (int c = 0; c < 3; c++) sample->rgb[c] = device->samples[4 * (size_t)index + (size_t)c];
 }
 
-// A row of bfloats.
+// Checks a row of bfloats.
 static void check_row(const struct step_bench *bench, const float *rows, const char *what, uint32_t row,
                       uint32_t sample, uint32_t count, const double *expected, const double *errors) {
     for (uint32_t i = 0; i < count; i++)
@@ -75,7 +75,7 @@ static void check_sample(const struct step_bench *bench, struct reference_params
                     encoding[i]);
 }
 
-// As if some densities had met their maximum, where their gradient is cut.
+// Sets some densities to their maximum, where their gradient is cut.
 static void saturate_some(struct step_bench *bench, float *samples) {
     for (uint32_t i = 3; i < bench->padded_samples; i += 16) samples[4 * (size_t)i + 3] = (float)reference_density_max;
     step_bench_write(bench, bench->step.samples, samples);

@@ -6,8 +6,9 @@
 #include "kernels/checks/check.h"
 
 enum { SAMPLES_MAX = 64 };
-static const double SKY_TOLERANCE = 2e-6; // of the device's exp, relative
-// Of every sample's share of the colour: the device's exp near an optical thickness of 0.03 and its roundings.
+static const double SKY_TOLERANCE = 2e-6; // relative, from the device's exp
+// Tolerance of every sample's share of the colour: the device's exp near an optical thickness of 0.03 and its
+// roundings.
 static const double SHARE_TOLERANCE = 6e-6;
 // Light that passes more than an optical thickness of 87 is cut to 1e-38.
 static const double LEAST_LIGHT = 1e-36;
@@ -21,10 +22,10 @@ struct inputs {
 
 static float unit(struct test_random *random) { return 0.5f + 0.5f * test_random_next(random); }
 
-// Before a black target, so that the loss is exactly 0 on black.
+// Selects empty rays before a black target, so that the loss is exactly 0 on black.
 static bool is_empty(uint32_t ray) { return ray % 13 == 5; }
 
-// Whole rays of nothing, thin air, fog or wall, and every third ray of all of them.
+// Draws a density: whole rays of nothing, thin air, fog or wall, and every third ray of all of them.
 static float ordinary_density(uint32_t ray, struct test_random *random) {
     static const float densities[] = {1.0f, 30.0f, 0.01f, 1e-9f, 0.0f, 1e3f, 3e6f};
     if (ray % 3 == 0) return densities[(uint32_t)(7.0f * unit(random)) % 7];
@@ -41,7 +42,7 @@ static vw_float4 draw_sample(enum input_kind kind, uint32_t ray, struct test_ran
                        fabsf(input_draw(kind, random)), sample.w};
 }
 
-// Along an axis, or anywhere.
+// Draws a direction along an axis, or anywhere.
 static vw_float4 draw_direction(uint32_t ray, struct test_random *random) {
     float axis[3] = {test_random_next(random), test_random_next(random), test_random_next(random)}, length = 0.0f;
     if (ray % 4 == 1)
@@ -82,8 +83,8 @@ struct reference {
     double backdrop[3], backdrop_error[3], colour[3], colour_error[3], left, left_error;
 };
 
-// Colours of the sky are good to the device's exp and, relative to the terms of their logit, its roundings; others are
-// exact.
+// Finds the backdrop and its error. Colours of the sky are good to the device's exp and, relative to the terms of their
+// logit, its roundings; others are exact.
 static void stand_behind(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training,
                          struct reference *reference) {
     struct vw_specialization s = bench->model.specialization;
@@ -99,8 +100,8 @@ static void stand_behind(const struct step_bench *bench, const struct inputs *in
     }
 }
 
-// The thickness so far is a sum of floats, so that the light that passes it is off by as many roundings of it,
-// relatively.
+// Composites a ray. The thickness so far is a sum of floats, so that the light that passes it is off by as many
+// roundings of it, relatively.
 static void composite(const struct step_bench *bench, const struct inputs *in, uint32_t ray, bool training,
                       struct reference *reference) {
     double tau = 0.0;
@@ -155,15 +156,15 @@ struct reference_loss {
     double loss, loss_error, d_visible, d_colour[3], d_colour_error[3];
 };
 
-// How much the slope of a loss changes per error.
+// Returns how much the slope of a loss changes per error.
 static double curvature(const struct vw_specialization *s) {
     return s->loss == LOSS_L2 ? 2.0 : s->loss == LOSS_HUBER ? 1.0 / s->huber_length : 0.0;
 }
 
-// How visible a ray is: hidden, seen, and all between.
+// Returns how visible a ray is: hidden, seen, and all between.
 static float visible_of(uint32_t ray) { return ray % 5 < 2 ? (float)(ray % 5) : 0.3f + 0.1f * (float)(ray % 7); }
 
-// The loss, its gradients and their errors with a part of the ray left out, as the effect visibility does.
+// Leaves a part of the ray out of the loss, its gradients and their errors, as the effect visibility does.
 static void leave_out(const struct step_bench *bench, uint32_t ray, double weight, struct reference_loss *taken) {
     if (!vw_visibility_network(&bench->model).size_bytes) return;
     double visible = visible_of(ray), hidden = 1.0 - visible,
@@ -176,7 +177,7 @@ static void leave_out(const struct step_bench *bench, uint32_t ray, double weigh
     }
 }
 
-// `d_seen` are the gradients by the colours as the photo sees them.
+// Computes a ray's loss. `d_seen` receives the gradients by the colours as the photo sees them.
 static struct reference_loss take_loss(const struct step_bench *bench, const struct inputs *in, uint32_t index,
                                        const struct reference *reference, double d_seen[3]) {
     struct reference_ray ray = reference_ray_of(&in->rays[index]);
@@ -214,8 +215,7 @@ static void check_sample(const struct step_bench *bench, const struct reference 
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
                     reference->weight[i] * (slope_error + (reference->share_error[i] + 3.0 * FLOAT_ROUNDING) * slope) +
                         slope * LEAST_LIGHT + 3.0 * FLOAT_LEAST);
-        // Both the sample and what is behind it are seen through `light`, whose size their difference may be much
-        // below.
+        // Both the sample and what lies beyond it are seen through `light`; their difference may be much smaller.
         double seen = light * (reference->points[i].rgb[c] + 1.0);
         raw_error += tau * slope * LEAST_LIGHT;
         raw_error += tau * seen *
@@ -225,7 +225,8 @@ static void check_sample(const struct step_bench *bench, const struct reference 
     check_value(bench->where, "d_raw", index, device->w, expected->raw, raw_error);
 }
 
-// rgb (1 - rgb) is as far off as rgb, relative to what it would be without the second factor.
+// Checks the gradient by the sky's logit: rgb (1 - rgb) is as far off as rgb, relative to what it would be without the
+// second factor.
 static void check_d_logit(const struct step_bench *bench, uint32_t ray, const struct reference *reference,
                           const struct reference_loss *taken, const vw_float4 *device) {
     const double found[3] = {device->x, device->y, device->z};
@@ -243,7 +244,7 @@ static void check_d_logit(const struct step_bench *bench, uint32_t ray, const st
     check_value(bench->where, "padding of the sky's logit", ray, device->w, 0.0, 0.0);
 }
 
-// The ray's share of the photo's gradient.
+// Checks the ray's share of the photo's gradient.
 static void check_share(const struct step_bench *bench, const struct reference *reference,
                         const struct reference_loss *taken, const double d_seen[3], uint32_t ray,
                         const struct vw_appearance *device) {
@@ -256,7 +257,7 @@ static void check_share(const struct step_bench *bench, const struct reference *
     }
 }
 
-// `d_sky`, `shares` and `visibility`: NULL without their effects.
+// Checks a ray. `d_sky`, `shares` and `visibility` are NULL without their effects.
 static void check_ray(const struct step_bench *bench, const struct inputs *in, uint32_t ray, float device_loss,
                       const vw_float4 *d_field, const vw_float4 *d_sky, const struct vw_appearance *shares,
                       const float *visibility) {

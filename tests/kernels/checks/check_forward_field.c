@@ -8,7 +8,7 @@
 #include "kernels/checks/check.h"
 
 static const double POSITION_TOLERANCE = 1e-6;      // box edges: a few roundings of ray parameters up to 4 edges
-static const double ENCODING_ROUNDINGS = 16.0;      // of the largest entry: weights of three factors each, eight terms
+static const double ENCODING_ROUNDINGS = 16.0;      // relative to the largest: weights of three factors, eight terms
 static const double HARMONICS_TOLERANCE = 1e-6;     // a few roundings at values up to 1.1
 static const double SIGMOID_TOLERANCE = 4e-6;       // the device's exp and division, at values up to 1
 static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
@@ -37,7 +37,7 @@ static void product_errors(const struct reference_matrix *matrix, const double *
     for (uint32_t i = 0; i < matrix->out; i++) errors[i] = product_error(matrix, false, i, in, in_error);
 }
 
-// From errors->encoding on.
+// Finds the errors of all outputs from errors->encoding on.
 static void find_errors(const struct reference *reference, const struct reference_sample *sample,
                         struct errors *errors) {
     product_errors(&reference->matrices[0], sample->encoding, errors->encoding, errors->hidden1);
@@ -49,7 +49,7 @@ static void find_errors(const struct reference *reference, const struct referenc
     product_errors(&reference->matrices[3], sample->hidden2, errors->hidden2, errors->logit);
 }
 
-// Vulkan's bound for exp, relative.
+// Returns Vulkan's bound for exp, relative.
 static double exp_error(double x) { return (3.0 + 2.0 * fabs(x)) * 0x1p-23; }
 
 static double sigmoid(double x) { return 1.0 / (1.0 + exp(-x)); }
@@ -77,7 +77,7 @@ static void copy_row(const struct step_bench *bench, const float *rows, uint32_t
     for (uint32_t i = 0; i < count; i++) values[i] = step_bench_row(bench, rows, first_row + i / 4, sample)[i % 4];
 }
 
-// A row of bfloats.
+// Checks a row of bfloats.
 static void check_row(const struct step_bench *bench, const struct outputs *out, const char *what, uint32_t row,
                       uint32_t sample, uint32_t count, const double *expected, const double *errors) {
     for (uint32_t i = 0; i < count; i++)
@@ -174,7 +174,7 @@ static void check_validation(struct step_bench *bench, const struct reference *r
 
 // ---- The check ------------------------------------------------------------------------------------------------------
 
-// The grid holds inputs of the kind; the weights do as well where the kind is a zero.
+// Makes params whose grid holds inputs of the kind; the weights do as well where the kind is a zero.
 static float *make_params(const struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
     float *params = test_allocate(bench->model.param_bytes, 1);
@@ -208,7 +208,7 @@ static void mix(const struct step_bench *bench, struct reference *reference, dou
 
 void check_forward_field(struct step_bench *bench, enum input_kind kind) {
     const struct vw_specialization *s = &bench->model.specialization;
-    const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP); // of the jitter
+    const vw_uint4 key = vw_model_key_of_step(&bench->model, STEP); // key of the jitter
     assert_true(((uint64_t)key.y << 32 | key.x) == bench->config.seed && ((uint64_t)key.w << 32 | key.z) == STEP);
     float *params = make_params(bench, kind);
     struct reference reference = {.params = reference_params_create(&bench->model, params)};

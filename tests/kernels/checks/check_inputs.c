@@ -4,7 +4,7 @@
 const char *const input_kind_names[INPUT_KINDS] = {"ordinary",      "large",    "tiny",      "zero",
                                                    "negative zero", "denormal", "saturating"};
 
-// Of random sign and of a magnitude in [2^least, 2^most).
+// Draws a number of random sign and of a magnitude in [2^least, 2^most).
 static float draw_between(struct test_random *random, float least, float most) {
     float magnitude = exp2f(least + (most - least) * (0.5f + 0.5f * test_random_next(random)));
     return copysignf(magnitude, test_random_next(random));
@@ -26,8 +26,8 @@ void input_fill(enum input_kind kind, struct test_random *random, float *values,
     for (size_t i = 0; i < count; i++) values[i] = input_draw(kind, random);
 }
 
-// n products and n - 1 additions, in any order: each rounds by at most half a unit of the sum of all magnitudes, and
-// each product and operand may be flushed to 0.
+// Bounds the error of n products and n - 1 additions, in any order: each rounds by at most half a unit of the sum of
+// all magnitudes, and each product and operand may be flushed to 0.
 double product_error(const struct reference_matrix *matrix, bool transposed, uint32_t index, const double *in,
                      const double *in_error) {
     uint32_t terms = transposed ? matrix->out : matrix->in;

@@ -12,7 +12,7 @@ static const uint64_t STEP = UINT64_C(0x300000005); // needs both words
 
 // ---- refresh_occupancy ----------------------------------------------------------------------------------------------
 
-// Where a cell's density may lie on the device: from the reference's raw density and the roundings on the way to it.
+// Bounds a cell's density on the device, from the reference's raw density and the roundings on the way to it.
 static void density_bounds(const struct step_bench *bench, struct reference_params *params, uint32_t cell,
                            double grid_largest, double *low, double *high) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -128,7 +128,7 @@ void check_mark_samples(struct step_bench *bench, enum input_kind kind) {
 
 // ---- place_rays -----------------------------------------------------------------------------------------------------
 
-// Counts of many kinds: any, all, none, one in all, and filling the last workgroup exactly.
+// Draws counts of many kinds: any, all, none, one in all, and filling the last workgroup exactly.
 static void draw_counts(const struct step_bench *bench, enum input_kind kind, uint32_t *counts) {
     struct test_random random = {.seed = bench->config.seed + (uint64_t)kind};
     uint32_t rays = bench->step.padded_rays, samples = bench->config.samples, left = VW_FIELD_GROUP;
@@ -193,7 +193,7 @@ void check_list_samples(struct step_bench *bench, enum input_kind kind) {
     uint32_t *expected = test_allocate(bench->padded_samples, sizeof *expected);
     for (uint32_t r = 0; r < rays; r++) {
         for (uint32_t w = 0; w < words; w++)
-            bits[r * words + w] = draw_bits(kind, &random); // those beyond the last sample mean nothing
+            bits[r * words + w] = draw_bits(kind, &random); // bits beyond the last sample mean nothing
         begins[r] = next;
         for (uint32_t i = 0; i < per_ray; i++)
             if (bit_of(bits, r, per_ray, i)) expected[next++] = r * per_ray + i;

@@ -5,10 +5,10 @@
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
 
-// Of a step's length: the device's exp2 and log2 in the bias correction may be off by 2^-21 (Vulkan's bound), and 1 -
-// beta^n magnifies that at the first visits by 1 / (1 - beta).
+// Tolerance relative to a step's length: the device's exp2 and log2 in the bias correction may be off by 2^-21
+// (Vulkan's bound), and 1 - beta^n magnifies that at the first visits by 1 / (1 - beta).
 static const double STEP_TOLERANCE = 5e-4;
-static const double MOMENT_TOLERANCE = 1e-6; // of the terms: 1 - beta in float, and a few roundings
+static const double MOMENT_TOLERANCE = 1e-6; // relative to the terms: 1 - beta in float, and a few roundings
 enum { UPDATES = 4 };
 
 // ---- The grid's state -----------------------------------------------------------------------------------------------
@@ -51,7 +51,7 @@ static int64_t draw_quanta(enum input_kind kind, struct test_random *random, boo
     }
 }
 
-// A third of the pairs silent; some others with one silent feature.
+// Draws a gradient with a third of the pairs silent and some others with one silent feature.
 void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, struct test_random *random,
                           int64_t *quanta) {
     for (uint64_t i = 0; i < 2 * (uint64_t)bench->model.pair_count; i++) {
@@ -60,7 +60,8 @@ void grid_random_gradient(const struct step_bench *bench, enum input_kind kind, 
     }
 }
 
-// Of a step's length: the bias correction, and what moments and gradients flushed to 0 would have moved.
+// Returns the tolerance of a step's length: the bias correction, and what moments and gradients flushed to 0 would have
+// moved.
 static double step_error(const struct vw_specialization *s, double moved) {
     double epsilon = (double)s->gradient_quantum * s->inverse_rays;
     return STEP_TOLERANCE * fabs(moved) + 4.0 * s->learning_rate * FLOAT_LEAST / ((1.0 - s->beta1) * epsilon);
@@ -68,7 +69,7 @@ static double step_error(const struct vw_specialization *s, double moved) {
 
 // ---- update_grid ----------------------------------------------------------------------------------------------------
 
-// What would leave the halves stays, as what would leave the floats does.
+// Returns whether a pair would leave the halves: it then stays, as what would leave the floats does.
 static bool leaves_halves(const struct step_bench *bench, const float before[2], const double moved[2]) {
     return bench->model.half_grid &&
            !(isfinite(reference_half(before[0] - moved[0])) && isfinite(reference_half(before[1] - moved[1])));
@@ -102,7 +103,8 @@ static void expect_pair(const struct step_bench *bench, const int64_t *quanta, u
     reference->visits[pair] = visits;
 }
 
-// What is not touched may not change by a bit. A half is the nearest to a float that may be off like any other.
+// Checks a feature after a step. One that is not touched may not change by a bit. A half is the nearest to a float that
+// may be off like any other.
 static void check_feature(const struct step_bench *bench, uint64_t index, double before, double moved, double after) {
     double value = before - moved,
            error = step_error(&bench->model.specialization, moved) + FLOAT_ROUNDING * 2.0 * fabs(value);
@@ -165,7 +167,7 @@ static void write_visits(struct step_bench *bench, uint32_t visits) {
     step_bench_write(bench, bench->step.grid_visits, values);
 }
 
-// Steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
+// Returns the number of steps before the first: none, some, or nearly 2^31 - 1, where the host's count saturates.
 static uint32_t steps_before(enum input_kind kind) {
     return kind == INPUT_SATURATING ? INT32_MAX - UPDATES : kind == INPUT_LARGE ? 1000000 : 0;
 }
@@ -221,7 +223,8 @@ void weights_check_update(struct step_bench *bench, const float *d_weights, uint
     check_same_bits(bench->where, "grid", after, before, bench->model.grid.size_bytes);
 }
 
-// Moments of the kind, of which the second are not below 0. From the first step on they are 0.
+// Writes moments of the kind, of which the second are not below 0. For ordinary inputs all are 0, as before the first
+// step.
 static void write_weight_moments(struct step_bench *bench, enum input_kind kind, struct test_random *random) {
     size_t count = 4 * (size_t)bench->model.moved_columns;
     float *moments = test_allocate(2 * count, sizeof *moments);

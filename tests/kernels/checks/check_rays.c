@@ -6,14 +6,14 @@
 #include "kernels/checks/check.h"
 #include "train/effects/contraction.h"
 
-static const double NEAR_EDGES = 0.02;     // of generate_rays' contract: nothing nearer to the camera is seen
+static const double NEAR_EDGES = 0.02;     // contract of generate_rays: nothing nearer to the camera is seen
 static const double LINE_TOLERANCE = 1e-6; // box edges: directions and origins are floats, rays run up to 5 edges
 static const double FACE_TOLERANCE = 1e-6; // box edges, across a face
 static const double CLEAR_MARGIN = 1e-3;   // box edges: a line that misses the box by less may be called either way
 static const uint64_t STEP = UINT64_C(3) << 32 | 7;
 static const double TARGET_TOLERANCE = 1e-6; // a mix of colours up to 1
 
-// The up vector is only a hint.
+// Takes the up vector only as a hint.
 void rays_look(struct vw_view *view, const struct vw_box *box, const double position[3], const double target[3]) {
     double back[3], right[3], length = 0.0;
     for (int i = 0; i < 3; i++) back[i] = position[i] - target[i];
@@ -62,7 +62,7 @@ static double distance_to_line(const double point[3], const double origin[3], co
     return sqrt(distance2);
 }
 
-// How far a point is from the surface of the unit cube.
+// Returns how far a point is from the surface of the unit cube.
 static double distance_to_face(const double point[3]) {
     double outside = 0.0, inside = 1.0;
     for (int i = 0; i < 3; i++) {
@@ -76,8 +76,8 @@ static double distance(const double a[3], const double b[3]) {
     return sqrt(pow(a[0] - b[0], 2.0) + pow(a[1] - b[1], 2.0) + pow(a[2] - b[2], 2.0));
 }
 
-// Both ends of the span lie on the reference's line, the far one on a face, the near one on a face or at the near
-// distance from the camera. Returns whether the ray hits the box.
+// Checks that both ends of the span lie on the reference's line, the far one on a face, the near one on a face or at
+// the near distance from the camera. Returns whether the ray hits the box.
 static bool check_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device, double scale) {
     const struct vw_pixel *pixel = &bench->pixels[index];
     const struct vw_view *view = &bench->scene->views[pixel->view];
@@ -119,8 +119,8 @@ static void expect_depths(const struct vw_view *view, const struct vw_box *box, 
     depths[1] = fmax(1.1 * view->far_world / edge_world, from_centre + 1000.0);
 }
 
-// With the effect unbounded: the origin lies on the reference's line at the near distance. Floats round it by its
-// distance from the box.
+// Checks, with the effect unbounded, that the origin lies on the reference's line at the near distance. Floats round it
+// by its distance from the box.
 static void check_unbounded_ray(const struct step_bench *bench, uint32_t index, const struct vw_ray *device,
                                 double scale) {
     const struct vw_pixel *pixel = &bench->pixels[index];
@@ -185,7 +185,8 @@ static void paint(struct step_bench *bench, enum input_kind kind) {
     }
 }
 
-// Far away with a long lens, near with a wide one, with the longest lens, and along the axes, forwards and backwards.
+// Places the camera far away with a long lens, near with a wide one, with the longest lens, or along the axes, forwards
+// and backwards.
 static void place_camera(struct step_bench *bench, enum input_kind kind) {
     static const double middle[3] = {0.5, 0.5, 0.5};
     static const struct {

@@ -16,7 +16,7 @@ enum { SIDE_PX = 48, PIXELS = SIDE_PX * SIDE_PX, SHAPES = 8, BESIDE_MOST = PIXEL
 
 static float unit(struct test_random *random) { return 0.5f + 0.5f * test_random_next(random); }
 
-// Of the kind are sizes, or colours where a size can not be.
+// Draws a shape with sizes of the kind, or with colours of it where a size can not be.
 static struct vw_recipe_shape draw_shape(enum input_kind kind, uint32_t index, struct test_random *random) {
     float size = 0.1f + 0.1f * unit(random), angle = 3.0f * test_random_next(random);
     if (kind == INPUT_LARGE) size = 3.0f + unit(random);
@@ -62,7 +62,7 @@ static struct vw_push_recipe make_push(enum input_kind kind, uint32_t case_numbe
     return push;
 }
 
-// The reference is the camera itself: recipes stay near their boxes.
+// Makes a camera whose reference is the camera itself: recipes stay near their boxes.
 static struct vw_gpu_camera make_camera(const struct vw_view *view, const struct vw_box *box) {
     float axes[3][3], position[3];
     for (int i = 0; i < 3; i++) {
@@ -115,7 +115,7 @@ static void close_tracing(struct tracing *t) {
     vw_buffer_destroy(&t->pixels);
 }
 
-// How far a pixel is from the reference's at a place in the photo, in tolerances.
+// Returns how far a pixel is from the reference's at a place in the photo, in tolerances.
 static double difference(const struct step_bench *bench, const struct tracing *t, const struct vw_view *view,
                          double x_px, double y_px, const struct vw_recipe_pixel *pixel) {
     const double device[4] = {pixel->rgba.x, pixel->rgba.y, pixel->rgba.z, pixel->rgba.w};

@@ -11,7 +11,7 @@
 static const double ROUNDING_QUANTA = 0.5;
 static const double RELATIVE_ROUNDING = 4.0 * 0x1p-24;
 
-// As training has them, of many sizes, a few beyond the clamp; or of the kind.
+// Draws a gradient as training has them, of many sizes, a few beyond the clamp; or of the kind.
 static float draw_gradient(enum input_kind kind, struct test_random *random, uint32_t sample, uint32_t part) {
     if (kind != INPUT_ORDINARY) return input_draw(kind, random);
     float value = test_random_next(random) * exp2f(12.0f * test_random_next(random) - 6.0f);

@@ -7,8 +7,8 @@
 
 // Three layers of up to 40 products, each of order 1 to 10, and the encoding's sines, good to 1e-6 at 16 pi.
 static const double VISIBLE_TOLERANCE = 2e-5;
-static const double GRADIENT_TOLERANCE = 5e-4; // of the largest: a unit near the kink may fall to either side
-static const double STEP_TOLERANCE = 5e-4;     // of a step's length: see check_optimizer.c
+static const double GRADIENT_TOLERANCE = 5e-4; // relative to the largest: a unit near the kink may fall to either side
+static const double STEP_TOLERANCE = 5e-4;     // relative to a step's length: see check_optimizer.c
 enum { CODE_WORDS = sizeof(struct vw_visibility_moments) / 4, UPDATES = 3 };
 
 static bool is_off(const struct step_bench *bench) {
@@ -26,7 +26,7 @@ static struct vw_push_rays push_of(const struct step_bench *bench) {
     return (struct vw_push_rays){.ray_count = bench->config.rays, .key = vw_model_key_of_step(&bench->model, 1)};
 }
 
-// The network with a code of the kind, in double; the device's params likewise.
+// Draws a code of the kind into the device's params. Returns the network with that code, in double.
 static struct reference_params *draw_code(struct step_bench *bench, enum input_kind kind) {
     struct test_random random = {.seed = bench->config.seed};
     uint64_t first =
@@ -86,7 +86,7 @@ void check_gradient_visibility(struct step_bench *bench, enum input_kind kind) {
     step_bench_write_params(bench);
 }
 
-// In the order of the groups, to the bit.
+// Checks the sums in the order of the groups, to the bit.
 void check_reduce_visibility(struct step_bench *bench, enum input_kind kind) {
     if (is_off(bench)) return;
     struct test_random random = {.seed = bench->config.seed + 4};

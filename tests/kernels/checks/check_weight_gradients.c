@@ -31,7 +31,7 @@ void weight_gradients_run(struct step_bench *bench, float *rows) {
 
 // ---- One slice's sums -----------------------------------------------------------------------------------------------
 
-// Of one slice; `magnitudes`: of the absolute values.
+// Sums the products of one slice; `magnitudes`: those of the absolute values.
 static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t first, bool magnitudes,
                      struct reference_weights *sums) {
     struct step_rows row = step_bench_rows(bench);
@@ -63,7 +63,8 @@ static void sum_rows(const struct step_bench *bench, const float *rows, uint32_t
     }
 }
 
-// A sum of n products is off by at most n roundings of the sum of all magnitudes, and n products may be flushed to 0.
+// Checks the sums of a slice. A sum of n products is off by at most n roundings of the sum of all magnitudes, and n
+// products may be flushed to 0.
 static void check_slice(const struct step_bench *bench, const float *rows, uint32_t slice, const float *partials) {
     const struct vw_specialization *s = &bench->model.specialization;
     static struct reference_weights sums, magnitudes;
@@ -92,7 +93,7 @@ void check_gradient_weights(struct step_bench *bench, enum input_kind kind) {
 
 // ---- The sum of the slices ------------------------------------------------------------------------------------------
 
-// The first chunk of a step overwrites, the second adds.
+// Checks that the first chunk of a step overwrites and the second adds.
 void check_reduce_weights(struct step_bench *bench, enum input_kind kind) {
     uint32_t slices = slice_count(bench);
     size_t weights = 4 * (size_t)bench->model.weight_columns;
