@@ -15,11 +15,11 @@
 
 enum { FILE_BYTES = 4 << 20, RATIO = VW_JSON_MEMORY_RATIO + 4, BASE_BYTES = VW_JSON_MEMORY_BASE_BYTES };
 
-static size_t file_bytes; // of every file
+static size_t file_bytes; // size of every file
 
 struct hostile {
     const char *what, *file;
-    const char *head, *repeated, *tail; // of the file; %u in `repeated` counts
+    const char *head, *repeated, *tail; // parts of the file; %u in `repeated` counts
     void (*read)(const char *path);
     bool text_only; // no base: what the parser keeps is in proportion from the first byte
 };

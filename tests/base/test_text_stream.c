@@ -15,7 +15,7 @@ static bool memory_is_short;
 void *__real_reallocarray(void *memory, size_t count, size_t item_bytes);
 void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes);
 
-// Linked in the place of the C library's.
+// Replaces the C library's function at link time.
 void *__wrap_reallocarray(void *memory, size_t count, size_t item_bytes) {
     return memory_is_short && count * item_bytes > 8192 ? NULL : __real_reallocarray(memory, count, item_bytes);
 }

@@ -23,7 +23,7 @@ static enum vw_status load(const char *text, struct vw_jobs *jobs) {
     return vw_jobs_load(path, jobs);
 }
 
-// The words with spaces between, without the folder of the file.
+// Checks the words of a job, with spaces between them and without the folder of the file.
 static void assert_words(const struct vw_job *job, const char *expected) {
     char text[1024] = "", scene[256];
     snprintf(scene, sizeof scene, "%s/", folder);

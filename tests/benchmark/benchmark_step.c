@@ -32,7 +32,7 @@ static const char USAGE[] =
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
     "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n";
 
-enum { UNSET = UINT32_MAX }; // of what is forced: by the kind of device
+enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
 
 struct setup {
     struct vw_config config;
@@ -72,7 +72,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
 }
 
-// What a run does unless told otherwise.
+// Sets what a run does unless told otherwise.
 static void choose_run_defaults(struct setup *setup) {
     setup->config = vw_config_default;
     setup->config.epochs = 1000000;
@@ -129,7 +129,7 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
 }
 
 static bool read_arguments(int argc, char **argv, struct setup *setup) {
-    static const char *const bare[] = {"steps", "val_rays"}; // what numbers without a name are, in order
+    static const char *const bare[] = {"steps", "val_rays"}; // meaning of numbers without a name, in order
     size_t bare_count = 0;
     bool good = true;
     for (int i = 1; i < argc && good; i++) {
@@ -144,7 +144,7 @@ static bool read_arguments(int argc, char **argv, struct setup *setup) {
     return good;
 }
 
-// By the kind of device, unless forced.
+// Chooses by the kind of device, unless forced.
 static struct vw_device_choices choose(const struct setup *setup, const struct vw_gpu *gpu) {
     struct vw_device_choices choices;
     vw_device_choose(vw_gpu_get_info(gpu), &choices);
@@ -161,7 +161,7 @@ static struct vw_device_choices choose(const struct setup *setup, const struct v
 
 struct timing {
     double wall_ms, cpu_ms; // per step
-    double host_ms;         // of these, of the thread that records and reads
+    double host_ms;         // the part of cpu_ms in the thread that records and reads
 };
 
 static int ascending(const void *a, const void *b) {
@@ -219,7 +219,7 @@ static void close_group(struct group *group) {
     vw_submissions_destroy(&group->submissions);
 }
 
-// One batch; `count`: its steps, of all trainings.
+// Advances by one batch; `count`: its steps, of all trainings.
 static enum vw_status advance(const struct group *group, uint32_t *count) {
     const struct vw_step_record *records;
     enum vw_status status = VW_OK;

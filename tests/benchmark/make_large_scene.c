@@ -39,8 +39,8 @@ static void put_reals(FILE *file, const double *values, size_t count) { fwrite(v
 
 // ---- The model -----------------------------------------------------------------------------------------------------
 
-// World to camera, in the axes of OpenCV: a quaternion (w x y z) and a translation (Shepperd 1978, with the largest of
-// the four parts first).
+// Finds the rotation and translation from world to camera, in the axes of OpenCV: a quaternion (w x y z) and a vector
+// (Shepperd 1978, with the largest of the four parts first).
 static void pose_of(const struct vw_view *view, double quaternion[4], double translation[3]) {
     double r[3][3];
     for (int i = 0; i < 3; i++) {
@@ -85,7 +85,8 @@ static void write_image(struct making *making, const struct vw_scene *scene, uin
         }
 }
 
-// Its tracks name an image and a feature of it: the features of a view are in the order of the points.
+// Writes the points. Their tracks name an image and a feature of it: the features of a view are in the order of the
+// points.
 static void write_points(struct making *making, const struct vw_scene *scene, uint32_t *features) {
     for (uint32_t p = 0; p < scene->point_count; p++) {
         const struct vw_point *point = &scene->points[p];
@@ -138,7 +139,7 @@ static enum vw_status write_photo(const struct making *making, const struct vw_i
     return status;
 }
 
-// Test photos are spread evenly over all.
+// Tells whether a photo tests; test photos are spread evenly over all.
 static bool is_test(const struct making *making, uint32_t photo) {
     return (uint64_t)(photo + 1) * TEST_PHOTOS / making->photo_count !=
            (uint64_t)photo * TEST_PHOTOS / making->photo_count;
@@ -163,7 +164,7 @@ static enum vw_status write_part(struct making *making, const struct vw_scene *s
 
 // ---- Parts ---------------------------------------------------------------------------------------------------------
 
-// A circle of cameras around the recipe's box, as high and as far as no other part's.
+// Returns a circle of cameras around the recipe's box, with a height and a radius that no other part has.
 static json_t *circle_of(const struct making *making, uint32_t count) {
     double part = making->written / PART_PHOTOS, half_extent = 0;
     json_t *box = json_object_get(making->recipe, "box");

@@ -19,7 +19,7 @@ static const struct {
     {"a\xc2\x9b"
      "2J",
      "a?2J"},                          // C1: control sequence introducer
-    {"\xc2\xa0\xc2\x80", "\xc2\xa0?"}, // the first character behind C1, and the first of it
+    {"\xc2\xa0\xc2\x80", "\xc2\xa0?"}, // the first character after C1, and the first of it
     {"a\xe2\x80\xae"
      "gnp.b",
      "a?gnp.b"},                                       // right-to-left override
@@ -65,7 +65,7 @@ TEST(log_lines_are_harmless) {
     vw_log_set_sink(NULL, NULL);
 }
 
-// What `print` writes to stdout; owned by the caller.
+// Returns what `print` writes to stdout; owned by the caller.
 static char *printed(void (*print)(const void *), const void *context) {
     AUTO_FOLDER char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "stdout");

@@ -28,7 +28,7 @@ static void show_run(bool quiet, uint32_t stop_after) {
     vw_log_set_sink(NULL, NULL);
 }
 
-// What it prints when stderr is a file.
+// Returns what the run prints when stderr is a file.
 static char *printed(const char *folder, bool quiet, uint32_t stop_after) {
     AUTO_FREE char *path = vw_path_join(folder, "stderr");
     int kept = dup(STDERR_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
@@ -60,7 +60,7 @@ FOLDER_TEST(a_line_each_tenth) {
 FOLDER_TEST(a_stopped_run_ends_with_its_state) {
     AUTO_FREE char *text = printed(*state, false, 22);
     assert_int_equal(count_bars(text), 5);
-    assert_non_null(strstr(text, "epoch 2/4 [##########..........] 28.41 dB")); // of step 20, the last tenth
+    assert_non_null(strstr(text, "epoch 2/4 [##########..........] 28.41 dB")); // state at step 20, the last tenth
 }
 
 FOLDER_TEST(quiet_shows_warnings_alone) {

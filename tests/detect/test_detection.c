@@ -1,4 +1,4 @@
-// Which effects scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
+// Effects that scenes call for: recipes whose truth is known, real photos, and what verdicts depend on.
 #include "support/cmocka_test.h"
 
 #include "base/file.h"
@@ -59,7 +59,7 @@ TEST(a_bright_sky_is_measured) {
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
 }
 
-// Beside unbounded a sky is hidden, and not measured.
+// A sky is hidden where unbounded is on, and not measured.
 TEST(a_hidden_sky_goes) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
@@ -87,7 +87,7 @@ TEST(pose_is_beside_what_pilots_call_for) {
     assert_true(isfinite(verdict_of(verdicts, count, "sky")->evidence));
 }
 
-// Nor do they try what a run switches off beside an effect that is named: all that they could measure is no gain.
+// Pilots do not try what a run switches off beside an effect that is named: they could measure no gain.
 TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
     static const struct {
         const char *effects, *not_tried; // the only one that is left to try
@@ -149,7 +149,7 @@ TEST(folds_share_no_photo) {
     }
 }
 
-// What the field mlp alone has is off in them.
+// Parameters that only the field mlp has are off in pilots.
 TEST(pilots_are_of_the_hash_grid) {
     struct vw_config planned = vw_config_of_field(VW_FIELD_MLP);
     planned.mlp_depth = 2;
@@ -200,7 +200,7 @@ TEST(a_wide_box_is_seen) {
     }
 }
 
-// Where there are no pilots, what only they could tell is unknown, and off.
+// Without pilots, effects that only they could judge are unknown, and off.
 TEST(no_pilots_where_they_cannot_tell) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;

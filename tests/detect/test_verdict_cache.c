@@ -17,7 +17,7 @@ struct decided {
 
 static struct vw_scene *scene;
 
-// For a run of another seed each time, which makes no difference.
+// Decides for a run of another seed each time, which makes no difference. Returns the verdict on sky.
 static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t steps) {
     static uint64_t seed;
     struct vw_config config = vw_config_default;
@@ -35,7 +35,7 @@ static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t 
     return NULL;
 }
 
-// The only file of verdicts in the cache, owned by the caller; NULL when there is none.
+// Returns the only file of verdicts in the cache, owned by the caller; NULL when there is none.
 static char *find_file(const char *folder) {
     char *found = NULL;
     DIR *opened = opendir(temporary_path(folder, "viewworth"));
@@ -58,7 +58,7 @@ static int remove_cache(void **state) {
     return 0;
 }
 
-// Times are never the same twice: equal ones were kept.
+// Checks that two verdicts agree, and tells whether one was kept: times that are measured are never the same twice.
 static bool was_kept(const struct vw_effect_verdict *a, const struct vw_effect_verdict *b) {
     assert_true(test_same_bits(a->evidence, b->evidence));
     assert_int_equal(a->called_for, b->called_for);

@@ -4,7 +4,7 @@
 #include "experiment/comparison.h"
 #include "value/evaluation/paired_comparison.h"
 
-#define ROUNDING 1e-12 // of a few sums of numbers near 20
+#define ROUNDING 1e-12 // rounding of a few sums of numbers near 20
 
 // Every measure its own field, and every field its own measure.
 TEST(measures_are_the_fields) {
@@ -110,7 +110,7 @@ TEST(valuations_are_the_samples) {
     assert_near(paired.difference, 4, ROUNDING);
     assert_near(paired.standard_error, 2 / sqrt(3), ROUNDING);
     assert_near(paired.ci_high, 4 + 4.302652729749 * 2 / sqrt(3), 1e-9);
-    struct vw_quality_mean mean = vw_comparison_mean(&comparison, 0, VW_QUALITY_TEST_PSNR); // of 15, 20, 20
+    struct vw_quality_mean mean = vw_comparison_mean(&comparison, 0, VW_QUALITY_TEST_PSNR); // mean of 15, 20, 20
     assert_near(mean.mean, 55.0 / 3, ROUNDING);
     assert_near(mean.standard_error, 5.0 / 3, ROUNDING);
     assert_ptr_equal(vw_comparison_list(&comparison, 1, 1), &comparison.sets.lists[1]);

@@ -191,7 +191,7 @@ TEST_WITHIN(steps_gain_what_the_epoch_gains, set_up, tear_down) {
     ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
     assert_int_equal(f->retrainer.made, 3);
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db == gains[i].psnr_db);
-    retraining.photos_of = VW_RETRAIN_PHOTOS_PSNR; // of the same training, but not to be taken from its gains
+    retraining.photos_of = VW_RETRAIN_PHOTOS_PSNR; // same training, but its gains cannot answer this
     ASSERT_OK(vw_retrain(&f->retrainer, &retraining, 1, &result));
     for (uint32_t i = 0; i < PHOTOS; i++) assert_true(again[i].psnr_db > 3 && again[i].psnr_db != gains[i].psnr_db);
 }

@@ -7,7 +7,7 @@ enum { PHOTOS = 10 };
 static struct vw_ledger_image images[PHOTOS];
 static struct vw_ledger_score rows[VW_SCORINGS][2 * PHOTOS];
 
-// By half A photo 3 is an outlier, by half B photo 4, by both photo 3. All intervals hold zero.
+// Makes scorings by which photo 3 is an outlier in half A, photo 4 in half B, photo 3 in both. All intervals hold zero.
 static struct vw_scorings make_scorings(uint32_t method_count) {
     static const uint32_t outliers[VW_SCORINGS] = {3, 4, 3};
     struct vw_scorings scorings = {.images = images, .image_count = PHOTOS};

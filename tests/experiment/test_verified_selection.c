@@ -31,7 +31,8 @@ struct fixture {
     uint32_t sizes[VW_HALVES];
 };
 
-// Half A sees the field better after steps on the first half of the photos, half B after those on the others.
+// Changes the ledger so that half A sees the field better after steps on the first half of the photos, half B after
+// those on the others.
 static void set_halves_apart(const struct fixture *f) {
     for (uint32_t v = PHOTOS; v < IMAGES; v++) {
         char sql[256];
@@ -73,7 +74,7 @@ static int tear_down(void **state) {
     return 0;
 }
 
-// The best half by the scores of a half, or by those that the run recorded.
+// Checks that the list is the best half by the scores of a half, or by those that the run recorded.
 static void check_list(struct fixture *f, const struct vw_candidate *candidate, int half) {
     const struct vw_selection_params params = {.rule = VW_SELECT_TOP, .amount = 50, .percent = true};
     struct vw_selection expected = {0};
@@ -120,7 +121,7 @@ TEST_WITHIN(a_half_judges_what_the_other_selects, set_up, tear_down) {
     assert_true(f->sizes[VW_HALF_A] == 3 && f->sizes[VW_HALF_B] == 2 && f->verified.half_sizes[VW_HALF_A] == 3 &&
                 f->verified.half_sizes[VW_HALF_B] == 2);
     assert_int_equal(f->verified.first_seed, RUN_SEED + 1);
-    assert_int_equal(vw_first_seed_after((uint64_t)INT64_MAX - 9), 0); // there is no room behind it
+    assert_int_equal(vw_first_seed_after((uint64_t)INT64_MAX - 9), 0); // there is no room after it
     ASSERT_OK(vw_session_open(&(struct vw_session_params){.scene = {.path = f->scene}}, &session));
     const struct vw_retrainer_params params = {
         .session = &session, .config = &f->config, .out = f->out, .averaged_epochs = VW_TRUTH_EPOCHS};

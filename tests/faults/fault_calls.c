@@ -71,7 +71,7 @@ static struct object {
     bool passed_through;
 } objects[OBJECTS_MAX];
 static uint32_t object_count;
-static __thread bool inside __attribute__((tls_model("initial-exec"))); // what unwinding allocates is not counted
+static __thread bool inside __attribute__((tls_model("initial-exec"))); // unwinding: allocations do not count
 
 static int note_object(struct dl_phdr_info *info, size_t size_bytes, void *context) {
     (void)size_bytes;
@@ -174,10 +174,10 @@ static enum outcome next_file_call(const char *kind, int folder, const char *pat
     return FAILS;
 }
 
-// To the process, as who sends signals does: the thread that writes the ledger takes none.
+// Sends the signal to the process, as other senders do: the thread that writes the ledger takes none.
 static void send_signal(void) { kill(getpid(), (int)fault.signal); }
 
-// For a call that does all or nothing: true when it must fail.
+// Tells whether a call that does all or nothing must fail.
 static bool hits(const char *kind, int folder, const char *path) {
     enum outcome outcome = next_file_call(kind, folder, path);
     if (outcome == SIGNALS) send_signal();
@@ -236,7 +236,7 @@ static void swap(int folder, const char *path) {
     write_log("%ld swap %s\n", (long)count, found);
 }
 
-// By which programs open files as the C library cannot yet.
+// Replaces the call by which programs open files in ways that the C library lacks.
 long syscall(long number, ...) {
     static long (*next)(long number, ...);
     long arguments[6];
@@ -329,7 +329,7 @@ void *__libc_calloc(size_t count, size_t item_bytes);
 void *__libc_realloc(void *memory, size_t size_bytes);
 void *__libc_memalign(size_t alignment_bytes, size_t size_bytes);
 
-// Logged once each; a place that finds no room is logged again, which does no harm.
+// Tells whether a place is new, so that it is logged once; one that finds no room is logged again, which does no harm.
 static bool is_new_place(uint64_t place) {
     enum { SLOTS = 1 << 14 };
     static _Atomic uint64_t known[SLOTS];

@@ -1,4 +1,4 @@
-// Which extensions are enabled, by lists as loaders and drivers of other systems offer them.
+// Choice of the extensions to enable, from lists as loaders and drivers of other systems offer them.
 #include "support/cmocka_test.h"
 
 #include "gpu/extensions.h"

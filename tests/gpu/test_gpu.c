@@ -203,7 +203,7 @@ TEST(a_huge_buffer_is_out_of_memory) {
 
 enum { VALUES = 1000 };
 
-// target = 3 * source + offset on `gpu`; an offset of 0 is left to the shader's default.
+// Checks target = 3 * source + offset on `gpu`; an offset of 0 is left to the shader's default.
 static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     uint32_t values[VALUES], results[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i * i;

@@ -136,7 +136,7 @@ TEST(ranges_that_do_not_overlap_are_apart) {
     assert_int_equal(earliest(&ranges, 50, 50, false), 5); // within
     assert_int_equal(earliest(&ranges, 100, 50, false), 10);
     assert_int_equal(earliest(&ranges, 99, 2, false), 10); // over both
-    assert_int_equal(earliest(&ranges, 150, 1, true), 0);  // behind
+    assert_int_equal(earliest(&ranges, 150, 1, true), 0);  // after both
     assert_int_equal(ranges.count, 5);
     free(ranges.list);
 }
@@ -151,7 +151,7 @@ TEST(a_read_after_a_write_waits_once) {
     vw_submission_begin(bench.submission);
     scale(bench.submission, bench.a_to_b, 3);
     scale(bench.submission, bench.b_to_c, 5);
-    scale(bench.submission, bench.b_to_a, 1); // beside it: b is visible already, and a was read before that barrier
+    scale(bench.submission, bench.b_to_a, 1); // in parallel: b is visible already, and a was read before that barrier
     finish(bench.submission);
     assert_epochs(&bench, 3, 1);
     assert_values(bench.b, 3);
@@ -166,7 +166,7 @@ TEST(a_write_after_a_read_or_a_write_waits) {
     scale(bench.submission, bench.b_to_c, 1);
     scale(bench.submission, bench.a_to_b, 3); // b was read
     scale(bench.submission, bench.a_to_b, 4); // b was written
-    scale(bench.submission, bench.a_to_c, 7); // beside the first write of b: c was written before
+    scale(bench.submission, bench.a_to_c, 7); // in parallel with the first write of b: c was written before
     finish(bench.submission);
     assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 4);
@@ -234,7 +234,7 @@ TEST(copies_wait) {
     vw_submission_begin(bench.submission);
     scale(bench.submission, bench.a_to_b, 3);
     vw_submission_copy(bench.submission, bench.b, 0, bench.c, 0, VALUE_BYTES);
-    scale(bench.submission, bench.b_to_a, 2);                                   // beside the copy
+    scale(bench.submission, bench.b_to_a, 2);                                   // in parallel with the copy
     vw_submission_copy(bench.submission, bench.c, 0, back, 0, VALUE_BYTES / 2); // the two halves go side by side
     vw_submission_copy(bench.submission, bench.a, VALUE_BYTES / 2, back, VALUE_BYTES / 2, VALUE_BYTES / 2);
     finish(bench.submission);
@@ -268,7 +268,7 @@ TEST(submissions_in_flight_run_in_order) {
 
 TEST(a_dispatch_folds_into_y) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
-    clamp.workgroup_count_x = 3; // of the 4 workgroups that VALUES take
+    clamp.workgroup_count_x = 3; // VALUES take 4 workgroups
     struct vw_gpu *gpu = NULL;
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
     struct bench bench = open_bench(gpu);

@@ -1,5 +1,5 @@
-// Stands in for viewworth-decode in test_decoder.c, as if a photo had taken a worker over: the text behind the
-// signature of the photo says what it does.
+// Stands in for viewworth-decode in test_decoder.c, as if a photo had taken a worker over: the text after the signature
+// of the photo says what it does.
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>

@@ -64,7 +64,7 @@ static const char *write_tiff(const char *folder, const char *name, const struct
         {338, 3, tiff->alpha == ALPHA_NONE ? 0 : 1, (uint32_t)tiff->alpha},
         {339, 3, channels, channels < 3 ? kind * 0x10001 : KINDS_AT},
     };
-    uint16_t field_count = 0; // those without values are left out
+    uint16_t field_count = 0; // fields without values are left out
     AUTO_FREE uint8_t *file = calloc(1, PIXELS_AT + pixel_bytes);
     assert_non_null(file);
     memcpy(file, "II*\0\x08\0\0", HEADER);

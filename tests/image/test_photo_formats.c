@@ -1,4 +1,5 @@
-// Which files are photos: their first bytes decide, never their names; and how large the photos of a scene may be.
+// The rule by which files are photos: their first bytes decide, never their names; and how large the photos of a scene
+// may be.
 #include "support/cmocka_test.h"
 
 #include <unistd.h>
@@ -76,7 +77,7 @@ FOLDER_TEST(other_formats_are_refused) {
         {"DDS", "DDS |\0\0\0", 8},
         {"SGI", "\x01\xda\1\1\0\3", 6},
         {"Matroska", "\x1a\x45\xdf\xa3", 4},
-        {"RIFF that is no WebP", "RIFF\0\0\0\0AVI LIST", 16},
+        {"RIFF that is not WebP", "RIFF\0\0\0\0AVI LIST", 16},
         {"half a WebP signature", "RIFF\0\0\0\0WEB", 11},
         {"half a PNG signature", "\x89PNG\r\n\x1a", 7},
         {"text", "not an image", 12},

@@ -14,7 +14,8 @@ static double ssim_of(const float *a, const float *b, const uint8_t *usable, uin
     return ssim;
 }
 
-// The generator of Numerical Recipes, so that other programs make the same pictures: the top 24 bits in [0,1).
+// Draws noise by the generator of Numerical Recipes, so that other programs make the same pictures: the top 24 bits in
+// [0,1).
 static void draw_noise(uint32_t *state, float *values) {
     for (int i = 0; i < VALUES; i++) {
         *state = *state * 1664525u + 1013904223u;
@@ -89,7 +90,7 @@ TEST(constant_images_differ_by_their_means) {
     }
 }
 
-// Each channel is evaluated by itself: two that are the same and one that is not.
+// Each channel is evaluated separately: two that are the same and one that is not.
 TEST(channels_are_averaged) {
     float a[VALUES], b[VALUES];
     for (int i = 0; i < VALUES; i++) a[i] = 0.5f, b[i] = i % 3 == 1 ? 0.25f : 0.5f;

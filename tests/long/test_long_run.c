@@ -16,7 +16,7 @@
 #include "viewworth/viewworth.h"
 
 enum { PHOTOS = 6, EPOCHS = 33334, STEPS = PHOTOS * EPOCHS, FILES_MORE = 0, KIB_MORE = 4096 };
-// Of a view's RMSE and L1: that of one step, see hard_run.c.
+// Tolerance of a view's RMSE and L1: that of one step, see hard_run.c.
 static const double ERROR_TOLERANCE = 1e-5;
 static const uint64_t looks[] = {1, 1000, STEPS / 10, STEPS / 4, STEPS / 2, STEPS};
 enum { LOOKS = sizeof looks / sizeof looks[0], FIRST_MEASURED = 2 };

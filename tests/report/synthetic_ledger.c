@@ -59,7 +59,7 @@ static enum vw_status name_images(struct synthetic *run, bool hostile) {
     return VW_OK;
 }
 
-// Photo i moves PSNR by a tenth of what is drawn for it, and by as much noise.
+// Takes the steps: photo i moves PSNR by a tenth of what is drawn for it, and by as much noise.
 static void take_steps(struct synthetic *run) {
     double psnr_db = 12;
     for (uint32_t step = 0; step < run->record_count; step++) {
@@ -95,7 +95,7 @@ static enum vw_status make(struct synthetic *run, bool hostile) {
     return status;
 }
 
-// So that verify, which recomputes them, can be timed.
+// Finds the subset hash and the run id, so that verify, which recomputes them, can be timed.
 static enum vw_status name_run(const struct synthetic *run, struct vw_ledger_run *row, const struct vw_config *config,
                                char subset[VW_HASH_HEX_BYTES], char run_id[VW_HASH_HEX_BYTES]) {
     const struct vw_effect_verdict sky = {.name = "sky", .on = true};

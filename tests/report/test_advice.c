@@ -11,7 +11,7 @@ struct fixture {
     uint32_t score_count;
 };
 
-// Photo i has dv_psnr i / 10, which no photo stands out by.
+// Makes photos of which photo i has dv_psnr i / 10; none stands out.
 static struct fixture make(void) {
     struct fixture fixture = {0};
     for (uint32_t i = 0; i < PHOTOS; i++)
@@ -90,7 +90,7 @@ TEST(worth_advises_by_its_intervals) {
     assert_false(advice.by_order);
     assert_true(advice.tested);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 7);            // up to -0.3, which ends at -0.05
-    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 10); // of the best two
+    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 10); // the better-known of the best two
 }
 
 static uint32_t removable(const struct fixture *fixture, double noise_db) {

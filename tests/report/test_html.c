@@ -246,7 +246,7 @@ TEST_WITHIN(gate_growth_and_retrainings_are_shown, set_up, tear_down) {
     assert_true(json_number_value(json_array_get(of_run(fixture, "gate", "measured"), 0)) == 0.25);
     assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "image"), 1)));
     assert_true(json_is_null(json_array_get(of_run(fixture, "gate", "measured"), 1)));
-    assert_true(json_is_null(of_run(fixture, "gate", "correlation"))); // of a single photo
+    assert_true(json_is_null(of_run(fixture, "gate", "correlation"))); // a single photo has none
     assert_true(json_number_value(of_run(fixture, "gate", "least")) == vw_lasting_gate_least);
     size_t shown = json_array_size(of_run(fixture, "growth", "step"));
     assert_in_range(shown, 500, 1001);

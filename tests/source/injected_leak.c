@@ -21,7 +21,7 @@ static enum vw_status use_gpu(bool validation) {
     return status ? status : closed;
 }
 
-// The folder is missing, as OpenImageIO notices.
+// Saves a photo in a folder that is missing, as OpenImageIO notices.
 static enum vw_status use_photo(void) {
     const float pixels[12] = {0};
     return vw_image_save("no/such/folder/photo.png", 2, 2, 3, pixels) == VW_ERROR_IO ? VW_OK : VW_ERROR_IO;
