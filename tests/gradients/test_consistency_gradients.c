@@ -49,7 +49,7 @@ static struct step_bench *open_case(size_t index, double weight) {
     return step_bench_open(&setup);
 }
 
-// Masked pixels: the step has no other gradient then.
+// Masks all pixels, so that the step has no other gradient.
 static void mask(struct step_bench *bench) {
     struct vw_pixel *pixels = vw_buffer_map(bench->pixel_buffer);
     for (uint32_t i = 0; i < bench->config.rays; i++) pixels[i].weight = 0.0f;
@@ -73,7 +73,7 @@ static void compare(struct step_bench *bench, const char *what, const float *fou
     for (size_t i = 0; i < count; i++) check_value(bench->where, what, i, found[i], expected[i], tolerance * scale);
 }
 
-// The colours, from the samples that the device holds; where a sample stands for a stratum.
+// Checks the colours against the samples that the device holds, each of which stands for a stratum.
 static void check_colours(struct step_bench *bench, const vw_float4 *colours) {
     const struct vw_consistency_effect *it = bench->step.consistency;
     const struct vw_specialization *s = &bench->model.specialization;
@@ -120,7 +120,7 @@ static void check_thumbnail(struct step_bench *bench, const vw_float4 *colours) 
                     2e-6);
 }
 
-// What the slopes and the encoder's gradients must be, given the codes that the device found.
+// Checks the slopes and the encoder's gradients, given the codes that the device found.
 static void check_back(struct step_bench *bench, const double *network, const struct reference_photo_encoding *seen,
                        const struct reference_photo_encoding *given) {
     const struct vw_consistency_effect *it = bench->step.consistency;
@@ -173,7 +173,7 @@ TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
 
 // ---- Finite differences ---------------------------------------------------------------------------------------------
 
-// Sum over rays, in double from the device's codes. The one given depends on the encoder alone.
+// Returns the sum over rays, in double from the device's codes. The one given depends on the encoder alone.
 static double loss_of(struct step_bench *bench, const float *params) {
     step_bench_write(bench, bench->field.params, params);
     take_gradients(bench);
@@ -184,9 +184,9 @@ static double loss_of(struct step_bench *bench, const float *params) {
     return WEIGHT * bench->config.rays / REFERENCE_CODE * sum;
 }
 
-// Along the gradient itself, from `first` to `end` in the params: the slope is the gradient's length.
+// Checks the slope along the gradient itself, from `first` to `end` in the params: it is the gradient's length.
 static void check_slope(struct step_bench *bench, const char *what, const double *gradient, size_t first, size_t end) {
-    const double MOVED = 0.0002, TOLERANCE = 0.02; // of the loss; activations between passes are bfloats
+    const double MOVED = 0.0002, TOLERANCE = 0.02; // shares of loss and slope; activations between passes are bfloats
     size_t count = bench->model.param_bytes / sizeof(float);
     float *moved = test_allocate(count, sizeof *moved);
     double here = loss_of(bench, bench->params), square = 0.0, sides[2];
@@ -220,7 +220,7 @@ static double *read_gradient(struct step_bench *bench) {
 }
 
 TEST_CASES(gradients_are_slopes, i, VW_ARRAY_COUNT(cases)) {
-    if (cases[i].importance_samples) return; // whose places move with the params
+    if (cases[i].importance_samples) return; // their places move with the params
     struct step_bench *bench = open_case(i, WEIGHT);
     const struct vw_model *model = &bench->model;
     const struct vw_param_range *of_sky = &model->ranges[VW_SLOT_SKY], encoder = vw_encoder_network(model);
@@ -293,7 +293,7 @@ TEST(words_of_the_grid_hold_both) {
     }
 }
 
-// Of steps that have been, all of them in time, and the same again.
+// Given photos are those of steps that have been, all of them in time, and the same when asked again.
 TEST(given_photos_are_those_of_earlier_steps) {
     struct step_bench *bench = open_case(0, WEIGHT);
     uint32_t seen = 0;

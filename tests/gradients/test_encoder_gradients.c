@@ -82,7 +82,7 @@ TEST(thumbnails_are_area_means) {
 
 // ---- Finite differences ---------------------------------------------------------------------------------------------
 
-// A loss whose gradient by the shift is d_shift, or NaN where a ReLU switches.
+// Returns a loss whose gradient by the shift is d_shift, or NaN where a ReLU switches.
 static double moved_loss(double *network, uint32_t width, uint64_t at, double by, const double *d_shift,
                          const struct reference_photo_encoding *here, struct reference_photo_encoding *moved) {
     double kept = network[at], loss = 0.0;
@@ -96,7 +96,7 @@ static double moved_loss(double *network, uint32_t width, uint64_t at, double by
     return loss;
 }
 
-// Of every 13th number; of all with --full. At most one in ten may stand at a kink.
+// Checks every 13th number, with --full all of them. At most one in ten may stand at a kink.
 TEST(the_references_gradient_is_the_slope) {
     const double STEP = 1e-6, TOLERANCE = 1e-6;
     struct step_bench *bench = open_case(0, true);
@@ -124,7 +124,7 @@ TEST(the_references_gradient_is_the_slope) {
 
 // ---- What the code does to a field ----------------------------------------------------------------------------------
 
-// The params of `with`, where its code is added to the weights that it shifts, are params of `without`.
+// Sets the params of `without` to those of `with`, whose code is added to the weights that it shifts.
 static void fold_code(struct step_bench *with, struct step_bench *without) {
     const struct vw_specialization *s = &with->model.specialization;
     float *shift = step_bench_read(with, with->field.effect_buffers[VW_SLOT_CODE_SHIFT]), *params = without->params;
@@ -142,7 +142,7 @@ static void render(struct step_bench *bench, vw_float4 *colours) {
 
 // Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.
 TEST_CASES(codes_shift_the_colour_network, i, VW_ARRAY_COUNT(cases)) {
-    if (cases[i].visibility || cases[i].transient) return; // whose params lie elsewhere without the effect
+    if (cases[i].visibility || cases[i].transient) return; // their params lie elsewhere without the effect
     struct step_bench *with = open_case(i, true), *without = open_case(i, false);
     uint32_t rays = with->config.rays;
     vw_float4 *seen = test_allocate(rays, sizeof *seen), *expected = test_allocate(rays, sizeof *expected);

@@ -72,7 +72,7 @@ static const struct step_case cases[] = {
 struct mlp_step { // the reference of a step
     struct reference_mlp mlp;
     struct step_bench *bench;
-    bool coarse;                // of the coarse network
+    bool coarse;                // the step is the coarse network's, not the field's
     struct vw_specialization s; // with its samples
     uint32_t first;             // float of the weights, of this network
     struct reference_step *rays;
@@ -96,8 +96,8 @@ static struct reference_params *read_others(const struct vw_model *model, const 
     return others;
 }
 
-// The gradients of the device's step, and the loss and the activations of the field or of the coarse network, which
-// goes again, since the field's take their place.
+// Takes the gradients of the device's step, and the loss and the activations of the field or of the coarse network,
+// which runs again, since the field's take their place.
 static void take_step(struct step_bench *bench, bool coarse) {
     step_bench_gradients(bench, STEP);
     if (!coarse) return;
@@ -108,7 +108,7 @@ static void take_step(struct step_bench *bench, bool coarse) {
     step_bench_submit(bench);
 }
 
-// Of the rays that the device has made for its last step.
+// Opens a step with the rays that the device has made for its last step.
 static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
     struct mlp_step *step = test_allocate(1, sizeof *step);
     step->bench = bench;
@@ -133,7 +133,7 @@ static struct mlp_step *open_step(struct step_bench *bench, bool coarse) {
     return step;
 }
 
-// Where the importance samples of a ray are; NULL where samples are even.
+// Returns where the importance samples of a ray are; NULL where samples are even.
 static const double *places_of(const struct mlp_step *step, uint32_t ray) {
     return step->s.importance ? &step->rays->sample_places[ray * step->s.samples] : NULL;
 }
@@ -150,7 +150,7 @@ static void list_points(const struct mlp_step *step, uint32_t ray, struct refere
     }
 }
 
-// `training`: jittered samples of step STEP, the photo's gain, bias and code, and the loss.
+// Runs the reference forward; `training` adds jittered samples of step STEP, the photo's gain, bias and code.
 static void forward(struct mlp_step *step, bool training) {
     struct vw_specialization s = step->s;
     vw_uint4 key = vw_model_key_of_step(&step->bench->model, STEP);
@@ -217,7 +217,8 @@ static struct step_bench *open_case(size_t index) {
 
 // ---- Encoding -------------------------------------------------------------------------------------------------------
 
-// What encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by much.
+// Checks what encode_samples wrote: sines of up to 2^15 half turns, where a driver's sin of so large a number is off by
+// much.
 TEST_CASES(encodings_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
     struct step_bench *bench = open_case(c);
     take_step(bench, false);
@@ -242,11 +243,11 @@ TEST_CASES(encodings_match_the_reference, c, VW_ARRAY_COUNT(cases)) {
 
 // ---- Gradients ------------------------------------------------------------------------------------------------------
 
-// The highest frequencies amplify what positions are off by: there rendering and gradients are those of a field that is
-// not quite the same.
+// Returns a wide tolerance for the highest frequencies, which amplify what positions are off by: there rendering and
+// gradients are those of a field that is not quite the same.
 static double tolerance_of(const struct step_bench *bench) { return bench->config.frequencies > 10 ? 0.1 : 2e-3; }
 
-// The device's ReLU decisions in the place of the reference's, which differ where a sum is next to 0.
+// Puts the device's ReLU decisions in the place of the reference's, which differ where a sum is next to 0.
 static void adopt_gates(struct mlp_step *step) {
     const struct step_bench *bench = step->bench;
     float *rows = step_bench_read(step->bench, bench->field.rows);
@@ -296,8 +297,8 @@ static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) 
 
 TEST(gradients_match_the_reference) { in_every_case(check_gradients); }
 
-// Moving each weight up where the device says that the loss rises, and down where it says that it falls, raises the
-// reference's loss by the sum of all magnitudes.
+// Checks that moving each weight up where the device says that the loss rises, and down where it says that it falls,
+// raises the reference's loss by the sum of all magnitudes.
 static void check_slopes(struct step_bench *bench, bool coarse) {
     take_step(bench, coarse);
     struct mlp_step *step = open_step(bench, coarse);

@@ -3,7 +3,7 @@
 // loss, through the camera, the grid and the networks, in double.
 //
 // Kinks: a difference across a changed decision (another cell of the grid, a ReLU switching, the density reaching its
-// maximum, an error changing sign) is no derivative. Such a ray is skipped; at most one in ten may be.
+// maximum, an error changing sign) is not a derivative. Such a ray is skipped; at most one in ten may be.
 #include "support/cmocka_test.h"
 
 #include <float.h>
@@ -14,12 +14,12 @@
 #include "support/gpu_fixture.h"
 
 enum { STEP = VW_OCCUPANCY_WARM_UP + 44, SAMPLES_MAX = 64 }; // where samples are skipped
-static const double DIFFERENCE = 1e-7;                       // of a number
-static const double POSITION_TOLERANCE = 4e-6;               // of the sizes of what is summed
+static const double DIFFERENCE = 1e-7;                       // change of a number
+static const double POSITION_TOLERANCE = 4e-6;               // share of the sizes of what is summed
 static const double SUM_TOLERANCE = 1e-5;                    // likewise
-static const double GRADIENT_TOLERANCE = 2e-3;               // of the largest of a ray's, which floats have summed
-static const double LINE_TOLERANCE = 2e-6;                   // box edges
-static const double MOVE_TOLERANCE = 1e-3;                   // of a step
+static const double GRADIENT_TOLERANCE = 2e-3; // share of the largest of a ray's, which floats have summed
+static const double LINE_TOLERANCE = 2e-6;     // box edges
+static const double MOVE_TOLERANCE = 1e-3;     // share of a step
 
 // `size`: of the corrections. `differs`: whether its loss is the reference's, against which differences are taken.
 static const struct {
@@ -115,7 +115,7 @@ static void line_of(const struct taken *it, const double pose[REFERENCE_POSE], u
         reference_camera_line(&moved, box, pixel_of(it, ray)->x_px, pixel_of(it, ray)->y_px, origin, direction));
 }
 
-// How far behind the corrected camera the ray's parameter 0 is.
+// Returns how far from the corrected camera the ray's parameter 0 is, along its direction.
 static double offset_of(const struct taken *it, uint32_t ray) {
     double origin[3], direction[3], along = 0.0;
     line_of(it, it->pose, ray, origin, direction);
@@ -159,7 +159,7 @@ static void check_position(const struct taken *it, uint32_t slot) {
                     expected[axis], POSITION_TOLERANCE * size + FLT_MIN);
 }
 
-// The sums of what the samples of a ray have.
+// Checks the sums over the samples of a ray.
 static void check_sums(const struct taken *it, uint32_t ray) {
     const struct vw_specialization *s = &it->bench->model.specialization;
     struct vw_view moved = reference_pose_apply(it->view, &it->bench->model.box, it->pose);
@@ -201,7 +201,7 @@ TEST_CASES(gradients_are_those_of_the_reference, i, VW_ARRAY_COUNT(cases)) {
 
 // ---- Finite differences ---------------------------------------------------------------------------------------------
 
-struct decisions { // of a ray's samples
+struct decisions { // choices at a ray's samples
     uint32_t cells[SAMPLES_MAX][VW_LEVELS_MAX][3];
     bool active[SAMPLES_MAX][2][REFERENCE_WIDTH_MAX], saturated[SAMPLES_MAX];
     bool below[3], small[3]; // the errors of its channels
@@ -251,7 +251,7 @@ static double loss_of(const struct taken *it, const double pose[REFERENCE_POSE],
     return loss;
 }
 
-// False at a kink.
+// Finds the gradient by central differences. Returns false at a kink.
 static bool differentiate(const struct taken *it, uint32_t ray, double gradient[REFERENCE_POSE]) {
     static struct decisions before, ahead, behind;
     loss_of(it, it->pose, ray, &before);

@@ -2,7 +2,7 @@
 // matrix and every level. No GPU.
 //
 // Kinks: a difference across a changed decision (a ReLU switching, the density reaching its maximum, an L1 error
-// changing sign) is no derivative. Such a parameter is skipped; at most one in ten may be.
+// changing sign) is not a derivative. Such a parameter is skipped; at most one in ten may be.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -12,8 +12,8 @@
 #include "train/effects/visibility.h"
 
 static const double STEP = 1e-5;
-// Of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 / STEP
-// of the loss.
+// Share of the largest gradient of the range: the difference's own error is STEP^2 times third derivatives, and 1e-16 /
+// STEP of the loss.
 static const double TOLERANCE = 1e-6;
 enum { RAYS = 6, PER_RANGE = 12 };
 
@@ -44,7 +44,7 @@ static double draw(uint64_t seed, uint32_t index) {
     return 2.0 * vw_random_unit(words[0]) - 1.0;
 }
 
-enum { VIEW = 1 }; // whose step it is
+enum { VIEW = 1 }; // the photo whose step it is
 static struct vw_view empty_views[2];
 static const struct vw_scene empty_scene = {
     .background = {0.9f, 0.4f, 0.1f}, .views = empty_views, .view_count = VW_ARRAY_COUNT(empty_views)};
@@ -140,7 +140,7 @@ static bool same_decisions(const struct reference_step *a, const struct referenc
     return true;
 }
 
-// The slope of the loss by `*param`, or NaN at a kink.
+// Returns the slope of the loss by `*param`, or NaN at a kink.
 static double central_difference(struct fixture *f, double *param) {
     double kept = *param, losses[2];
     bool smooth = true;
@@ -224,7 +224,8 @@ static void compare_visibility(struct fixture *f, int *skipped) {
                 largest_of(f->step->d_visibility_code, REFERENCE_VISIBILITY_CODE), skipped);
 }
 
-// Those of the other photo have no gradient: nothing of it enters the loss.
+// Compares the gradients of the step's photo: those of the other one are 0, since nothing of it enters the loss.
+// Returns how many it compared.
 static int compare_photos(struct fixture *f, int *skipped) {
     const struct vw_specialization *s = &f->model.specialization;
     struct reference_photo *photo = f->params->photos ? &f->params->photos[VIEW] : NULL;
@@ -262,8 +263,8 @@ static void compare_ranges(const struct reference_case *setup, enum vw_loss loss
     if (skipped * 10 > taken) fail_msg("%s: %d of %d parameters stand at kinks", f.where, skipped, taken);
 }
 
-// transient has a loss and a reference of its own: see test_transient_gradients; pose has test_pose_gradients, and
-// appearance_encoder test_encoder_gradients.
+// Returns whether another program tests the effect: transient, with a loss and a reference of its own, see
+// test_transient_gradients; pose, see test_pose_gradients; appearance_encoder, see test_encoder_gradients.
 static bool is_elsewhere(const char *effect) {
     return !strcmp(effect, "transient") || !strcmp(effect, "pose") || !strcmp(effect, "appearance_encoder");
 }

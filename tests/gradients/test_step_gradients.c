@@ -11,9 +11,9 @@
 
 // Positions are good to 2e-7 box edges, so that in the finest of 16 levels, 2,000 cells wide, an encoding is good to
 // 4e-4 of its entries; coarser levels are better. These bounds are about ten times what was seen over the cases.
-static const double WEIGHT_TOLERANCE = 0x1p-7; // of the matrix's largest gradient: two bfloats, each good to 2^-8
-static const double PHOTO_TOLERANCE = 5e-4;    // of the largest one of gain, bias or sky
-static const double GRID_TOLERANCE = 2e-3;     // of the level's largest gradient
+static const double WEIGHT_TOLERANCE = 0x1p-7; // share of the matrix's largest: two bfloats, each good to 2^-8
+static const double PHOTO_TOLERANCE = 5e-4;    // share of the largest one of gain, bias or sky
+static const double GRID_TOLERANCE = 2e-3;     // share of the level's largest gradient
 static const double FLIPPED_QUANTA = 8.0;      // contributions near half a quantum may round either way
 static const double LOSS_TOLERANCE = 1e-5;     // relative
 static const double COLOUR_TOLERANCE = 5e-5;
@@ -54,7 +54,7 @@ static void check_sky_gradient(const struct step_bench *bench, const struct refe
         check_value(bench->where, "sky", i, d_sky[i / 3 * 4 + i % 3], reference->d_sky[i / 3][i % 3], tolerance);
 }
 
-// The grid's gradient as the device rounds it: in whole quanta, contribution by contribution.
+// Returns the grid's gradient as the device rounds it: in whole quanta, contribution by contribution.
 static double *fixed_point_gradient(const struct step_bench *bench, const struct reference_step *reference) {
     const struct vw_specialization *s = &bench->model.specialization;
     uint64_t features = 2 * (uint64_t)bench->model.pair_count;
@@ -92,7 +92,7 @@ static void refuse_kinks(const struct step_bench *bench, const struct reference_
                 fail_msg("%s: ray %u stands at the kink of the loss; choose another seed", bench->where, ray);
 }
 
-// The reference's step from the device's rays, with the device's decisions at ReLUs.
+// Runs the reference's step from the device's rays, with the device's decisions at ReLUs.
 static struct reference_step *run_reference(struct step_bench *bench, const struct reference_params *params,
                                             uint64_t number) {
     vw_uint4 *relu = step_bench_read_active(bench);
@@ -105,7 +105,7 @@ static struct reference_step *run_reference(struct step_bench *bench, const stru
     return reference;
 }
 
-// What update_appearance will find: per ray, here summed.
+// Checks what update_appearance will find: it is stored per ray, and summed here.
 static void check_photo_gradient(struct step_bench *bench, const struct reference_step *reference) {
     if (!bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]) return;
     struct vw_appearance *rays = step_bench_read(bench, bench->step.effect_buffers[VW_SLOT_D_APPEARANCE]);
@@ -123,7 +123,8 @@ static void check_photo_gradient(struct step_bench *bench, const struct referenc
     }
 }
 
-// Of the network, and by the sums in its first layer, whose biases have an input of 1, of the photo's code.
+// Checks the gradient of the network, and by the sums in its first layer, whose biases have an input of 1, that of the
+// photo's code.
 static void check_visibility_gradient(const struct step_bench *bench, const struct reference_step *reference,
                                       const float *d_weights) {
     if (!vw_visibility_network(&bench->model).size_bytes) return;
@@ -154,7 +155,7 @@ TEST_CASES(gradients_match_the_reference, i, step_case_count) {
 
 // ---- The slope of the loss ------------------------------------------------------------------------------------------
 
-// The reference's loss of the step when `count` values have moved by `distance` times their direction.
+// Returns the reference's loss of the step when `count` values have moved by `distance` times their direction.
 static double moved_loss(struct reference_step *reference, const struct reference_params *params, double *values,
                          const double *direction, size_t count, double distance) {
     for (size_t i = 0; i < count; i++) values[i] += distance * direction[i];
@@ -163,8 +164,8 @@ static double moved_loss(struct reference_step *reference, const struct referenc
     return reference->loss;
 }
 
-// Moving each value of a range up where the device says that the loss rises, and down where it says that it falls,
-// raises the reference's loss by the sum of all magnitudes.
+// Checks that moving each value of a range up where the device says that the loss rises, and down where it says that it
+// falls, raises the reference's loss by the sum of all magnitudes.
 static void check_slope(const struct step_bench *bench, struct reference_step *reference,
                         const struct reference_params *params, const char *range, double *values,
                         const double *gradient, size_t count) {
@@ -178,7 +179,8 @@ static void check_slope(const struct step_bench *bench, struct reference_step *r
                 SLOPE_TOLERANCE * magnitudes);
 }
 
-// From the device's gradients by what is seen of each ray, and by the weights of the colour network's input 0.
+// Checks the photo's slopes by the device's gradients: by those of what is seen of each ray, and by those of the
+// weights of the colour network's input 0.
 static void check_photo_slopes(struct step_bench *bench, struct reference_step *reference,
                                struct reference_params *params, const float *d_weights) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -244,7 +246,7 @@ TEST_CASES(the_loss_changes_as_the_gradients_say, i, step_case_count) {
 
 // ---- Descent and rendering ------------------------------------------------------------------------------------------
 
-// Of the step's photo and of the code weights, by their own rates; other photos stay.
+// Checks that the step's photo and the code weights moved by their own rates; other photos stay.
 static void check_photos_moved(const struct step_bench *bench, uint64_t number, const struct reference_step *reference,
                                const struct reference_params *before, const float *after) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -276,7 +278,7 @@ static void check_photos_moved(const struct step_bench *bench, uint64_t number, 
                     WEIGHT_TOLERANCE * largest_move + 1e-5);
 }
 
-// Steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the reference's mean gradient.
+// Takes steps 1 to 3 of plain gradient descent, in two chunks: each moves the params by the reference's mean gradient.
 static void descend(bool photos) {
     const struct step_case descent = {.name = photos ? "gradient descent, photos of their own" : "gradient descent",
                                       .seed = 131,

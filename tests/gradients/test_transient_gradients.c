@@ -108,7 +108,7 @@ static struct step_bench *open_case(size_t index) {
     return bench;
 }
 
-// Row `row` of a sample among those of layers.
+// Returns row `row` of a sample among those of layers.
 static const float *row_of(const float *rows, uint32_t row_count, uint32_t row, uint32_t sample) {
     return rows + 4 * (size_t)VW_ROW_PLACE(row_count, row, sample);
 }
@@ -122,7 +122,7 @@ static void read_samples(struct transient_step *step) {
     vw_float4 *samples = step_bench_read(bench, bench->step.samples);
     struct reference_mlp mlp;
     reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
-    // Of the field mlp: behind encodings, trunk and density.
+    // The features of the field mlp follow encodings, trunk and density.
     uint32_t first = hash ? 0
                           : VW_ENCODED4(bench->config.frequencies) + VW_ENCODED4(VW_DIRECTION_FREQUENCIES) +
                                 bench->config.mlp_depth * bench->config.width / 4 + 1;
@@ -157,7 +157,7 @@ static void find_outputs(struct transient_step *step) {
                                step->outputs[i]);
 }
 
-// Of the step that the device has taken last.
+// Opens the step that the device has taken last.
 static struct transient_step *open_step(struct step_bench *bench) {
     struct transient_step *step = test_allocate(1, sizeof *step);
     *step = (struct transient_step){.bench = bench, .rays = step_bench_reference(bench)};
@@ -195,7 +195,7 @@ static double whole_loss(struct transient_step *step) {
     return loss;
 }
 
-// The slope of a loss by a number, by central differences.
+// Returns the slope of a ray's loss by a number, by central differences.
 static double slope_of_ray(const struct transient_step *step, uint32_t ray, double *number) {
     const double distance = 1e-5, kept = *number;
     *number = kept + distance;
@@ -218,7 +218,7 @@ static double slope_of_step(struct transient_step *step, double *number) {
 
 // ---- Compositing and loss -------------------------------------------------------------------------------------------
 
-// The slope by the logarithm of a density.
+// Returns the slope by the logarithm of a density.
 static double slope_by_raw(const struct transient_step *step, uint32_t ray, struct reference_point *point) {
     const double distance = 1e-5, kept = point->density;
     point->density = kept * exp(distance);
@@ -293,7 +293,7 @@ TEST(without_density_it_is_the_squared_loss) {
 
 // ---- The head -------------------------------------------------------------------------------------------------------
 
-// All of a layer along the device's gradient, and some of its numbers alone.
+// Checks all of a layer along the device's gradient, and some of its numbers alone.
 static void check_layer(struct transient_step *step, const struct reference_layer *layer, uint32_t end,
                         const float *d_weights) {
     const double distance = 1e-7;
@@ -396,7 +396,8 @@ TEST_CASES(features_of_the_hash_take_the_head_s_gradient, c, VW_ARRAY_COUNT(case
     if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
 }
 
-// The trunk of the field mlp: its params moved along the device's gradient, with all that follows found again.
+// Returns the loss with all that follows the trunk of the field mlp found again; the caller moves the trunk's params
+// along the device's gradient.
 static double mlp_loss(struct transient_step *step, const struct reference_mlp *mlp, struct reference_mlp_sample *it,
                        const double *shift) {
     const struct vw_specialization *s = &step->bench->model.specialization;
