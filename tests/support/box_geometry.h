@@ -8,7 +8,7 @@ static inline double distance(const double a[3], const double b[3]) {
     return sqrt(pow(a[0] - b[0], 2.0) + pow(a[1] - b[1], 2.0) + pow(a[2] - b[2], 2.0));
 }
 
-// `direction` has unit length.
+// Returns the distance of a point to a line whose `direction` has unit length.
 static inline double distance_to_line(const double point[3], const double origin[3], const double direction[3]) {
     double along = 0.0, foot[3];
     for (int i = 0; i < 3; i++) along += (point[i] - origin[i]) * direction[i];
@@ -16,7 +16,7 @@ static inline double distance_to_line(const double point[3], const double origin
     return distance(point, foot);
 }
 
-// From the surface, inside or outside.
+// Returns the distance of a point to the box's surface, inside or outside.
 static inline double distance_to_face(const double point[3]) {
     double outside = 0.0, inside = 1.0;
     for (int i = 0; i < 3; i++) {

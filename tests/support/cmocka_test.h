@@ -31,7 +31,8 @@
     static void name##_case(size_t index);                                                                             \
     TEST(name) { test_each_case(count, name##_case); }                                                                 \
     static void name##_case(size_t index)
-// scripts/test --full sets VIEWWORTH_FULL: tests that choose some of many cases then run all of them.
+// Returns whether VIEWWORTH_FULL is set, which scripts/test --full does: tests that choose some of many cases then run
+// all of them.
 static inline bool test_is_full(void) { return getenv("VIEWWORTH_FULL") != NULL; }
 
 // Runs one set-up before all tests of the program and one tear-down after them.
@@ -44,14 +45,14 @@ void test_each_case(size_t count, void (*run)(size_t index));
 
 // ---- What a test owns -----------------------------------------------------------------------------------------------
 
-// It is released when the test ends, the last first, also when the test fails; after all tests, what the set-up of
-// TEST_GROUP owns. Returns `it`.
+// Registers `it` and returns it. It is released when the test ends, the last first, also when the test fails; after all
+// tests, what the set-up of TEST_GROUP owns.
 void *test_own(void *it, void (*release)(void *));
-// Memory of zeros that the test owns.
+// Returns memory of zeros that the test owns.
 void *test_allocate(size_t count, size_t size);
 // Releases at once; NULL is left alone.
 void test_release(void *it);
-// How many objects it owns; releases those that came later.
+// Returns how many objects it owns; test_release_to() releases those that came later.
 size_t test_owned(void);
 void test_release_to(size_t count);
 

@@ -5,7 +5,7 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-// The rotation by `angle` about an axis of any length.
+// Makes the rotation by `angle` about an axis of any length.
 static void turn(double angle, double x, double y, double z, double rotation[4]) {
     double scale = sin(angle / 2) / sqrt(x * x + y * y + z * z);
     rotation[0] = cos(angle / 2);

@@ -39,8 +39,8 @@ struct colmap_test_model {
     size_t camera_count, image_count, point_count;
 };
 
-// A scene of three photos (images/a.png, b.png, "sub/c d.png" of 8 x 6 pixels, written by tiny_photo_write), two
-// cameras and two points that differ in every number. Writes the photos only.
+// Returns a scene of three photos (images/a.png, b.png, "sub/c d.png" of 8 x 6 pixels, written by tiny_photo_write),
+// two cameras and two points that differ in every number. Writes the photos only.
 struct colmap_test_model colmap_test_scene(const char *scene_folder);
 // Writes cameras, images and points3D into scene_folder/model_folder.
 void colmap_write_binary(const char *scene_folder, const char *model_folder, const struct colmap_test_model *model);

@@ -41,7 +41,7 @@ static const struct detection_case {
     {.exposure = true, .far = true, .lens = true, .masks = true, .sky = true, .weather = true},
 };
 
-// Two or three effects at once: the quick tests have these alone or all together.
+// Returns whether a case has two or three effects at once: the quick tests have these alone or all together.
 static bool is_pair(const struct detection_case *c) {
     int effects = c->exposure + c->alpha + c->far + c->lens + c->masks + c->sky + c->weather;
     return effects == 3 || (effects == 2 && !c->weather);

@@ -9,11 +9,11 @@
 #include "viewworth/scene.h"
 
 // Finds the facts of every case with `seed_count` seeds; with `pilots` it also decides by default pilots. Prints a
-// confusion matrix over all effects, and fails the test on a mistake about a fact. What pilots gain is no matter of
-// what a recipe is made of: theirs are printed alone.
+// confusion matrix over all effects, and fails the test on a mistake about a fact. What pilots gain does not
+// follow from what a recipe is made of: their mistakes are only printed.
 void detection_check(uint64_t first_seed, uint32_t seed_count, bool pilots);
 
-// A scene that calls for nothing, and one with a bright sky; owned by the caller.
+// Makes a scene that calls for nothing, and one with a bright sky; owned by the caller.
 struct vw_scene *detection_plain_scene(void);
 struct vw_scene *detection_sky_scene(void);
 

@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 
-static const double FORWARD_TOLERANCE = 2e-5;  // of the largest: sums of up to 148 products
+static const double FORWARD_TOLERANCE = 2e-5;  // share of the largest: sums of up to 148 products
 static const double GRADIENT_TOLERANCE = 5e-4; // likewise; a unit near the kink may fall to either side
 static const double LEAST = 1e-30;             // below, products are denormal floats on their way
 
@@ -46,7 +46,7 @@ static void compare_forward(struct hard_finding *finding, struct step_bench *ben
     compare(finding, "shift", shift, expected->shift, 4 * bench->model.specialization.width4, FORWARD_TOLERANCE);
 }
 
-// By the gradient that the device has found for the weights that the code shifts.
+// Compares the gradients, given the one that the device has found for the weights that the code shifts.
 static void compare_gradients(struct hard_finding *finding, struct step_bench *bench, const double *network,
                               const struct reference_photo_encoding *encoding) {
     const uint32_t columns[] = {0,

@@ -5,7 +5,7 @@
 #include "hard_cases/hard_case.h"
 #include "reference/step_bench.h"
 
-// The network's numbers in double, from a params block in floats.
+// Returns the network's numbers in double, from a params block in floats.
 double *encoder_network(const struct step_bench *bench, const float *params);
 // Encodes by the reference the thumbnail of `view` that the device holds.
 struct reference_photo_encoding *encoder_reference(struct step_bench *bench, const double *network, uint32_t view);

@@ -10,7 +10,7 @@ struct vw_gpu *test_gpu(void);
 // Opens a device that the test owns; what validation says of it fails the test when it is released.
 struct vw_gpu *test_gpu_open(struct vw_gpu_params params);
 
-// A cmocka group teardown: releases all that is owned, and fails when validation complained about anything since the
+// Tears down a cmocka group: releases all that is owned, and fails when validation complained about anything since the
 // device was opened.
 int test_gpu_close(void **state);
 

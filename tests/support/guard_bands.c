@@ -13,7 +13,7 @@
 #include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
-// The calls as the product defines them.
+// Calls the product's own functions, under the names that the linker gives them.
 enum vw_status __real_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
                                        struct vw_buffer **buffer);
 void __real_vw_buffer_destroy(struct vw_buffer **buffer);
@@ -30,7 +30,7 @@ void __real_vw_submission_dispatch_indirect(struct vw_submission *submission, co
                                             uint64_t offset_bytes);
 enum vw_status __real_vw_gpu_close(struct vw_gpu **gpu);
 
-// And as they are here.
+// Replaces the product's functions at every call.
 enum vw_status __wrap_vw_buffer_create(struct vw_gpu *gpu, const struct vw_buffer_params *params,
                                        struct vw_buffer **buffer);
 void __wrap_vw_buffer_destroy(struct vw_buffer **buffer);
@@ -58,7 +58,7 @@ static struct guarded {
     char name[48];
     uint64_t before_bytes; // the band before it; what a pass makes for itself it also binds itself, and has none
     uint64_t size_bytes;   // between the bands
-    uint32_t number;       // of all buffers so far
+    uint32_t number;       // place among all buffers so far
 } guarded[BUFFERS_MAX];
 static uint32_t buffer_count;
 static unsigned broken_count;
@@ -69,8 +69,8 @@ static struct guarded *find(const struct vw_buffer *buffer) {
     return NULL;
 }
 
-// The words of a band are NaN as floats, huge as integers, and nowhere the same: a sum over one band's NaN keeps its
-// bits, and would pass for another band.
+// Fills a band with words that are NaN as floats, huge as integers, and nowhere the same: a sum over one band's NaN
+// keeps its bits, and would pass for another band.
 static void fill_pattern(const struct guarded *it, int side, uint32_t words[BAND_BYTES / 4]) {
     for (uint32_t i = 0; i < BAND_BYTES / 4; i++)
         words[i] = 0xFFC00000u | ((it->number * 2 + (uint32_t)side) * 40503u + i * 977u) % 0x3FFFFFu;

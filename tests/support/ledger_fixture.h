@@ -44,13 +44,13 @@ static const struct vw_ledger_image test_images[TEST_IMAGE_COUNT] = {
     {6, "images/6.png", "train", "alice", HEX_A, "clean"}, {7, "images/7.png", "test", NULL, HEX_A, NULL},
 };
 
-// A validated step on an image; its pooled PSNR is twice its PSNR, and its L1 a hundredth.
+// Returns a validated step on an image; its pooled PSNR is twice its PSNR, and its L1 a hundredth.
 static inline struct vw_step_record test_step(uint64_t step, uint32_t epoch, uint32_t view, double psnr) {
     return (struct vw_step_record){
         step, epoch, view, .validated = true, .val_psnr = psnr, .val_psnr_pooled = 2 * psnr, .val_l1 = psnr / 100};
 }
 
-// What is scored of steps on test_images; an epoch is burn-in.
+// Returns what is scored of steps on test_images; an epoch is burn-in.
 static inline struct vw_value_input test_value_input(const struct vw_step_record *records, uint64_t count) {
     return (struct vw_value_input){records, count, .burn_in_epochs = 1, .images = test_images,
                                    .image_count = TEST_IMAGE_COUNT};
@@ -113,7 +113,7 @@ struct test_recording {
     uint32_t count;
 };
 
-// To be freed.
+// Trains, and returns the recording, to be freed.
 static inline struct test_recording *test_record(const struct test_trainer *trainer) {
     struct test_recording *recording = vw_allocate(1, sizeof *recording);
     assert_non_null(recording);
@@ -121,7 +121,7 @@ static inline struct test_recording *test_record(const struct test_trainer *trai
     return recording;
 }
 
-// Steps that carry no value: 7 and 8 are not finite, 12 was not validated.
+// Spoils steps so that they carry no value: 7 and 8 are not finite, 12 was not validated.
 static inline void test_corruption(struct test_recording *recording) {
     recording->records[7].nonfinite = true;
     recording->errors[2 * 8].mse = INFINITY;

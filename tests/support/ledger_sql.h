@@ -19,7 +19,7 @@ static inline sqlite3_stmt *sql_query(sqlite3 *raw, const char *sql, int64_t val
     return statement;
 }
 
-// The first column of the first row as text, "NULL" for NULL; to be freed.
+// Returns the first column of the first row as text, "NULL" for NULL; to be freed.
 static inline char *sql_ask(const char *path, const char *sql) {
     sqlite3 *raw = sql_open(path);
     sqlite3_stmt *statement = sql_query(raw, sql, 0);
@@ -54,7 +54,7 @@ static inline int sql_run(const char *path, const char *sql) {
     return changes;
 }
 
-// The same where a test would show nothing if no row were changed.
+// Runs statements likewise. Fails the test when no row was changed: it would show nothing.
 static inline void sql_change(const char *path, const char *sql) {
     if (sql_run(path, sql) == 0) fail_msg("%s: changed nothing", sql);
 }

@@ -37,7 +37,7 @@ void test_release(void *it) {
 
 size_t test_owned(void) { return owned_count; }
 
-// An object leaves the list before it is released, which may fail the test.
+// Releases the last objects first. An object leaves the list before it is released, which may fail the test.
 void test_release_to(size_t count) {
     while (owned_count > count) {
         struct owned last = owned[--owned_count];

@@ -20,7 +20,7 @@ static const char *const recipe_text = "{\"viewworth_recipe\": 1, \"seed\": 3,\n
                                        "              \"field_of_view_deg\": 50}],\n"
                                        " \"defects\": []}\n";
 
-// A copy of `text` with the first `from` replaced by `to`, to be freed.
+// Returns a copy of `text` with the first `from` replaced by `to`, to be freed.
 static char *replaced(const char *text, const char *from, const char *to) {
     const char *at = strstr(text, from);
     if (!at) fail_msg("the test's recipe does not hold \"%s\"", from);

@@ -12,12 +12,12 @@ int dlclose(void *module) {
     return 0;
 }
 
-// Names of whole files, which are never ours; a function where a library leaks on one path only. The validation layer
+// Names whole files, which are never ours; a function where a library leaks on one path only. The validation layer
 // reports Vulkan objects that we forget, so that the driver's line does not hide those.
 const char *__lsan_default_suppressions(void) {
     return "leak:/libvulkan_lvp.so$\n"
            "leak:/libVkLayer_khronos_validation.so$\n";
 }
 
-// stderr has the same lines as in other builds.
+// Keeps stderr the same as in other builds.
 const char *__lsan_default_options(void) { return "print_suppressions=0"; }

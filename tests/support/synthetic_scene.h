@@ -14,9 +14,9 @@ struct synthetic_scene_params {
     double world_scale;  // 0 = 1
 };
 
-// Owned by the test (cmocka_test.h).
+// Makes a scene, owned by the test (cmocka_test.h).
 struct vw_scene *synthetic_scene(const struct synthetic_scene_params *params);
-// The same of a scene on disk, which is read with test_gpu().
+// Opens a scene on disk, read with test_gpu() and owned likewise.
 struct vw_scene *test_scene_open(struct vw_scene_params params);
 
 #endif

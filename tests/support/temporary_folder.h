@@ -21,15 +21,15 @@ void temporary_folder_remove(char *folder);
 
 static inline void temporary_folder_end(char **folder) { temporary_folder_remove(*folder); }
 
-// "folder/name" in storage that the next 63 calls keep.
+// Returns "folder/name" in storage that the next 63 calls keep.
 const char *temporary_path(const char *folder, const char *name);
 // Writes a text to folder/name, creating folders on the way, and returns the path as temporary_path() does.
 const char *temporary_file(const char *folder, const char *name, const char *text);
 // Reads a file whole; to be freed. A zero byte follows it. `size_bytes` may be NULL.
 void *temporary_read(const char *path, size_t *size_bytes);
 
-// The folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL, said
-// aloud, when absent.
+// Returns the folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL,
+// with a message, when absent.
 const char *real_scene_path(const char *name);
 
 #endif

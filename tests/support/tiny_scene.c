@@ -6,7 +6,7 @@
 #include "image/image.h"
 #include "support/temporary_folder.h"
 
-// One start of the decoder for all tests of a program.
+// Starts the decoder once for all tests of a program.
 static void hold_decoder(void) {
     static bool held;
     if (!held) vw_decoder_hold();
@@ -23,8 +23,8 @@ void tiny_photo_write(const char *path, uint32_t index) {
     if (vw_image_save(path, TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels)) fail_msg("%s", vw_error_message());
 }
 
-// A camera on a ring (with some height) that looks at the centre. Its axes: z away from the centre, x level, y = z
-// cross x.
+// Writes a camera on a ring (with some height) that looks at the centre. Its axes: z away from the centre, x level, y =
+// z cross x.
 static void write_frame(FILE *json, const struct tiny_scene *tiny, uint32_t index) {
     double turn = 2 * M_PI * index / 8 + 0.1, tilt = 0.3 + 0.2 * (index % 3),
            scale = tiny->scale_world ? tiny->scale_world : 1;

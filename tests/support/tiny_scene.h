@@ -12,11 +12,11 @@ enum { TINY_WIDTH_PX = 8, TINY_HEIGHT_PX = 6 };
 struct tiny_scene {
     const char *file;        // "transforms.json"
     uint32_t first, count;   // photos images/<first>.png ... (two digits); default count 8
-    double scale_world;      // of all coordinates; 1. The cameras' distance to the centre is 4
+    double scale_world;      // factor of all coordinates; 1. The cameras' distance to the centre is 4
     double offset_world[3];  // added to all coordinates
     const char *keys;        // further keys of the file, each followed by a comma; default "camera_angle_x": 0.7,
     const char *frame_keys;  // further keys of every frame, each followed by a comma
-    const char *name_prefix; // of file_path: "images/"
+    const char *name_prefix; // prefix of file_path: "images/"
     const char *name_suffix; // ".png"
 };
 

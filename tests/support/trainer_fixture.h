@@ -10,7 +10,7 @@
 
 enum { TEST_VALS = 3, TEST_STEPS_MAX = 4096 };
 
-// 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
+// Returns 3 epochs of small steps of a small field, on 5 photos; TEST_VALS more validate.
 struct vw_config test_config(void);
 struct vw_config test_config_of(enum vw_field field);   // the same of a small field of another kind
 struct vw_config test_config_with(const char *effects); // the same with exactly these
@@ -34,23 +34,23 @@ struct test_run {
     struct vw_trainer_stats stats;
 };
 
-// A whole run.
+// Trains a whole run.
 struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *config, bool validate,
                           uint32_t steps_per_submission);
-// The same, stopped after 2 steps per epoch and taken up by another trainer from a checkpoint.
+// Trains a run that is stopped after 2 steps per epoch and taken up by another trainer from a checkpoint.
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
 // Adds records as the trainer lends them.
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);
 // Takes the steps that are left and reads the params.
 void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
-// The same of a trainer that has taken none.
+// Trains a whole run with a trainer that has taken no step.
 struct test_run *test_run_of(struct vw_trainer *trainer);
 
 bool test_same_bits(double a, double b);
 // Asserts that a training has the same bits whatever its submissions, and ends with less than `share` of its first
 // loss.
 void test_run_assert_learns(const struct vw_scene *scene, const struct vw_config *config, double share);
-// Rows and params, bit for bit.
+// Asserts that rows and params are the same, bit for bit.
 void test_run_assert_same(const struct test_run *a, const struct test_run *b);
 
 #endif

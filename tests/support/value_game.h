@@ -15,7 +15,7 @@ struct test_game {
     uint32_t count;
 };
 
-// -1 to 1, of a step; draws of different steps and seeds are independent.
+// Returns -1 to 1 for a step; draws of different steps and seeds are independent.
 static inline double test_noise(uint64_t seed, uint32_t step) {
     uint32_t words[4];
     vw_random_words(seed, VW_RANDOM_JITTER, step, 0, 0, words);
