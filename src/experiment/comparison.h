@@ -56,8 +56,6 @@ void vw_comparison_free(struct vw_comparison *comparison);
 
 // ---- comparison_files.c ----
 
-const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison,
-                                                      uint32_t list); // by training
 // Returns the list of a training: that of its valuation.
 const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list, uint32_t training);
 // Tells whether a list has other photos by seed or by valuation.

@@ -9,7 +9,8 @@
 #include "base/json.h"
 #include "experiment/comparison.h"
 
-const struct vw_retrain_result *vw_comparison_results(const struct vw_comparison *comparison, uint32_t list) {
+// Returns the results of a list, by training.
+static const struct vw_retrain_result *results_of(const struct vw_comparison *comparison, uint32_t list) {
     return comparison->results + (size_t)list * comparison->training_count;
 }
 
@@ -28,7 +29,7 @@ bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list)
 // Returns how many there are.
 static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_quality quality,
                              double samples[]) {
-    const struct vw_retrain_result *results = vw_comparison_results(comparison, list);
+    const struct vw_retrain_result *results = results_of(comparison, list);
     uint32_t seeds = comparison->params->valuation_seeds ? comparison->params->common.seeds : 1,
              count = comparison->training_count / seeds;
     for (uint32_t i = 0; i < count; i++)
@@ -69,7 +70,7 @@ static void print_outcomes(FILE *stream, const void *context) {
             fprintf(stream, "%" PRIu64 ",%u,%u", comparison->params->common.config->seed + s, list->count,
                     list->epochs);
             for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-                vw_csv_print(stream, ",r", vw_quality_of(&vw_comparison_results(comparison, l)[s], quality));
+                vw_csv_print(stream, ",r", vw_quality_of(&results_of(comparison, l)[s], quality));
             fputc('\n', stream);
         }
 }
@@ -142,7 +143,7 @@ static json_t *photos_to_json(const struct vw_comparison *comparison, uint32_t p
 
 static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t place) {
     const struct vw_photo_set *list = &comparison->sets.lists[place];
-    const struct vw_retrain_result *results = vw_comparison_results(comparison, place);
+    const struct vw_retrain_result *results = results_of(comparison, place);
     json_t *made = json_array(), *means = json_object(), *errors = json_object();
     for (uint32_t s = 0; s < comparison->training_count; s++)
         vw_json_append(&made, result_to_json(&results[s], comparison->params->common.config->seed + s,

@@ -51,7 +51,8 @@ void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *c
 #undef DISABLE
 }
 
-const char *vw_limits_missed(const struct vw_gpu_limits *limits) {
+// Returns the name of the first limit that is below the floor, NULL when none is.
+static const char *missed_limit(const struct vw_gpu_limits *limits) {
 #define AT_LEAST(field)                                                                                                \
     if (limits->field < vw_gpu_floor_limits.field) return #field;
 #define AT_MOST(field)                                                                                                 \
@@ -178,7 +179,7 @@ static void query_core(struct vw_candidate *candidate) {
     info->arithmetic.driver_version = version;
 
     const char *missed = vw_driver_missed(core12.driverID, version);
-    if (!missed) missed = features12.scalarBlockLayout ? vw_limits_missed(limits) : "scalarBlockLayout";
+    if (!missed) missed = features12.scalarBlockLayout ? missed_limit(limits) : "scalarBlockLayout";
     if (missed) snprintf(info->unsupported_reason, sizeof info->unsupported_reason, "%s", missed);
 }
 

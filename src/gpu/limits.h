@@ -20,8 +20,6 @@ struct vw_candidate {
 void vw_candidate_query(VkPhysicalDevice physical, struct vw_candidate *candidate);
 
 void vw_limits_clamp(struct vw_gpu_limits *limits, const struct vw_gpu_limits *clamp);
-// Returns the name of the first limit that is below the floor, NULL when none is.
-const char *vw_limits_missed(const struct vw_gpu_limits *limits);
 // Returns the release that must replace a driver with a known bug, NULL when there is none.
 const char *vw_driver_missed(VkDriverId driver, uint32_t version);
 

@@ -22,7 +22,8 @@ struct seed_runs {
     struct vw_value_input *inputs; // likewise
 };
 
-void vw_reproduction_pair(const struct vw_reproduction *reproduction, uint32_t pair, uint32_t *a, uint32_t *b) {
+// Finds the runs of a pair: (0,1), (0,2), ..., (1,2), ... for pair 0, 1, ...
+static void find_pair(const struct vw_reproduction *reproduction, uint32_t pair, uint32_t *a, uint32_t *b) {
     uint32_t count = reproduction->params->seeds;
     for (*a = 0; pair >= count - 1 - *a; ++*a) pair -= count - 1 - *a;
     *b = *a + 1 + pair;
@@ -105,7 +106,7 @@ struct tables {
 
 static void print_pair(FILE *stream, const struct vw_reproduction *reproduction, uint32_t pair) {
     uint32_t a, b;
-    vw_reproduction_pair(reproduction, pair, &a, &b);
+    find_pair(reproduction, pair, &a, &b);
     uint64_t first = reproduction->params->config->seed;
     fprintf(stream, "%" PRIu64 ",%" PRIu64 ",", first + a, first + b);
 }
@@ -135,7 +136,7 @@ static void print_agreement(FILE *stream, const void *context) {
 static void print_points(FILE *stream, const struct tables *context, const struct vw_score_tables *tables,
                          const struct vw_score_table *table, uint32_t pair) {
     uint32_t a, b;
-    vw_reproduction_pair(context->reproduction, pair, &a, &b);
+    find_pair(context->reproduction, pair, &a, &b);
     for (uint32_t i = 0; i < tables->photo_count; i++) {
         vw_csv_write_text(stream, context->runs->inputs[0].images[tables->photos[i]].name);
         fprintf(stream, ",%s,", table->method);

@@ -15,8 +15,7 @@ struct vw_reproduction_stop {
     uint32_t epochs;
     uint64_t training_rays; // rays of a run until then: epochs x photos x rays
     struct vw_score_tables tables;
-    struct vw_full_agreement *
-        *pairs; // owned, and each of them: [table][pair], pairs as vw_reproduction_pair() counts them
+    struct vw_full_agreement **pairs; // owned, and each of them: [table][pair], (0,1), (0,2), ..., (1,2), ...
 };
 
 struct vw_reproduction {
@@ -49,8 +48,5 @@ struct vw_reproduction {
 enum vw_status vw_reproduction_make(const struct vw_experiment_params *params, const struct vw_method_params *evaluated,
                                     struct vw_reproduction *reproduction);
 void vw_reproduction_free(struct vw_reproduction *reproduction);
-
-// Finds the runs of a pair: (0,1), (0,2), ..., (1,2), ... for pair 0, 1, ...
-void vw_reproduction_pair(const struct vw_reproduction *reproduction, uint32_t pair, uint32_t *a, uint32_t *b);
 
 #endif

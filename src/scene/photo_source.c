@@ -77,7 +77,8 @@ void vw_photo_source_destroy(struct vw_photo_source **source) {
 
 // ---- Reading files --------------------------------------------------------------------------------------------------
 
-bool vw_photo_can_wait(const struct vw_scene_builder_photo *photo) {
+// Returns whether a photo can be decoded when it is first needed: no decision at opening depends on its pixels.
+static bool can_wait(const struct vw_scene_builder_photo *photo) {
     const struct vw_image_header *header = &photo->image_header;
     return header->format != VW_PIXEL_FLOAT32 && (header->channels == 1 || header->channels == 3);
 }
@@ -85,7 +86,7 @@ bool vw_photo_can_wait(const struct vw_scene_builder_photo *photo) {
 static bool is_decoded(const struct vw_photo_reading *reading, uint32_t place) {
     uint32_t view = reading->views[place];
     if (reading->scene->views[view].split == VW_SPLIT_EXCLUDED) return false;
-    return !reading->opening || !vw_photo_can_wait(&reading->scene->source->photos[view]);
+    return !reading->opening || !can_wait(&reading->scene->source->photos[view]);
 }
 
 static uint64_t ahead_bytes(const struct vw_photo_reading *reading, uint32_t place) {

@@ -52,9 +52,6 @@ struct vw_photo_reading {
     double told_s; // when progress was last told
 };
 
-// Returns whether a photo can be decoded when it is first needed: no decision at opening depends on its pixels.
-bool vw_photo_can_wait(const struct vw_scene_builder_photo *photo);
-
 // Begins to read photos. `views` outlives the reading; the caller ends it, also after a failure.
 enum vw_status vw_photo_reading_begin(const struct vw_scene *scene, const uint32_t *views, uint32_t count, bool opening,
                                       struct vw_photo_reading *reading);

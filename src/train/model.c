@@ -134,7 +134,7 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
                                .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
-    vw_effects_specialize(verdicts, scene, s);
+    vw_effects_specialise(verdicts, scene, s);
     list_effects(model);
     uint32_t effect_count;
     vw_effects_get(&effect_count);

@@ -207,7 +207,7 @@ TEST_CASES(the_cheapest_sufficient_variant_is_chosen, i, VW_ARRAY_COUNT(lenses))
     struct vw_specialization specialization = {0};
     uint32_t count;
     assert_int_equal(vw_effects_find_facts(&scene, "auto", verdicts, &count), VW_OK);
-    vw_effects_specialize(verdicts, &scene, &specialization);
+    vw_effects_specialise(verdicts, &scene, &specialization);
     assert_int_equal(specialization.effect_distortion, lenses[i].distortion);
 }
 

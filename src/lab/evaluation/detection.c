@@ -14,8 +14,12 @@ bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo) {
     return !strcmp(evaluation->ground_truths[photo], clean);
 }
 
-double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_kind_filter *counts, const void *context,
-              uint32_t *pairs) {
+typedef bool kind_filter(const void *context, const char *kind);
+
+// Returns the share of pairs of a corrupted photo, of a kind that `counts` admits (NULL: of any), and a clean one of
+// which the clean one has the higher score, ties as half. NaN and no pairs where either is missing.
+static double auc_of(const struct vw_evaluation *evaluation, const double *scores, kind_filter *counts,
+                     const void *context, uint32_t *pairs) {
     double won = 0;
     *pairs = 0;
     for (uint32_t corrupted = 0; corrupted < evaluation->photo_count; corrupted++) {
@@ -66,7 +70,7 @@ static double auc_drawn(const struct vw_evaluation *evaluation, const double *wi
 
 // Takes the interval over resampled photos.
 static enum vw_status set_auc_interval(const struct vw_evaluation *evaluation, const struct vw_scorer *scorer,
-                                       vw_kind_filter *counts, const void *context, struct vw_metric *row) {
+                                       kind_filter *counts, const void *context, struct vw_metric *row) {
     uint32_t photos = evaluation->photo_count;
     double *wins = vw_allocate((size_t)photos * photos + VW_RESAMPLES, sizeof *wins);
     bool *counted = vw_allocate(photos, sizeof *counted);
@@ -88,7 +92,7 @@ static enum vw_status set_auc_interval(const struct vw_evaluation *evaluation, c
     return status;
 }
 
-static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_filter *counts, const void *context,
+static enum vw_status add_auc(const struct vw_evaluation *evaluation, kind_filter *counts, const void *context,
                               const char *name, struct vw_metrics *metrics) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < evaluation->scorer_count; i++) {
@@ -96,7 +100,7 @@ static enum vw_status add_auc(const struct vw_evaluation *evaluation, vw_kind_fi
         struct vw_metric row = {.method = scorer->name, .ci_low = NAN, .ci_high = NAN};
         for (uint32_t seed = 0; seed < evaluation->seed_count; seed++) {
             const double *scores = scorer->scores + (size_t)seed * evaluation->photo_count;
-            row.value += vw_auc(evaluation, scores, counts, context, &row.count) / evaluation->seed_count;
+            row.value += auc_of(evaluation, scores, counts, context, &row.count) / evaluation->seed_count;
         }
         if (isfinite(row.value)) status = set_auc_interval(evaluation, scorer, counts, context, &row);
         if (!status) status = vw_metrics_add(metrics, "auc", name, row);

@@ -72,11 +72,6 @@ enum vw_status vw_evaluate_reliability(const double *values, uint32_t seed_count
 // ---- detection.c ----
 
 bool vw_photo_is_clean(const struct vw_evaluation *evaluation, uint32_t photo);
-// The share of pairs of a photo of `kind` (NULL: of every kind that `counts` admits; NULL: all) and a clean one of
-// which the clean one has the higher score, ties as half. NaN and no pairs where either is missing.
-typedef bool vw_kind_filter(const void *context, const char *kind);
-double vw_auc(const struct vw_evaluation *evaluation, const double *scores, vw_kind_filter *counts, const void *context,
-              uint32_t *pairs);
 // Adds auc/<kind> for every kind that exists, and auc/corrupted; the mean over the valued seeds, and the middle 95 %
 // over resampled photos.
 enum vw_status vw_evaluate_detection(const struct vw_evaluation *evaluation, struct vw_metrics *metrics);

@@ -2,7 +2,9 @@
 
 enum { NOISE_EPOCHS = 8 }; // an eighth of the steps, each costing about seven: probing takes nearly as long as the run
 
-bool vw_probe_noise_due(const struct vw_probe_plan *plan, uint64_t step) {
+// Returns whether a step is probed for noise: every photo's steps are, in one epoch of eight from burn-in on, and the
+// photos alternate.
+static bool is_probed_for_noise(const struct vw_probe_plan *plan, uint64_t step) {
     uint32_t epoch = vw_photo_order_epoch_of_step(plan->order, step);
     return step > 0 && epoch >= plan->burn_in_epochs && epoch < plan->epochs &&
            (epoch + vw_photo_order_photo_of_step(plan->order, step)) % NOISE_EPOCHS == 0;
@@ -32,7 +34,7 @@ static enum vw_probe_kind kind_of_noise(uint32_t index) {
 }
 
 uint32_t vw_probes_list(const struct vw_probe_plan *plan, uint64_t step, struct vw_probe *probes) {
-    uint32_t count = 0, first = vw_probe_noise_due(plan, step) ? VW_PROBES_OF_NOISE : 0;
+    uint32_t count = 0, first = is_probed_for_noise(plan, step) ? VW_PROBES_OF_NOISE : 0;
     if (vw_probe_state_due(plan, step))
         for (; count < plan->order->train_count * VW_SAME_STATE_DRAWS; count++)
             probes[count] =
@@ -41,7 +43,7 @@ uint32_t vw_probes_list(const struct vw_probe_plan *plan, uint64_t step, struct 
                                   .kind = VW_PROBE_SAME_STATE,
                                   .view = plan->order->train_views[count / VW_SAME_STATE_DRAWS],
                                   .draw = 1 + VW_PROBE_RESAMPLES + count}; // draws that no probe of noise takes
-    if (!vw_probe_noise_due(plan, step + 1)) return count;
+    if (!is_probed_for_noise(plan, step + 1)) return count;
     uint32_t view = vw_photo_order_view_of_step(plan->order, step + 1);
     for (uint32_t i = 0; i < VW_PROBES_OF_NOISE; i++)
         probes[count++] = (struct vw_probe){

@@ -20,9 +20,6 @@ struct vw_probe_plan {
     uint32_t states; // from which a step on every photo is taken, at most one per epoch after burn-in; 0: none
 };
 
-// Returns whether a step is probed for noise: every photo's steps are, in one epoch of eight from burn-in on, and the
-// photos alternate.
-bool vw_probe_noise_due(const struct vw_probe_plan *plan, uint64_t step);
 // Returns whether all photos are tried on the state after this step: the one at the end of the middle epoch of each of
 // `states` nearly equal parts of the epochs after burn-in.
 bool vw_probe_state_due(const struct vw_probe_plan *plan, uint64_t step);

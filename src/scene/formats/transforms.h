@@ -23,11 +23,6 @@ bool vw_transforms_is_scene_file(const char *name);
 // owned by the caller.
 enum vw_status vw_transforms_parse(const char *folder, const char *path, json_t **file);
 
-// Reads the splits that a file gives its photos by the keys train_filenames, val_filenames and test_filenames, as
-// nerfstudio has them: an object of enum vw_split by name, owned by the caller; NULL if the file has none of these
-// keys. Photos that none of them names are excluded. VW_ERROR_INPUT if a value is not a list of names, and for a photo
-// in two splits.
-enum vw_status vw_transforms_read_splits(const char *path, const json_t *file, json_t **splits);
 // Returns "train_filenames" and so on.
 const char *vw_transforms_split_key(enum vw_split split);
 

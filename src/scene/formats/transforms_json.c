@@ -26,6 +26,55 @@ struct reader {
     struct vw_name_index earlier; // owned; of the views of the files before
 };
 
+// ---- Splits ----
+
+static const char *const keys[VW_SPLIT_EXCLUDED] = {"train_filenames", "val_filenames",
+                                                    "test_filenames"}; // by enum vw_split
+
+const char *vw_transforms_split_key(enum vw_split split) { return keys[split]; }
+
+static enum vw_status refuse_two_splits(const char *where, const char *name, const char *first, const char *second) {
+    return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name, first, second);
+}
+
+static enum vw_status read_names(const char *path, const json_t *names, enum vw_split split, json_t *splits) {
+    if (!json_is_array(names))
+        return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a list of file paths; correct it or leave it out", path,
+                       keys[split]);
+    for (size_t i = 0; i < json_array_size(names); i++) {
+        const char *name = json_string_value(json_array_get(names, i));
+        if (!name)
+            return vw_fail(VW_ERROR_INPUT, "%s: field %s: entry %zu is not a text; name a frame's photo", path,
+                           keys[split], i);
+        name = vw_view_name_of(name);
+        const json_t *other = json_object_get(splits, name);
+        if (other && json_integer_value(other) != (json_int_t)split)
+            return refuse_two_splits(path, name, keys[json_integer_value(other)], keys[split]);
+        if (!other && json_object_set_new(splits, name, json_integer((json_int_t)split)))
+            return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for %s", path, keys[split]);
+    }
+    return VW_OK;
+}
+
+// Reads the splits that a file gives its photos by the keys train_filenames, val_filenames and test_filenames, as
+// nerfstudio has them: an object of enum vw_split by name, owned by the caller; NULL if the file has none of these
+// keys. Photos that none of them names are excluded. VW_ERROR_INPUT if a value is not a list of names, and for a photo
+// in two splits.
+static enum vw_status read_splits(const char *path, const json_t *file, json_t **splits) {
+    json_t *read = NULL;
+    enum vw_status status = VW_OK;
+    for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++) {
+        const json_t *names = json_object_get(file, keys[split]);
+        if (!names) continue;
+        if (!read) read = json_object();
+        status = read ? read_names(path, names, split, read)
+                      : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for splits", path);
+    }
+    if (status) json_decref(read);
+    else *splits = read;
+    return status;
+}
+
 // ---- Finding files ----
 
 static bool has_file(const char *folder, const char *name) {
@@ -147,8 +196,7 @@ static enum vw_status refuse_again(const struct reader *reader, const char *wher
     const struct vw_scene *scene = reader->builder->scene;
     size_t first = place, view = 0;
     if (vw_name_index_find(&reader->earlier, name, &view) && scene->views[view].split != split)
-        return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", where, name,
-                       vw_split_name(scene->views[view].split), vw_split_name(split));
+        return refuse_two_splits(where, name, vw_split_name(scene->views[view].split), vw_split_name(split));
     if (vw_name_index_find(&reader->earlier, name, &view) ||
         (vw_name_index_find(&reader->frames, name, &first) && first < place))
         return vw_fail(VW_ERROR_INPUT, "%s: field file_path: %s appears twice; remove one of the frames", where, name);
@@ -264,7 +312,7 @@ static enum vw_status load_file(struct reader *reader, const char *path, enum vw
     uint32_t view_count = reader->builder->scene->view_count, missing_count = reader->builder->missing_count;
     const char *given = reader->builder->params->path;
     enum vw_status status = vw_transforms_parse(vw_folder_exists(given) ? given : NULL, path, &file);
-    if (!status) status = vw_transforms_read_splits(path, file, &reader->splits);
+    if (!status) status = read_splits(path, file, &reader->splits);
     if (!status) status = load_frames(reader, path, file, split);
     if (!status && reader->builder->scene->view_count == view_count)
         status = vw_fail(VW_ERROR_INPUT, "%s: no image file of its %u frames exists (first: %s); check file_path", path,
@@ -305,47 +353,5 @@ enum vw_status vw_transforms_load(struct vw_scene_builder *builder) {
     if (!status) status = vw_scene_builder_note_repairs(builder);
     if (!status) status = vw_sfm_evidence_find(builder);
     if (!status) status = vw_bounds_choose(&reader.box, builder->scene);
-    return status;
-}
-
-// ---- Splits ----
-
-static const char *const keys[VW_SPLIT_EXCLUDED] = {"train_filenames", "val_filenames",
-                                                    "test_filenames"}; // by enum vw_split
-
-const char *vw_transforms_split_key(enum vw_split split) { return keys[split]; }
-
-static enum vw_status read_names(const char *path, const json_t *names, enum vw_split split, json_t *splits) {
-    if (!json_is_array(names))
-        return vw_fail(VW_ERROR_INPUT, "%s: field %s is not a list of file paths; correct it or leave it out", path,
-                       keys[split]);
-    for (size_t i = 0; i < json_array_size(names); i++) {
-        const char *name = json_string_value(json_array_get(names, i));
-        if (!name)
-            return vw_fail(VW_ERROR_INPUT, "%s: field %s: entry %zu is not a text; name a frame's photo", path,
-                           keys[split], i);
-        name = vw_view_name_of(name);
-        const json_t *other = json_object_get(splits, name);
-        if (other && json_integer_value(other) != (json_int_t)split)
-            return vw_fail(VW_ERROR_INPUT, "%s: %s is in two splits, %s and %s; keep it in one", path, name,
-                           keys[json_integer_value(other)], keys[split]);
-        if (!other && json_object_set_new(splits, name, json_integer((json_int_t)split)))
-            return vw_fail(VW_ERROR_MEMORY, "%s: out of memory for %s", path, keys[split]);
-    }
-    return VW_OK;
-}
-
-enum vw_status vw_transforms_read_splits(const char *path, const json_t *file, json_t **splits) {
-    json_t *read = NULL;
-    enum vw_status status = VW_OK;
-    for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++) {
-        const json_t *names = json_object_get(file, keys[split]);
-        if (!names) continue;
-        if (!read) read = json_object();
-        status = read ? read_names(path, names, split, read)
-                      : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for splits", path);
-    }
-    if (status) json_decref(read);
-    else *splits = read;
     return status;
 }

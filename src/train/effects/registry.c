@@ -239,7 +239,7 @@ static bool any_rich_lens(const struct vw_scene *scene) {
     return false;
 }
 
-void vw_effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                            struct vw_specialization *specialization) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++) {
         uint32_t on = verdicts[i].on;

@@ -35,7 +35,7 @@ bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_
 extern const struct vw_effect_kind *const vw_effect_kinds[];
 
 // Sets the specialization constants of the effects that are on. `verdicts` has one entry per effect.
-void vw_effects_specialize(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
+void vw_effects_specialise(const struct vw_effect_verdict *verdicts, const struct vw_scene *scene,
                            struct vw_specialization *specialization);
 
 #endif

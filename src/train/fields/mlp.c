@@ -36,7 +36,9 @@ static struct vw_mlp_matrix *add_matrix(struct vw_mlp_list *list, struct vw_mlp_
     return matrix;
 }
 
-struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
+// Adds a layer of `numbers` outputs from one or two operands (the second may have 0 numbers, or no gradient). Its
+// output's rows follow all others; the gradients by it are at `d_row`.
+static struct vw_mlp_operand add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
                                        struct vw_mlp_operand second, uint32_t numbers, uint32_t d_row) {
     struct vw_mlp_operand out = {list->row_count, numbers, d_row};
     struct vw_mlp_matrix *matrix = add_matrix(list, first, out);
@@ -52,7 +54,7 @@ struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_o
     return out;
 }
 
-void vw_mlp_rectify_last(struct vw_mlp_list *list) { list->matrices[list->count - 1].rectifies = true; }
+static void rectify_last(struct vw_mlp_list *list) { list->matrices[list->count - 1].rectifies = true; }
 
 // The head of the effect transient
 enum { HEAD_OUTPUTS = 5 }; // logits of rgb, raw density; raw uncertainty in a row of its own
@@ -70,11 +72,11 @@ void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features
     list->d_row_count += 2 + 2 * width4;
     struct vw_mlp_operand hidden = features;
     for (uint32_t layer = 0; layer < depth; layer++) {
-        hidden = vw_mlp_add_layer(list, hidden, layer ? none : code, width, places[(depth - layer) % 2]);
-        vw_mlp_rectify_last(list);
+        hidden = add_layer(list, hidden, layer ? none : code, width, places[(depth - layer) % 2]);
+        rectify_last(list);
         if (layer) list->matrices[list->count - 1].gates_back = true;
     }
-    vw_mlp_add_layer(list, hidden, none, HEAD_OUTPUTS, d_output);
+    add_layer(list, hidden, none, HEAD_OUTPUTS, d_output);
     list->matrices[list->count - 1].gates_back = true;
     list->head_depth = depth;
 }
@@ -110,20 +112,20 @@ void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_co
                                  .d_heads = {0, 1}};
     struct vw_mlp_operand trunk = position;
     for (uint32_t layer = 0; layer < model->depth; layer++) {
-        trunk = vw_mlp_add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
-                                 places[(model->depth - layer) % 2]);
-        vw_mlp_rectify_last(list);
+        trunk = add_layer(list, trunk, layer == SKIP_LAYER + 1 ? position : none, 4 * width4,
+                          places[(model->depth - layer) % 2]);
+        rectify_last(list);
         if (layer) list->matrices[list->count - 1 - (layer == SKIP_LAYER + 1)].gates_back = true;
     }
-    struct vw_mlp_operand density = vw_mlp_add_layer(list, trunk, none, 1, list->d_heads.density_row);
+    struct vw_mlp_operand density = add_layer(list, trunk, none, 1, list->d_heads.density_row);
     list->matrices[list->count - 1].adds_back = list->matrices[list->count - 1].gates_back = true;
-    struct vw_mlp_operand feature = vw_mlp_add_layer(list, trunk, none, 4 * width4, places[0]);
-    struct vw_mlp_operand colour = vw_mlp_add_layer(list, feature, direction, 2 * width4, places[1]);
-    vw_mlp_rectify_last(list);
+    struct vw_mlp_operand feature = add_layer(list, trunk, none, 4 * width4, places[0]);
+    struct vw_mlp_operand colour = add_layer(list, feature, direction, 2 * width4, places[1]);
+    rectify_last(list);
     list->matrices[list->count - 2].shifts = true;
     list->matrices[list->count - 2].adds_back = transient; // the way back comes from the head first
     list->shift_column = list->matrices[list->count - 2].first_bias;
-    struct vw_mlp_operand logit = vw_mlp_add_layer(list, colour, none, 3, list->d_heads.logit_row);
+    struct vw_mlp_operand logit = add_layer(list, colour, none, 3, list->d_heads.logit_row);
     list->matrices[list->count - 1].gates_back = true;
     list->heads = (struct vw_push_heads){density.row, logit.row};
     if (transient) vw_mlp_append_head(list, feature, MLP_HEAD_DEPTH, 2 * width4);

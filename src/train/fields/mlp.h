@@ -54,11 +54,6 @@ void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_co
 // ---- Layers, also of the head of the effect transient, which both fields have
 // ----------------------------------------
 
-// Adds a layer of `numbers` outputs from one or two operands (the second may have 0 numbers, or no gradient). Its
-// output's rows follow all others; the gradients by it are at `d_row`.
-struct vw_mlp_operand vw_mlp_add_layer(struct vw_mlp_list *list, struct vw_mlp_operand first,
-                                       struct vw_mlp_operand second, uint32_t numbers, uint32_t d_row);
-void vw_mlp_rectify_last(struct vw_mlp_list *list);
 // Counts the vec4 columns of partial sums that the largest gradient of a matrix takes, and the params without padding.
 void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uint64_t *param_count);
 // Draws the initial values of the whole list; `weights`: from column 0 on.

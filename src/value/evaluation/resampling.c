@@ -43,7 +43,8 @@ void vw_resampling_interval(double *resampled, double *ci_low, double *ci_high) 
     *ci_high = vw_quantile_of_sorted(resampled, count, 1 - TAIL);
 }
 
-void vw_ranks_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
+// Ranks the items drawn; equal ones share the mean of their ranks.
+static void rank_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks) {
     double below = 0;
     for (uint32_t begin = 0, end; begin < count; begin = end) {
         double level = times[ordered[begin].place];
@@ -54,8 +55,9 @@ void vw_ranks_drawn(const struct vw_ordered *ordered, const uint16_t *times, uin
     }
 }
 
-// Correlates the ranks by Pearson, each as often as it was drawn. The mean of all ranks is known.
-double vw_spearman_drawn(const double *ranks_a, const double *ranks_b, const uint16_t *times, uint32_t count) {
+// Computes Spearman's correlation over the items drawn: that of Pearson of their ranks, each as often as it was drawn.
+// The mean of all ranks is known. NaN if one side does not vary.
+static double spearman_drawn(const double *ranks_a, const double *ranks_b, const uint16_t *times, uint32_t count) {
     double mean = 0.5 * (count + 1), aa = 0, bb = 0, ab = 0;
     for (uint32_t i = 0; i < count; i++) {
         aa += times[i] * (ranks_a[i] - mean) * (ranks_a[i] - mean);
@@ -78,9 +80,9 @@ enum vw_status vw_resampled_spearman_add(const double *a, const double *b, const
     if (!status) vw_order(b, count, ordered + count);
     for (uint32_t r = 0; !status && r <= VW_RESAMPLES; r++) {
         const uint16_t *drawn = times + (size_t)r * count;
-        vw_ranks_drawn(ordered, drawn, count, ranks);
-        vw_ranks_drawn(ordered + count, drawn, count, ranks + count);
-        values[r] += weight * vw_spearman_drawn(ranks, ranks + count, drawn, count);
+        rank_drawn(ordered, drawn, count, ranks);
+        rank_drawn(ordered + count, drawn, count, ranks + count);
+        values[r] += weight * spearman_drawn(ranks, ranks + count, drawn, count);
     }
     free(ordered);
     free(ranks);

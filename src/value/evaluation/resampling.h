@@ -23,11 +23,6 @@ double vw_resampling_unit(uint32_t resample, uint32_t item);
 // finite are left out.
 void vw_resampling_interval(double *resampled, double *ci_low, double *ci_high);
 
-// Ranks among the items drawn; equal ones share the mean of their ranks.
-void vw_ranks_drawn(const struct vw_ordered *ordered, const uint16_t *times, uint32_t count, double *ranks);
-// Computes Spearman's correlation over the items drawn, from their ranks. NaN if one side does not vary.
-double vw_spearman_drawn(const double *ranks_a, const double *ranks_b, const uint16_t *times, uint32_t count);
-
 // Adds Spearman's correlation of a and b in every resample, times `weight`, to values[1 + VW_RESAMPLES]; NaN where a
 // value of either is not finite. VW_ERROR_MEMORY.
 enum vw_status vw_resampled_spearman_add(const double *a, const double *b, const uint16_t *times, uint32_t count,
