@@ -50,6 +50,9 @@ struct vw_image_encoding {
 };
 enum vw_status vw_image_encode(const struct vw_image_encoding *encoding, const float *pixels, void **data,
                                size_t *size_bytes);
+// Makes a WebP file of RGB pixels with 8 bit. `compression`: OpenImageIO's compression, for example "webp:70".
+enum vw_status vw_image_encode_webp(uint32_t width_px, uint32_t height_px, const char *compression, const float *pixels,
+                                    void **data, size_t *size_bytes);
 // Makes a thumbnail as the bytes of a WebP file: at most `height_px` high and four times as wide; transparent pixels
 // are over `background`. `*data` is owned by the caller (free). VW_ERROR_MEMORY, VW_ERROR_IO.
 enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t height_px, const float background[3],

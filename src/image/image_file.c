@@ -274,6 +274,15 @@ enum vw_status vw_image_encode(const struct vw_image_encoding *encoding, const f
     return VW_OK;
 }
 
+enum vw_status vw_image_encode_webp(uint32_t width_px, uint32_t height_px, const char *compression, const float *pixels,
+                                    void **data, size_t *size_bytes) {
+    struct vw_image_encoding encoding = {
+        .width_px = width_px, .height_px = height_px, .channels = 3, .eight_bit = true, .compression = compression};
+    return vw_photo_format_of_name("picture.webp", &encoding.format)
+               ? vw_image_encode(&encoding, pixels, data, size_bytes)
+               : vw_fail(VW_ERROR_IO, "WebP is not a format that is written");
+}
+
 // Converts to linear light with premultiplied colour, as OpenEXR needs it.
 static float *to_linear(size_t pixel_count, uint32_t channels, const float *pixels) {
     float *linear = vw_allocate(pixel_count * channels, sizeof *linear);

@@ -2,7 +2,6 @@
 
 #include "base/memory.h"
 #include "image/image.h"
-#include "image/photo_formats.h"
 
 // A thumbnail's pixel is the mean of this many samples along each axis, evenly spread over the photo pixels that it
 // covers. So the time does not grow with the photo, and is a tenth of that of a proper filter.
@@ -38,11 +37,7 @@ enum vw_status vw_image_make_thumbnail(const struct vw_image *image, uint32_t he
     for (uint32_t y = 0; y < small_px[1]; y++)
         for (uint32_t x = 0; x < small_px[0]; x++)
             average(image, small_px, x, y, background, pixels + 3 * ((size_t)y * small_px[0] + x));
-    struct vw_image_encoding encoding = {
-        .width_px = small_px[0], .height_px = small_px[1], .channels = 3, .eight_bit = true, .compression = "webp:70"};
-    enum vw_status status = vw_photo_format_of_name("thumbnail.webp", &encoding.format)
-                                ? vw_image_encode(&encoding, pixels, data, size_bytes)
-                                : vw_fail(VW_ERROR_IO, "WebP is not a format that is written");
+    enum vw_status status = vw_image_encode_webp(small_px[0], small_px[1], "webp:70", pixels, data, size_bytes);
     free(pixels);
     return status ? vw_fail_context(status, "thumbnail") : VW_OK;
 }

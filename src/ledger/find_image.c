@@ -1,5 +1,7 @@
 #include "ledger/find_image.h"
 
+#include "viewworth/status.h"
+
 const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image *images, uint32_t image_count,
                                                    uint32_t image_id) {
     uint32_t first = 0, end = image_count; // the image, if any, is in [first, end)
@@ -10,4 +12,12 @@ const struct vw_ledger_image *vw_ledger_find_image(const struct vw_ledger_image 
         else end = middle;
     }
     return NULL;
+}
+
+enum vw_status vw_ledger_require_image(const struct vw_ledger_image *images, uint32_t image_count, uint32_t image_id,
+                                       const struct vw_ledger_image **image) {
+    *image = vw_ledger_find_image(images, image_count, image_id);
+    return *image ? VW_OK
+                  : vw_fail(VW_ERROR_INPUT,
+                            "image %u is not in the image table; check the ledger with viewworth verify", image_id);
 }

@@ -26,12 +26,9 @@ static int compare_rows(const void *left, const void *right) {
 static enum vw_status collect_rows(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                    const struct vw_ledger_image *images, uint32_t image_count, struct row *rows) {
     for (uint32_t i = 0; i < score_count; i++) {
-        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image)
-            return vw_fail(
-                VW_ERROR_INPUT,
-                "%s: score of image %u, which is not in the image table; check the ledger with viewworth verify", path,
-                scores[i].image_id);
+        const struct vw_ledger_image *image = NULL;
+        enum vw_status status = vw_ledger_require_image(images, image_count, scores[i].image_id, &image);
+        if (status) return vw_fail_context(status, "%s: scores", path);
         uint32_t first = i > 0 && strcmp(scores[i].method, scores[i - 1].method) == 0 ? rows[i - 1].method_order : i;
         rows[i] = (struct row){.score = &scores[i], .image = image, .method_order = first};
     }

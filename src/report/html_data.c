@@ -130,13 +130,9 @@ static enum vw_status put_scores(const struct vw_report_run *run, json_t *object
     json_t *scores = put_child(object, "scores", json_object());
     int failed = !scores;
     for (uint32_t i = 0; !failed && i < run->score_count; i++) {
-        const struct vw_ledger_image *image =
-            vw_ledger_find_image(run->images, run->image_count, run->scores[i].image_id);
-        if (!image)
-            return vw_fail(
-                VW_ERROR_INPUT,
-                "%s: score of image %u, which is not in the image table; check the ledger with viewworth verify",
-                run->label, run->scores[i].image_id);
+        const struct vw_ledger_image *image = NULL;
+        enum vw_status status = vw_ledger_require_image(run->images, run->image_count, run->scores[i].image_id, &image);
+        if (status) return vw_fail_context(status, "%s: scores", run->label);
         failed = add_score(&run->scores[i], (uint32_t)(image - run->images), scores);
     }
     return failed ? out_of_memory() : VW_OK;

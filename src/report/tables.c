@@ -144,21 +144,21 @@ static void print_matrix(FILE *stream, const void *context) {
     }
 }
 
-static bool knows_all(const struct vw_ledger_image *images, uint32_t image_count, const uint32_t *image_ids,
-                      uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        if (!vw_ledger_find_image(images, image_count, image_ids[i])) return false;
-    return true;
+static enum vw_status require_all(const struct vw_ledger_image *images, uint32_t image_count, const uint32_t *image_ids,
+                                  uint32_t count) {
+    const struct vw_ledger_image *image = NULL;
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; !status && i < count; i++)
+        status = vw_ledger_require_image(images, image_count, image_ids[i], &image);
+    return status;
 }
 
 enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                     const struct vw_ledger_image *images, uint32_t image_count,
                                     struct vw_csv_text *made) {
-    if (!knows_all(images, image_count, matrix->photos, matrix->photo_count) ||
-        !knows_all(images, image_count, matrix->views, matrix->view_count))
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: a photo of the matrix is not in the image table; check the ledger with viewworth verify",
-                       path);
+    enum vw_status status = require_all(images, image_count, matrix->photos, matrix->photo_count);
+    if (!status) status = require_all(images, image_count, matrix->views, matrix->view_count);
+    if (status) return vw_fail_context(status, "%s", path);
     return vw_csv_make_text(path, print_matrix, &(struct table){matrix, 0, standard_errors, images, image_count}, made);
 }
 

@@ -50,12 +50,11 @@ enum vw_status vw_duplicates_score(const struct vw_duplicate *duplicates, uint32
         struct vw_duplicate_score *group = &made[count];
         for (next = first; next < duplicate_count && duplicates[next].group == duplicates[first].group; next++) {
             const struct vw_duplicate *duplicate = &duplicates[next];
-            const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, duplicate->view);
-            if (!image) {
+            const struct vw_ledger_image *image = NULL;
+            enum vw_status status = vw_ledger_require_image(images, image_count, duplicate->view, &image);
+            if (status) {
                 free(made);
-                return vw_fail(VW_ERROR_INPUT,
-                               "view %u of the scene is not in the image table; check the ledger with viewworth verify",
-                               duplicate->view);
+                return vw_fail_context(status, "near-duplicates");
             }
             group[next - first] =
                 (struct vw_duplicate_score){.group = duplicate->group,

@@ -27,11 +27,9 @@ static int compare_members(const void *left, const void *right) {
 static enum vw_status collect(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count, struct member *members) {
     for (uint32_t i = 0; i < score_count; i++) {
-        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image)
-            return vw_fail(VW_ERROR_INPUT,
-                           "score of image %u, which is not in the image table; check the ledger with viewworth verify",
-                           scores[i].image_id);
+        const struct vw_ledger_image *image = NULL;
+        enum vw_status status = vw_ledger_require_image(images, image_count, scores[i].image_id, &image);
+        if (status) return vw_fail_context(status, "scores");
         bool begins = i == 0 || strcmp(scores[i].method, scores[i - 1].method) != 0;
         members[i] =
             (struct member){image->provider ? image->provider : "", &scores[i], begins ? i : members[i - 1].place};

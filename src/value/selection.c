@@ -49,11 +49,9 @@ static enum vw_status rank(const struct vw_ledger_score *scores, uint32_t score_
     for (uint32_t i = 0; i < score_count; i++) {
         if (strcmp(scores[i].method, method) != 0) continue;
         has_method = true;
-        const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image)
-            return vw_fail(VW_ERROR_INPUT,
-                           "score of image %u, which is not in the image table; check the ledger with viewworth verify",
-                           scores[i].image_id);
+        const struct vw_ledger_image *image = NULL;
+        enum vw_status status = vw_ledger_require_image(images, image_count, scores[i].image_id, &image);
+        if (status) return vw_fail_context(status, "scores");
         bool known = isfinite(scores[i].value) && scores[i].visits > 0;
         if (known && strcmp(image->split, "train") == 0) ranked[(*ranked_count)++] = &scores[i];
     }

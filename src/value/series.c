@@ -9,12 +9,9 @@
 
 static enum vw_status find_image(const struct vw_value_input *input, const struct vw_step_record *record,
                                  uint32_t *image) {
-    const struct vw_ledger_image *found = vw_ledger_find_image(input->images, input->image_count, record->view);
-    if (!found)
-        return vw_fail(VW_ERROR_INPUT,
-                       "step %" PRIu64
-                       ": trained on image %u, which is not in the image table; check the ledger with viewworth verify",
-                       record->step, record->view);
+    const struct vw_ledger_image *found = NULL;
+    enum vw_status status = vw_ledger_require_image(input->images, input->image_count, record->view, &found);
+    if (status) return vw_fail_context(status, "step %" PRIu64, record->step);
     *image = (uint32_t)(found - input->images);
     return VW_OK;
 }

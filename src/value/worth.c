@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "base/statistics.h"
+#include "ledger/find_image.h"
 
 const char vw_worth_method[] = "worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
@@ -81,14 +82,9 @@ static void close_game(struct game *game) {
     free(game->features);
 }
 
-static uint32_t place_of(const struct vw_worth_input *input, uint32_t image_id) {
-    uint32_t low = 0, high = input->image_count;
-    while (low + 1 < high) {
-        uint32_t middle = (low + high) / 2;
-        if (input->images[middle].image_id <= image_id) low = middle;
-        else high = middle;
-    }
-    return low;
+static uint32_t player_of(const struct vw_worth_input *input, const struct game *game, uint32_t image_id) {
+    const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, image_id);
+    return image ? game->players[image - input->images] : (uint32_t)NO_PLAYER;
 }
 
 // Adds a retraining as a subset, unless a player of it was there with only a part of its photos.
@@ -98,7 +94,7 @@ static void add_subset(const struct vw_worth_input *input, const struct vw_ledge
     uint32_t end = subsets->offsets[subsets->count];
     memset(photos, 0, game->player_count * sizeof *photos);
     for (uint32_t i = 0; i < retraining->image_count; i++) {
-        uint32_t player = game->players[place_of(input, retraining->image_ids[i])];
+        uint32_t player = player_of(input, game, retraining->image_ids[i]);
         if (player != NO_PLAYER) photos[player]++;
     }
     for (uint32_t i = 0; i < game->player_count; i++) {
@@ -137,7 +133,7 @@ static bool read_scores(const struct vw_worth_input *input, const struct game *g
     for (uint32_t i = 0; i < input->score_count; i++) {
         const struct vw_ledger_score *score = &input->scores[i];
         if (strcmp(score->method, method) != 0 || !score->visits || !isfinite(score->value)) continue;
-        uint32_t player = game->players[place_of(input, score->image_id)];
+        uint32_t player = player_of(input, game, score->image_id);
         if (player == NO_PLAYER) continue;
         values[player] += score->value / game->player_photos[player];
         found++;

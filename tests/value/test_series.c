@@ -143,7 +143,7 @@ TEST(an_unknown_image_is_refused) {
     struct vw_value_input input = test_input_of(game, 1, 0);
     AUTO(vw_series_free) struct vw_series series;
     ASSERT_FAILS(vw_series_make(&input, VW_MEASURE_PSNR, VW_FORM_STEP, &series), VW_ERROR_INPUT,
-                 "step 7: trained on image 99");
+                 "step 7: image 99 is not in the image table");
 }
 
 // ---- Momentum -------------------------------------------------------------------------------------------------------

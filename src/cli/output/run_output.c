@@ -81,10 +81,6 @@ static json_t *profile_to_json(const struct vw_profile *profile) {
                      profile->peaks.copy_bytes_per_s, "multiply_adds_per_s", profile->peaks.multiply_adds_per_s);
 }
 
-static const char *name_of(const struct vw_validation_views *validation, uint32_t view) {
-    return validation->scene->views[view].name;
-}
-
 static const struct vw_view_distance *find_distance(const struct vw_validation_views *validation, uint32_t view) {
     for (uint32_t i = 0; i < validation->distance_count; i++)
         if (validation->distances[i].view == view) return &validation->distances[i];
@@ -107,17 +103,17 @@ static void print_validation_views(const struct vw_validation_views *validation)
         vw_print(
             "validation photos  without any one of them, the ranking correlates %.3f or better with this one (lowest "
             "without %s)\n",
-            lowest->without, name_of(validation, lowest->image_id));
+            lowest->without, vw_validation_views_name(validation, lowest->image_id));
     if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
 }
 
 static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {
     const struct vw_view_distance *distance = find_distance(validation, view->image_id);
-    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:o, s:b}", "name", name_of(validation, view->image_id),
-                     "psnr_end_db", vw_json_real(view->end_psnr), "agreement", vw_json_real(view->agreement),
-                     "ranking_without", vw_json_real(view->without), "disagrees", view->disagrees, "stays_low",
-                     view->stays_low, "distance", vw_json_real(distance ? distance->ratio : NAN), "far",
-                     distance && distance->far);
+    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:o, s:b}", "name",
+                     vw_validation_views_name(validation, view->image_id), "psnr_end_db", vw_json_real(view->end_psnr),
+                     "agreement", vw_json_real(view->agreement), "ranking_without", vw_json_real(view->without),
+                     "disagrees", view->disagrees, "stays_low", view->stays_low, "distance",
+                     vw_json_real(distance ? distance->ratio : NAN), "far", distance && distance->far);
 }
 
 static void add_validation_views(const struct vw_validation_views *validation, json_t **root) {

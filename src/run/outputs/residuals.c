@@ -11,7 +11,6 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "image/image.h"
-#include "image/photo_formats.h"
 
 enum { PANES = 3, WIDEST = 4, PICTURE_LIMIT_BYTES = 1 << 18 };
 #define FULL_ERROR 0.4f // white
@@ -124,16 +123,10 @@ static double join(const struct panes *panes, float *rgb) {
 
 static enum vw_status encode(const struct panes *panes, double *psnr_db, void **data, size_t *size_bytes) {
     float *rgb = vw_allocate((size_t)panes->size_px[0] * panes->size_px[1], PANES * 3 * sizeof *rgb);
-    struct vw_image_encoding encoding = {.width_px = PANES * panes->size_px[0],
-                                         .height_px = panes->size_px[1],
-                                         .channels = 3,
-                                         .eight_bit = true,
-                                         .compression = "webp:80"};
     if (!rgb) return VW_ERROR_MEMORY;
     *psnr_db = join(panes, rgb);
-    enum vw_status status = vw_photo_format_of_name("residual.webp", &encoding.format)
-                                ? vw_image_encode(&encoding, rgb, data, size_bytes)
-                                : vw_fail(VW_ERROR_IO, "WebP is not a format that is written");
+    enum vw_status status =
+        vw_image_encode_webp(PANES * panes->size_px[0], panes->size_px[1], "webp:80", rgb, data, size_bytes);
     free(rgb);
     return status;
 }

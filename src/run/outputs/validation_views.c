@@ -12,14 +12,14 @@ bool vw_validation_views_have_matrix(const struct vw_validation_views *validatio
     return validation->matrix.view_count > 0 && validation->matrix.visit_count > 0;
 }
 
-static const char *name_of(const struct vw_validation_views *validation, uint32_t view) {
+const char *vw_validation_views_name(const struct vw_validation_views *validation, uint32_t view) {
     return validation->scene->views[view].name;
 }
 
 static void warn(const struct vw_validation_views *validation) {
     for (uint32_t v = 0; vw_validation_views_have_matrix(validation) && v < validation->matrix.view_count; v++) {
         const struct vw_view_evidence *view = &validation->views[v];
-        const char *name = name_of(validation, view->image_id);
+        const char *name = vw_validation_views_name(validation, view->image_id);
         if (view->disagrees)
             vw_log_warning("validation photo %s looks corrupted: it ranks the photos as no other does (correlation "
                            "%.2f); look at it, "
@@ -37,8 +37,8 @@ static void warn(const struct vw_validation_views *validation) {
             vw_log_warning("validation photo %s is far from all training photos: %.1f times their distance "
                            "from each other (the "
                            "nearest, %s, looks %.0f degrees elsewhere); what it shows may be guesswork",
-                           name_of(validation, distance->view), distance->ratio, name_of(validation, distance->nearest),
-                           distance->angle_deg);
+                           vw_validation_views_name(validation, distance->view), distance->ratio,
+                           vw_validation_views_name(validation, distance->nearest), distance->angle_deg);
     }
 }
 
