@@ -32,7 +32,7 @@ static void add_params(struct reference_params *to, const struct reference_param
     }
 }
 
-// What is seen of a ray, given its error.
+// Returns what is seen of a ray, given its error.
 static double seen(const struct reference_step *step, uint32_t ray, int channel) {
     return step->errors[ray][channel] + step->rays[ray].target[channel];
 }
@@ -44,7 +44,7 @@ static void *read_all(struct vw_buffer *buffer) {
     return data;
 }
 
-// Where samples were placed by importance, of a single chunk of rays; NULL: nowhere.
+// Returns where samples were placed by importance, for a single chunk of rays; NULL: nowhere.
 static double *samples_placed(struct vw_buffer *buffer) {
     if (!buffer) return NULL;
     uint64_t count = vw_buffer_size_bytes(buffer) / sizeof(float);
@@ -54,7 +54,7 @@ static double *samples_placed(struct vw_buffer *buffer) {
     return exact;
 }
 
-// J^T L'' J direction, at `params`, with samples held fixed. Takes `sample_places` over.
+// Returns J^T L'' J direction at `before`, with samples held fixed. Takes `sample_places` over.
 static struct reference_step *reference_product(const struct vw_model *model, const float *before,
                                                 const float *direction, const struct vw_ray *rays,
                                                 const double (*places)[2], double *sample_places, uint32_t ray_count,
@@ -94,7 +94,7 @@ static struct reference_step *reference_product(const struct vw_model *model, co
     return step;
 }
 
-// The reference's gradients as a block.
+// Returns the reference's gradients as a block.
 static double *as_block(const struct vw_model *model, struct reference_step *step) {
     const struct vw_specialization *s = &model->specialization;
     double *block = test_allocate(model->param_bytes / 4, sizeof *block);
@@ -122,7 +122,7 @@ static double *as_block(const struct vw_model *model, struct reference_step *ste
     return block;
 }
 
-// Where in their photo pixels lie, -1 to 1 across it.
+// Returns where in their photo pixels lie, -1 to 1 across it.
 static double (*places_of(const struct vw_trainer_parts *context, uint32_t first, uint32_t view, uint32_t count))[2] {
     double(*places)[2] = test_allocate(count, sizeof *places);
     const struct vw_pixel *pixels = (const struct vw_pixel *)vw_buffer_map(context->pixels) + first;
@@ -134,12 +134,12 @@ static double (*places_of(const struct vw_trainer_parts *context, uint32_t first
     return places;
 }
 
-// One step back from a random adjoint: what it added against the reference.
+// Takes one step back from a random adjoint, and checks what it added against the reference.
 static void check_step(struct vw_lasting *lasting, const char *where) {
     const struct vw_model *model = lasting->replay.context->field->model;
     const struct vw_step_passes *step = lasting->replay.context->step;
     const struct vw_adjoint_blocks *adjoint =
-        &lasting->backward.kept[lasting->backward.measure_count - 1]; // whose direction is left
+        &lasting->backward.kept[lasting->backward.measure_count - 1]; // its direction is left
     uint64_t count = model->param_bytes / 4;
     float *lambda = test_allocate(count, sizeof *lambda);
     struct test_random random = {.seed = 3};
@@ -161,7 +161,7 @@ static void check_step(struct vw_lasting *lasting, const char *where) {
     for (uint64_t i = 0; i < count; i++) {
         double rate = gradient[i] != 0.0f ? ((double)before[i] - after[i]) / gradient[i] : 0.0;
         check_value(where, "direction", i, direction[i], -rate * lambda[i], 1e-5 * fabs(rate) + 1e-12);
-        if (gradient[i] == 0.0f) continue; // what is visible is held fixed
+        if (gradient[i] == 0.0f) continue; // visibility is held fixed
         credit += (double)lambda[i] * ((double)after[i] - before[i]);
         credit_size += fabs((double)lambda[i] * ((double)after[i] - before[i]));
     }
@@ -195,7 +195,7 @@ struct score_case {
     bool loss;                                  // minus L1 instead of PSNR
 };
 
-// Validation's score from the colours of its rays, one view's share.
+// Returns validation's score from the colours of its rays, one view's share.
 static double score_of_view(const struct score_case *score, const double (*colours)[3], uint32_t view) {
     double squared = 0, absolute = 0, values = 0;
     for (int c = 0; c < 3; c++) {
@@ -236,7 +236,7 @@ static void slope_range(const struct score_case *score, double (*colours)[3], ui
         }
 }
 
-// Of the last state's share of 1 / `states`, from an adjoint of 0.
+// Checks the gradient of the last state's share of 1 / `states`, from an adjoint of 0.
 static void check_score_gradient(struct vw_lasting *lasting, const char *where, uint32_t measure) {
     const struct vw_validation *validation = lasting->replay.context->validation;
     const struct vw_model *model = lasting->replay.context->field->model;
@@ -294,7 +294,7 @@ TEST(meets_the_reference) {
     static const struct {
         const char *effects;
         enum vw_loss loss;
-        uint32_t rays; // of the product
+        uint32_t rays; // number of rays in the product
         uint32_t importance_samples;
     } cases[] = {{"none", VW_LOSS_L2, 0, 0},
                  {"none", VW_LOSS_L1, 64, 0},

@@ -25,7 +25,7 @@ static struct step_case coarse_case(void) {
                               .loss = VW_LOSS_L2};
 }
 
-// The case without importance samples: a field of the even ones alone.
+// Returns the case without importance samples: a field of the even ones alone.
 static struct step_case even_case(struct step_case setup) {
     setup.importance_samples = 0;
     setup.own_coarse = setup.appearance_code = setup.transient = setup.appearance_encoder = false;
@@ -42,7 +42,7 @@ static void copy_range(const struct step_bench *from, const struct vw_param_rang
     memcpy(first_of(to->params, target), first_of(from->params, source), source->size_bytes);
 }
 
-// The field `even` gets the params of the coarse network of `own`, and what stands behind and before a field.
+// Copies to the field `even` the params of the coarse network of `own`, and those of sky, photos and visibility.
 static void take_over(const struct step_bench *own, struct step_bench *even) {
     const struct vw_param_range network = vw_visibility_network(&own->model),
                                 even_network = vw_visibility_network(&even->model);
@@ -65,7 +65,7 @@ TEST(its_gradient_is_that_of_a_field_of_even_samples) {
         const struct step_case plain = even_case(setup);
         struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
         take_over(own, even);
-        step_bench_write(even, even->pixel_buffer, own->pixels); // of one photo in both
+        step_bench_write(even, even->pixel_buffer, own->pixels); // from one photo in both
         step_bench_gradients(own, 3);
         step_bench_gradients(even, 3);
         float *d_own = step_bench_read(own, own->step.d_weights), *d_even = step_bench_read(even, even->step.d_weights);
@@ -103,15 +103,15 @@ static struct taken take(struct step_bench *bench) {
     return (struct taken){step_bench_read(bench, bench->step.d_weights), step_bench_read(bench, bench->scalars)};
 }
 
-// What the coarse network's colours are, changes its own gradient, and not a bit of the field's or of the step's loss.
+// Colours of the coarse network change its own gradient, and not a bit of the field's or of the step's loss.
 TEST(the_field_sees_nothing_of_its_colours) {
     struct step_case setup = coarse_case();
-    setup.sky = setup.appearance = setup.visibility = true; // whose gradients are those of the field's colours
+    setup.sky = setup.appearance = setup.visibility = true; // their gradients are those of the field's colours
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
     uint32_t end = model->coarse_column + model->coarse_columns;
     struct taken before = take(bench);
-    float *last_bias = first_of(bench->params, &model->weights) + 4 * (size_t)(end - 1); // of the logits of rgb
+    float *last_bias = first_of(bench->params, &model->weights) + 4 * (size_t)(end - 1); // biases of the logits of rgb
     last_bias[0] += 0.5f;
     struct taken after = take(bench);
     check_same_bits(bench->where, "loss", after.scalars, before.scalars, sizeof *before.scalars);

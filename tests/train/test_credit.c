@@ -55,7 +55,7 @@ TEST(an_error_counts_for_the_view_it_is_of) {
     }
 }
 
-// Where a photo is half transparent its target is half the background, and the render is all of it.
+// A target is half the background where a photo is half transparent, and the render is all of it.
 TEST(the_background_is_behind_what_is_transparent) {
     static const uint8_t rgba[4] = {40, 230, 90, 128};
     static const float background[3] = {0.9f, 0.4f, 0.1f};

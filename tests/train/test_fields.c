@@ -9,7 +9,7 @@
 
 enum { FORMS = VW_FIELD_COUNT + 1 };
 
-// Every field, and the mlp with a coarse network.
+// Returns a config of every field, and of the mlp with a coarse network.
 static struct vw_config config_of_form(uint32_t form) {
     struct vw_config config = test_config_of(form < VW_FIELD_COUNT ? (enum vw_field)form : VW_FIELD_MLP);
     if (form < VW_FIELD_COUNT) return config;

@@ -6,7 +6,7 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-// What one part of a run's identity changes: of the device, for a moment only.
+// Parts of a run's identity, one of which a test changes: the device for a moment only.
 struct parts {
     struct vw_scene *scene;
     struct vw_config config;

@@ -33,7 +33,7 @@ TEST(a_run_in_parts_is_the_run) {
     test_run_assert_same(whole, parts);
 }
 
-// The colours of all validation rays, measured anew.
+// Measures the colours of all validation rays anew.
 static vw_float4 *measure_again(struct vw_trainer *trainer, uint32_t *count) {
     struct vw_evaluator *evaluator = &trainer->validation.evaluator;
     vw_float4 *colours = test_allocate(evaluator->ray_count, sizeof *colours);
@@ -79,7 +79,7 @@ static double moved_by(struct step_bench *bench, uint64_t number, float extra) {
     return sum;
 }
 
-// Of plain descent, so that a step is as long as its rate.
+// Plain descent makes a step as long as its rate.
 TEST(the_rate_falls_to_its_share_at_the_last_planned_step) {
     const struct step_case setup = {.name = "decay",
                                     .seed = 41,
@@ -129,7 +129,8 @@ TEST(what_cannot_be_is_refused_by_name) {
     uint32_t count;
     for (int named = 0; named < 2; named++) {
         vw_effects_list(verdicts, &count);
-        for (uint32_t i = 0; i < count; i++) verdicts[i].on = strcmp(verdicts[i].name, "unbounded") != 0; // beside pose
+        for (uint32_t i = 0; i < count; i++)
+            verdicts[i].on = strcmp(verdicts[i].name, "unbounded") != 0; // not with pose
         strcpy(config.effects, named ? "+occupancy" : "auto");
         assert_int_equal(vw_effects_follow_field(&config, verdicts, count), named ? VW_ERROR_USAGE : VW_OK);
         if (named) assert_non_null(strstr(vw_error_message(), "occupancy is not there with --importance-samples"));

@@ -60,7 +60,7 @@ static struct vw_lasting *open_lasting(const struct vw_scene *scene, const struc
     return lasting;
 }
 
-// All credits that are left, by step; returns how many there were.
+// Finds all credits that are left, by step; returns how many there were.
 static uint32_t backward(struct vw_lasting *lasting, struct vw_lasting_credit *by_step) {
     const struct vw_lasting_credit *credits;
     uint32_t count, total = 0;
@@ -89,7 +89,7 @@ static void assert_agree(const double *predicted, const double *measured, uint32
     }
 }
 
-// They have the same size: what is measured is not a multiple of what is predicted.
+// Asserts that both have the same size: what is measured is not a multiple of what is predicted.
 static void assert_same_size(const double *predicted, const double *measured, uint32_t count) {
     double products = 0, squares = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -135,8 +135,8 @@ static float *read_floats(struct vw_buffer *buffer, uint64_t offset_bytes, uint6
     return values;
 }
 
-// With momentum a gradient that is longer by `extra` moves the moment, and with it this step and later ones: the step
-// that was kept last, of params and moments in one range of the block.
+// Changes the step that was kept last, in one range of params and moments: with momentum a gradient that is longer by
+// `extra` moves the moment, and with it this step and later ones.
 static void nudge_range(const struct vw_lasting *lasting, uint32_t place, const struct vw_param_range *range,
                         struct vw_buffer *moments, float extra) {
     uint64_t block = lasting->replay.context->field->model->param_bytes, first = range->offset_bytes,
@@ -165,7 +165,8 @@ static void nudge(const struct vw_lasting *lasting, uint32_t place, float extra)
     nudge_range(lasting, place, &moved, step->weight_moments, extra);
 }
 
-// U in dB after a training in which the gradient of step `scaled` is longer by `extra`, from the segment's beginning.
+// Returns U in dB after a training in which the gradient of step `scaled` is longer by `extra`, from the segment's
+// beginning.
 static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float extra) {
     const struct vw_trainer_parts *context = lasting->replay.context;
     uint64_t segment = (scaled - 1) / lasting->segment_steps;
@@ -176,7 +177,7 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
     ASSERT_OK(vw_step_replay_run(&lasting->replay));
     for (uint64_t step = segment * lasting->segment_steps + 1, first = step; step <= lasting->replay.total_steps;
          first = step) {
-        bool nudged = false; // ends a submission: the host has to touch the state behind that step
+        bool nudged = false; // ends a submission: the host has to touch the state after that step
         vw_submission_begin(lasting->replay.submission);
         for (; step <= lasting->replay.total_steps && step - first < lasting->replay.submission_steps && !nudged;
              step++) {
@@ -211,9 +212,8 @@ static double retrain_psnr(struct vw_lasting *lasting, uint64_t scaled, float ex
     return psnr / vw_lasting_state_count(lasting);
 }
 
-// Steps by themselves, longer and shorter by a tenth, all else as it was. what the backward pass leaves out of the
-// derivative is most far from the end: how a step changes the rates of later ones, kinks, curvature beyond
-// Gauss-Newton's.
+// Single steps are longer and shorter by a tenth, all else is as it was. The backward pass leaves most out of the
+// derivative far from the end: how a step changes the rates of later ones, kinks, curvature beyond Gauss-Newton's.
 TEST(a_step_says_what_it_leaves) {
     static const struct {
         const char *effects;
@@ -258,7 +258,7 @@ TEST(a_step_says_what_it_leaves) {
     }
 }
 
-// How the training is cut into segments, and where the backward pass was stopped, changes no bit; how many rays it
+// Segments into which the training is cut, and where the backward pass was stopped, change no bit; how many rays it
 // takes does.
 TEST(bits_do_not_depend_on_the_way) {
     const struct vw_config config = lasting_config();
@@ -294,7 +294,7 @@ TEST(bits_do_not_depend_on_the_way) {
     assert_same_credits(whole, cut, STEPS);
 
     lasting = open_lasting(scene, &config, 60, false, 0, NULL);
-    assert_int_equal(vw_lasting_load(lasting, path, 1, &next), VW_ERROR_INPUT); // of other settings
+    assert_int_equal(vw_lasting_load(lasting, path, 1, &next), VW_ERROR_INPUT); // the settings are other ones
     backward(lasting, thin);
     vw_lasting_destroy(&lasting);
     temporary_folder_remove(folder);
@@ -361,7 +361,7 @@ TEST(views_share_the_credit) {
     printf("views: off by at most %.2g of a step's credits\n", worst);
     assert_true(worst < 0.005);
     assert_true(apart > 0.1 * fabs(total[0])); // they are not the same
-    struct vw_lasting_state least;             // of memory: the views' adjoints are the host's then
+    struct vw_lasting_state least;             // state with the least memory: the views' adjoints are the host's then
     lasting = open_lasting(scene, &config, 0, false, 2 << 20, NULL);
     vw_lasting_get_state(lasting, &least);
     vw_lasting_destroy(&lasting);

@@ -83,7 +83,7 @@ TEST(hidden_pixels_do_not_count) {
                  view->name);
 }
 
-// The errors of the arrays that a whole view hands out, over the pixels that count.
+// Returns the errors of the arrays that a whole view hands out, over the pixels that count.
 static struct vw_view_error errors_of(const struct vw_whole_view *whole, uint32_t *count) {
     struct vw_view_error sums = {0};
     *count = 0;
@@ -118,7 +118,7 @@ TEST(whole_views_have_the_errors_of_all_pixels) {
         assert_int_equal(whole.width_px, width_px);
         assert_true(whole.error.mse == measured.mse && whole.error.l1 == measured.l1);
         struct vw_view_error kept = errors_of(&whole, &count);
-        check_near(kept.mse, measured.mse, 1e-6, effects[i]); // what is handed out is rounded to floats
+        check_near(kept.mse, measured.mse, 1e-6, effects[i]); // the arrays are rounded to floats
         check_near(kept.l1, measured.l1, 1e-6, effects[i]);
         for (uint32_t p = 0; p < pixels; p++) {
             bool scored = i == 0 || p % width_px >= width_px - width_px / 2;

@@ -27,7 +27,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     config.coarse_network = coarse_network;
     config.epochs = epochs;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
-    config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // of the encoder, where it is on
+    config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // for the encoder, where it is on
     struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .timers = true});
     const struct vw_trainer_params params = {// of longer submissions not all dispatches are timed
                                              .gpu = gpu,
@@ -69,7 +69,7 @@ TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_MLP, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance_code,transient", 3);
 }
 
-// Of a pass, for a number of rays.
+// Returns the cost of a pass for a number of rays.
 static struct vw_pass_cost cost_of(const char *name, uint32_t rays) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();

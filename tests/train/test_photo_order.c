@@ -1,5 +1,6 @@
-// Which photo each step takes when photos are left out, and how many steps a submission holds: as many as there is room
-// and time for. label: host
+// The photo that each step takes when photos are left out, and the number of steps in a submission: as many as there is
+// room and time for.
+// label: host
 #include "support/cmocka_test.h"
 
 #include "train/photo_order.h"

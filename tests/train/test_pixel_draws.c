@@ -12,7 +12,7 @@ static struct vw_scene *make_scene(uint32_t width_px, uint32_t height_px) {
         .train_views = 2, .val_views = 1, .width_px = width_px, .height_px = height_px});
 }
 
-// The pixel of each cell lies in it, as far as cells hold any pixel.
+// The pixel of each cell lies in it, where the cell holds any pixel.
 TEST(a_picture_has_a_pixel_in_each_cell) {
     static const uint32_t sizes_px[][2] = {{24, 20}, {7, 7}, {5, 3}, {1, 1}};
     for (size_t i = 0; i < sizeof sizes_px / sizeof *sizes_px; i++) {
@@ -35,7 +35,7 @@ TEST(a_picture_has_a_pixel_in_each_cell) {
     }
 }
 
-// Those beside the picture are the same as without one; draws, steps and seeds differ.
+// Pixels beside the picture are the same as without one; draws, steps and seeds differ.
 TEST(draws_are_functions_of_their_numbers) {
     struct vw_scene *scene = make_scene(240, 200);
     static const struct vw_pixel_draw draws[] = {{7, 3, 0, SIDE}, {7, 3, 1, SIDE}, {7, 4, 0, SIDE}, {8, 3, 0, SIDE}};

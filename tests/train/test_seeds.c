@@ -1,4 +1,4 @@
-// What a seed varies (decision 12): order, pixels and initialisation, each alone or all together.
+// Draws that a seed varies (decision 12): order, pixels and initialisation, each alone or all together.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -11,10 +11,10 @@ enum { BASE_SEED = 5, OTHER_SEED = 6 };
 // The part of a run that each kind of draws decides.
 struct drawn_step {
     struct test_run *run;
-    struct vw_pixel pixels[64];  // of the first step
-    uint64_t jitter_seed;        // what shaders draw from
+    struct vw_pixel pixels[64];  // pixels of the first step
+    uint64_t jitter_seed;        // seed that shaders draw from
     uint32_t order[3 * 5];       // photo by step
-    struct vw_view_error *views; // of the untrained field
+    struct vw_view_error *views; // errors of the untrained field
 };
 
 static struct vw_config varying(enum vw_vary vary, uint64_t seed) {
@@ -36,7 +36,7 @@ static void draw(const struct vw_scene *scene, const struct vw_config *config, s
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(drawn->order); i++) drawn->order[i] = drawn->run->records[1 + i].view;
 }
 
-// Where in the photo a step looks, whichever photo it is.
+// Returns whether two steps look at the same places in their photos, whichever photos these are.
 static bool same_places(const struct drawn_step *a, const struct drawn_step *b) {
     for (uint32_t i = 0; i < test_config().rays; i++)
         if (a->pixels[i].x_px != b->pixels[i].x_px || a->pixels[i].y_px != b->pixels[i].y_px) return false;
@@ -76,7 +76,7 @@ TEST(a_seed_varies_what_it_is_told_to) {
     }
 }
 
-// Where validation looks. Nothing of the training depends on it.
+// Pixels at which validation looks. Nothing of the training depends on them.
 TEST(validation_pixels_vary_when_named) {
     static const struct {
         enum vw_vary vary;

@@ -6,7 +6,7 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-// Steps until none is left to hand out.
+// Takes steps until none is left to hand out.
 static void run_to_hold(struct vw_trainer *trainer, struct test_run *run) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;

@@ -9,7 +9,7 @@
 
 enum { TOGETHER = 3, STEPS_PER_SUBMISSION = 4, COUNTED_MOST = 8 };
 
-// What differs between the trainings of a test: photos, seed and length.
+// Differences between the trainings of a test: photos, seed and length.
 struct member {
     uint32_t left_out; // the place of a photo that it is not trained on
     uint64_t seed;
@@ -58,7 +58,7 @@ static struct vw_trainer *open_member(struct group *group, const struct member *
 static void open_group(const char *effects, uint32_t steps_per_submission, struct group *group) {
     *group = (struct group){.scene = test_scene(), .config = test_config()};
     strcpy(group->config.effects, effects);
-    group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // of the encoder, where it is on
+    group->config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.01; // for the encoder, where it is on
     group->submissions = open_submissions();
     for (uint32_t i = 0; i < TOGETHER; i++) {
         group->trainers[i] = open_member(group, &members[i], steps_per_submission, group->submissions);
@@ -66,7 +66,7 @@ static void open_group(const char *effects, uint32_t steps_per_submission, struc
     }
 }
 
-// One submission of a training; whether it had steps to hand out.
+// Takes one submission of a training; returns whether it had steps to hand out.
 static bool take_submission(struct group *group, uint32_t index, bool collect) {
     const struct vw_step_record *records = NULL;
     uint32_t count = 0;
@@ -137,7 +137,7 @@ TEST(a_held_training_stays) {
     for (uint32_t i = 0; i < TOGETHER; i++) assert_as_alone(&group, i);
 }
 
-// The second submission of as many trainings: what a step has of commands and of barriers.
+// Counts the commands and barriers of a step in the second submission of as many trainings.
 static void count_epochs(uint32_t together, double *commands, double *barriers) {
     const size_t before = test_owned();
     struct group group = {.scene = test_scene(), .config = test_config(), .submissions = open_submissions()};

@@ -1,4 +1,4 @@
-// What a trainer is handed: its views, and verdicts on effects. It decides neither.
+// Inputs that a trainer is handed: its views, and verdicts on effects. It decides neither.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"

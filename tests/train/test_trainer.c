@@ -215,7 +215,7 @@ TEST(a_nonfinite_step_is_flagged) {
         assert_true(run->records[i].nonfinite && isnan(run->records[i].val_psnr) && isnan(run->records[i].val_l1));
 }
 
-// A whole run on a device of its own, with its limits clamped or choices forced, unless NULL.
+// Trains a whole run on a device of its own, with its limits clamped or choices forced, unless NULL.
 static struct test_run *run_clamped(const struct vw_scene *scene, const struct vw_config *config,
                                     const struct vw_gpu_limits *clamp, const struct vw_device_choices *choices,
                                     uint32_t wide) {
@@ -333,7 +333,7 @@ TEST(a_field_file_round_trips) {
     temporary_folder_remove(folder);
 }
 
-// What names a run: epochs do not, nor how its effects were asked for; seed, effects and burn-in do.
+// Parts of a run's name: not epochs, nor how its effects were asked for, but seed, effects and burn-in.
 TEST(the_run_id_names_what_changes_bits) {
     struct vw_scene *scene = test_scene();
     struct vw_config configs[7];
@@ -341,7 +341,7 @@ TEST(the_run_id_names_what_changes_bits) {
     for (int i = 0; i < 7; i++) configs[i] = test_config();
     configs[1].epochs = 99;
     configs[2].seed = 1;
-    strcpy(configs[3].effects, "none"); // what `auto` decides for this scene
+    strcpy(configs[3].effects, "none"); // the same as `auto` decides for this scene
     strcpy(configs[4].effects, "+distortion");
     configs[5].burn_in_epochs = 7;
     for (int i = 0; i < 7; i++) {

@@ -63,7 +63,7 @@ static void make_negative(struct vw_view *view) { change_pixels(view, -1, 1, 0);
 static void overexpose(struct vw_view *view) { change_pixels(view, 2, 0.3, 0); }
 static void add_noise(struct vw_view *view) { change_pixels(view, 1, 0, 0.15); }
 
-// The photo of somewhere else: upside down.
+// Turns the photo upside down, as if it were of another place.
 static void turn_over(struct vw_view *view) {
     uint32_t *pixels = (uint32_t *)view->image.pixels, count = view->image.width_px * view->image.height_px;
     for (uint32_t i = 0; i < count / 2; i++) {

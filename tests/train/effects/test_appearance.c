@@ -74,7 +74,7 @@ TEST(gains_are_found) {
     darken(&scene->views[5 + DARK_VAL], 0.5);
     struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
     struct test_run *run = test_run_of(trainer);
-    double grey[2][5] = {{0}}; // what a train photo makes of grey, before and with less light
+    double grey[2][5] = {{0}}; // value that a train photo makes of grey, before and with less light
     for (uint32_t view = 0; view < scene->view_count; view++) {
         struct reference_photo photo[2] = {reference_photo_of(&trainer->model, (const float *)before->params, view),
                                            reference_photo_of(&trainer->model, (const float *)run->params, view)};
@@ -93,8 +93,8 @@ TEST(gains_are_found) {
     if (dark > 0.75 * bright) fail_msg("an L1 of %g where the bright photo has %g", dark, bright);
 }
 
-// Of a photo that nothing was trained on, and that is darker: its code brings the render nearer to it. Without the fit
-// the params are as before, and a whole view leaves them so.
+// A photo that nothing was trained on is darker: its code brings the render nearer to it. Without the fit the params
+// are as before, and a whole view leaves them so.
 TEST(a_code_is_fitted_and_taken_away) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config_with("appearance,appearance_code");

@@ -64,7 +64,7 @@ static void brighten(struct vw_scene *scene, uint32_t view, uint32_t first, uint
         if (i % image->width_px >= first && i % image->width_px < end) memset((uint8_t *)image->pixels + 4 * i, 250, 3);
 }
 
-// What is rendered depends on the left half alone; afterwards the whole photo is seen again.
+// The render depends on the left half alone; afterwards the whole photo is seen again.
 TEST(whole_views_show_their_left_halves) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config_with("appearance_encoder");

@@ -133,11 +133,11 @@ TEST(a_wide_box_holds_what_photos_see) {
     struct vw_box box;
     make_ring(0.0, 1.0, &ring);
     ring.scene.box.half_extent_world = 1.0;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // seen by no photo, as if there were no points
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // no photo sees them: the same as without points
     assert_near(box.half_extent_world, 2.0, 1e-12);
     for (int p = 0; p < POINTS; p++) ring.points[p].track_count = p < NEAR_POINTS ? 100 : 1;
     ring.scene.track_count = 100 * NEAR_POINTS + FAR_POINTS;
-    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // of the observations, 0.7 % are at the horizon
+    assert_int_equal(wide_box(&ring.scene, &box), VW_OK); // 0.7 % of the observations are at the horizon
     assert_near(box.half_extent_world, 1.1, 0.02);
     assert_int_equal(vw_scene_count_outside(&ring.scene, &box), FAR_POINTS);
     for (int p = NEAR_POINTS; p < POINTS; p++) ring.points[p].track_count = 10;

@@ -33,7 +33,7 @@ TEST(what_is_off_takes_no_room) {
     struct vw_scene *scene = test_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_config off = config_with(cases[i].field, "none"), on = config_with(cases[i].field, cases[i].effects);
-        off.consistency_weight = 0.001; // of an effect that is off
+        off.consistency_weight = 0.001; // weight for an effect that is off
         struct vw_trainer *without = test_trainer_create(scene, &off, true, 1),
                           *with = test_trainer_create(scene, &on, true, 1);
         uint64_t shared = without->model.weights.offset_bytes + without->model.weights.size_bytes;
@@ -137,7 +137,7 @@ TEST(what_cannot_be_together_is_refused_by_name) {
         enum vw_loss loss;
         double consistency_weight;
         const char *refused; // the message; NULL: nothing is refused
-        const char *left;    // what goes off by itself
+        const char *left;    // effect that is left out unasked
     } cases[] = {
         {"+pose", "pose", VW_FIELD_MLP, VW_LOSS_L2, 0, "pose needs --field hash, not mlp", NULL},
         {"+pose", "pose", VW_FIELD_HASH, VW_LOSS_L2, 0, NULL, NULL},

@@ -1,11 +1,11 @@
-// Which effects are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
+// Effects that are on, given what the evidence calls for and what --effects wants; and what older runs' configs say.
 // label: host
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
 #include "viewworth/train.h"
 
-// The names between spaces of all that is on when `called_for` (names between spaces) is called for.
+// Asserts that the names between spaces in `expected` are on when those in `called_for` are called for.
 static void assert_on(const char *called_for, const char *choice, const char *expected) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
@@ -36,7 +36,8 @@ TEST(evidence_lists_and_signs) {
     assert_on(" sky occupancy ", "+masks,-sky", " masks occupancy ");
 }
 
-// What is not named goes with what it needs, and gives way to what bars it; what is named stays as named.
+// Effects that are not named go with what they need, and give way to what bars them; those that are named stay as
+// named.
 TEST(effects_follow_others) {
     assert_on(" appearance appearance_code ", "-appearance", "");
     assert_on(" appearance appearance_code ", "-appearance,+appearance_code", " appearance_code ");

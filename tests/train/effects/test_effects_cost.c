@@ -10,12 +10,12 @@
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
-// What a run without effects consists of. Whatever else appears in one belongs to an effect that is off.
+// Passes that a run without effects consists of. Any other in such a run belongs to an effect that is off.
 static const char *const shared_passes[] = {"generate_rays", "forward_field",  "composite_rays",   "reduce_views",
                                             "backward_rays", "backward_field", "gradient_weights", "reduce_weights",
                                             "scatter_grid",  "reduce_loss",    "update_weights",   "update_grid"};
 
-enum { STAND_IN_BYTES = 256 }; // what a pass binds in place of buffers that it leaves alone
+enum { STAND_IN_BYTES = 256 }; // size of what a pass binds in place of buffers that it leaves alone
 
 struct cost {
     uint64_t param_count, param_bytes, grid_and_weight_bytes, device_bytes, shared_bytes;
@@ -61,7 +61,7 @@ static bool is_shared(const char *pass) {
     return false;
 }
 
-// A few steps with exactly these effects, on a device of their own, whose timers then know every pass.
+// Measures a few steps with exactly these effects, on a device of their own, whose timers then know every pass.
 static struct cost measure(const struct vw_scene *scene, const char *effects) {
     struct vw_config config = vw_config_default;
     const struct vw_step_record *records;
@@ -90,7 +90,7 @@ static struct cost measure(const struct vw_scene *scene, const char *effects) {
         if (!strcmp(effects, "none")) print_error("pass %s runs without any effect\n", timers[i].name);
     }
     test_release(trainer);
-    cost.device_bytes -= vw_gpu_buffer_bytes(gpu); // what the device layer keeps for transfers
+    cost.device_bytes -= vw_gpu_buffer_bytes(gpu); // buffers that the device layer keeps for transfers
     test_release(gpu);
     return cost;
 }
@@ -111,8 +111,8 @@ TEST(nothing_without_effects) {
     assert_int_equal(none.param_bytes, none.grid_and_weight_bytes);
 }
 
-// transient cannot be beside occupancy or visibility, nor pose beside unbounded, nor appearance_encoder beside other
-// appearance.
+// Returns whether an effect is in the list with transient, or in the one without: transient cannot be beside occupancy
+// or visibility, nor pose beside unbounded, nor appearance_encoder beside other appearance.
 static bool is_in(const char *effect, bool beside_transient) {
     static const char *const not_beside[] = {"occupancy", "visibility", "unbounded", "appearance", "appearance_code"},
                              *const apart[] = {"transient", "pose", "appearance_encoder"};
@@ -123,7 +123,7 @@ static bool is_in(const char *effect, bool beside_transient) {
     return !left_out;
 }
 
-// What each effect adds by itself is all that they add together.
+// Checks that effects add no more together than the sum of what each adds alone.
 static void check_together(const struct vw_scene *scene, const struct vw_effect_verdict *effects,
                            const struct cost *costs, uint32_t count, struct cost none, bool beside_transient) {
     uint64_t params = none.param_count, passes = none.other_passes;

@@ -9,10 +9,10 @@
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 
-// Past the warm-up, with refreshes on both sides of it.
+// Returns a run past the warm-up, with refreshes on both sides of it.
 static struct vw_config skipping_config(void) {
     struct vw_config config = test_config();
-    config.epochs = 60; // of 5 steps
+    config.epochs = 60; // 5 steps each
     config.rays = 32;
     config.samples = 64;
     config.learning_rate = 0.02;
@@ -20,7 +20,7 @@ static struct vw_config skipping_config(void) {
     return config;
 }
 
-// Photos whose upper half is black, so that the field soon empties there.
+// Makes photos whose upper half is black, so that the field soon empties there.
 static struct vw_scene *dark_scene(void) {
     struct vw_scene *scene = test_scene();
     for (uint32_t i = 0; i < scene->view_count; i++) {
@@ -31,7 +31,7 @@ static struct vw_scene *dark_scene(void) {
     return scene;
 }
 
-// How many samples the last step kept.
+// Returns how many samples the last step kept.
 static uint32_t last_kept(struct vw_trainer *trainer) {
     uint32_t kept;
     ASSERT_OK(vw_buffer_read(trainer->step.effect_buffers[VW_SLOT_KEPT_BEGINS], 4ull * trainer->step.padded_rays, &kept,

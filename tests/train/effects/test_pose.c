@@ -13,7 +13,7 @@ static struct vw_config config_with(const char *effects) {
     return config;
 }
 
-// What is wrong with the camera of a train photo: about a degree, and a hundredth of the box.
+// Draws the error of a train photo's camera: about a degree, and a hundredth of the box.
 static void draw_error(uint32_t view, double error[REFERENCE_POSE]) {
     for (int i = 0; i < REFERENCE_POSE; i++) error[i] = (i < 3 ? 0.01 : 0.02) * sin(1.0 + 2.3 * view + 1.7 * i);
 }
@@ -28,7 +28,8 @@ static void move_cameras(struct vw_scene *scene, struct vw_view *true_views) {
     }
 }
 
-// Of the train cameras, in box edges: how far off is what they see at the distance of a box edge.
+// Returns the mean error of the train cameras, in box edges: how far off is what they see at the distance of a box
+// edge.
 static double error_of_cameras(const struct vw_scene *scene, const struct vw_view *true_views,
                                const struct vw_trainer *trainer, const uint32_t *params) {
     double sum = 0.0;
@@ -46,7 +47,7 @@ static double error_of_cameras(const struct vw_scene *scene, const struct vw_vie
     return sum;
 }
 
-// What a run tells of them: turns are 2 atan(half their length).
+// Checks what a run tells of the corrections: turns are 2 atan(half their length).
 static void check_corrections(const struct vw_scene *scene, const struct vw_trainer *trainer, const uint32_t *params) {
     struct vw_camera_corrections told, expected = {0};
     uint32_t photos = scene->split_count[VW_SPLIT_TRAIN];

@@ -44,7 +44,7 @@ TEST(a_sky_leaves_nothing_to_the_form_of_the_background) {
     test_run_assert_same(fixed, random);
 }
 
-// What a trainer renders of a view with these params.
+// Renders a view by a trainer with these params.
 static float *render_field(const struct vw_scene *scene, const struct vw_config *config, const void *params,
                            uint32_t view) {
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 0);
@@ -65,7 +65,8 @@ TEST(validation_knows_no_form_of_the_background) {
     for (int i = 0; i < 2; i++) runs[i] = test_run(scene, &forms[i], true, 0);
     for (int i = 0; i < 2; i++) rendered[i] = render_field(scene, &forms[i], runs[1]->params, 5);
     assert_memory_equal(rendered[0], rendered[1], 3 * 24 * 18 * sizeof(float));
-    assert_memory_equal(runs[0]->views[0], runs[1]->views[0], sizeof runs[0]->views[0]); // of the untrained field
+    assert_memory_equal(runs[0]->views[0], runs[1]->views[0],
+                        sizeof runs[0]->views[0]); // both untrained
     assert_false(test_same_bits(runs[0]->records[1].train_loss, runs[1]->records[1].train_loss));
     for (int i = 0; i < 2; i++) {
         test_release(runs[i]);

@@ -10,7 +10,8 @@
 
 // ---- Boxes before the scene -----------------------------------------------------------------------------------------
 
-// A box of its own colour in every second train photo, a third of it wide and high.
+// Returns whether a box hides the pixel: every second train photo has one of its own colour, a third of it wide and
+// high.
 static bool is_hidden(const struct vw_image *image, uint32_t view, uint32_t x_px, uint32_t y_px) {
     uint32_t left = (view * 7 % 3) * image->width_px / 3, top = (view * 5 % 3) * image->height_px / 3;
     return view % 2 && x_px >= left && x_px < left + image->width_px / 3 && y_px >= top &&
@@ -29,7 +30,7 @@ static uint32_t hide(struct vw_scene *scene) {
     return views;
 }
 
-// How visible the params hold what the boxes hide, and the rest of the same photos.
+// Finds how visible the params hold what the boxes hide, and the rest of the same photos.
 static void mean_visibility(const struct vw_scene *scene, const struct vw_trainer *trainer, const uint32_t *params,
                             double means[2]) {
     struct reference_params *reference = reference_params_create(&trainer->model, (const float *)params);
