@@ -65,8 +65,7 @@ TEST(validation_knows_no_form_of_the_background) {
     for (int i = 0; i < 2; i++) runs[i] = test_run(scene, &forms[i], true, 0);
     for (int i = 0; i < 2; i++) rendered[i] = render_field(scene, &forms[i], runs[1]->params, 5);
     assert_memory_equal(rendered[0], rendered[1], 3 * 24 * 18 * sizeof(float));
-    assert_memory_equal(runs[0]->views[0], runs[1]->views[0],
-                        sizeof runs[0]->views[0]); // both untrained
+    assert_memory_equal(runs[0]->views[0], runs[1]->views[0], sizeof runs[0]->views[0]); // both untrained
     assert_false(test_same_bits(runs[0]->records[1].train_loss, runs[1]->records[1].train_loss));
     for (int i = 0; i < 2; i++) {
         test_release(runs[i]);
