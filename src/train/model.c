@@ -9,8 +9,8 @@
 #include "train/effects/kind.h"
 #include "train/effects/registry.h"
 #include "train/effects/wide_box.h"
-#include "train/fields/initial_values.h"
 #include "train/fields/registry.h"
+#include "train/initial_values.h"
 
 _Static_assert((int)LOSS_L1 == VW_LOSS_L1 && (int)LOSS_L2 == VW_LOSS_L2 && (int)LOSS_HUBER == VW_LOSS_HUBER,
                "losses differ");

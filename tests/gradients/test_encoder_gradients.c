@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 
 static const struct step_case cases[] = {
     {.name = "hash", .seed = 501, .rays = 16, .samples = 16},

@@ -8,7 +8,7 @@
 #include "support/encoder_check.h"
 #include "support/synthetic_scene.h"
 #include "train/effects/consistency.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 
 static const struct step_case setup = {.name = "encoder",
                                        .seed = 521,

@@ -7,7 +7,7 @@
 #include "gpu/compute.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
-#include "train/fields/initial_values.h"
+#include "train/initial_values.h"
 #include "train/pixels.h"
 
 static void stop_unless(const struct step_bench *bench, enum vw_status status) {

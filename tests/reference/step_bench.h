@@ -7,7 +7,7 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/synthetic_scene.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 #include "train/effects/visibility.h"
 #include "train/evaluator.h"
 #include "train/photo_order.h"

@@ -7,7 +7,7 @@
 #include "reference/reference.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "train/fields/initial_values.h"
+#include "train/initial_values.h"
 #include "train/trainer.h"
 
 static struct vw_config config_of(enum vw_table_precision precision) {

@@ -1,7 +1,7 @@
 // The effect `appearance_encoder` (HA-NeRF, Chen et al., CVPR 2022, section 3.1): photos that differ in exposure, white
-// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail (encoder.h);
-// the code enters the colour network as those of appearance_code do. update_weights moves the network with all other
-// weights.
+// balance and light. A small convolutional network makes a code of 48 numbers from a photo's thumbnail
+// (encode_photo.h); the code enters the colour network as those of appearance_code do. update_weights moves the network
+// with all other weights.
 //   convolve_photo, pool_photo: the photo's code and the shift of the colour network -> the field, forward and back ->
 //   spread_photo, convolve_photo_back, gradient_photo: gradients of the network
 // A photo that nothing was trained on has a code as well: validation and renders of a view see it by the view's own
@@ -13,7 +13,7 @@
 #include "base/memory.h"
 #include "gpu/shaders.h"
 #include "train/effects/consistency.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 #include "train/pass_costs.h"
 #include "train/step_passes.h"
 

@@ -6,7 +6,7 @@
 #include "base/random.h"
 #include "gpu/shaders.h"
 #include "train/effects/effects.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
 #include "train/photo_order.h"

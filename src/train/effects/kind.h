@@ -8,7 +8,7 @@
 
 #include "gpu/compute.h"
 #include "interface.h"
-#include "train/fields/initial_values.h"
+#include "train/initial_values.h"
 #include "viewworth/train.h"
 
 struct vw_field_chunk; // fields/registry.h, and so on

@@ -8,9 +8,9 @@
 #include "gpu/shaders.h"
 #include "train/field.h"
 #include "train/fields/hash.h"
-#include "train/fields/initial_values.h"
 #include "train/fields/mlp.h"
 #include "train/fields/registry.h"
+#include "train/initial_values.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
 

@@ -7,7 +7,7 @@
 
 #include "gpu/compute.h"
 #include "interface.h"
-#include "train/fields/initial_values.h"
+#include "train/initial_values.h"
 #include "train/passes.h"
 #include "viewworth/train.h"
 

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 #include "train/effects/effects.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 #include "train/evaluator.h"
 #include "train/pixels.h"
 #include "train/validation/code_fit.h"

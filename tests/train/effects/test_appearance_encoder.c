@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "support/trainer_fixture.h"
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 #include "train/trainer.h"
 
 // ---- Codes of views -------------------------------------------------------------------------------------------------

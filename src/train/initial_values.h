@@ -1,6 +1,6 @@
 // Initial values of params: random numbers, each keyed by its place in the params block, and floats as halves.
-#ifndef VIEWWORTH_TRAIN_FIELDS_INITIAL_VALUES_H
-#define VIEWWORTH_TRAIN_FIELDS_INITIAL_VALUES_H
+#ifndef VIEWWORTH_TRAIN_INITIAL_VALUES_H
+#define VIEWWORTH_TRAIN_INITIAL_VALUES_H
 
 #include <stdint.h>
 

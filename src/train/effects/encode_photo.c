@@ -1,4 +1,4 @@
-#include "train/effects/encoder.h"
+#include "train/effects/encode_photo.h"
 
 #include <math.h>
 

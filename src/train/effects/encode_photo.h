@@ -1,8 +1,8 @@
 // The encoder of the effect appearance_encoder, for those that use it beside a step's own passes: it makes a code of 48
 // numbers from a photo's thumbnail. Slots of its buffers: VW_SLOT_THUMBNAILS, VW_SLOT_ENCODER_ROWS, VW_SLOT_CODE_SHIFT
 // of a field, and VW_SLOT_D_ENCODER_ROWS of a step.
-#ifndef VIEWWORTH_TRAIN_EFFECTS_ENCODER_H
-#define VIEWWORTH_TRAIN_EFFECTS_ENCODER_H
+#ifndef VIEWWORTH_TRAIN_EFFECTS_ENCODE_PHOTO_H
+#define VIEWWORTH_TRAIN_EFFECTS_ENCODE_PHOTO_H
 
 #include "interface.h"
 #include "train/effects/kind.h"

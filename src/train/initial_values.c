@@ -1,4 +1,4 @@
-#include "train/fields/initial_values.h"
+#include "train/initial_values.h"
 
 #include <math.h>
 #include <string.h>
