@@ -146,7 +146,7 @@ check "a benchmark of the same runs" of_methods benchmark --valued-seeds 2 --met
     --retraining-seeds 1 --curves none
 check "takes the retrainings that are there" test "$(retrainings)" = "$made"
 check "an unknown method" refused one '--methods: "shapley" is none' --seeds 2 --methods shapley
-check "budgets without methods" refused one 'add --methods' --seeds 2 --run-equivalents 4
+check "budgets without methods" refused one 'run-equivalents needs --methods' --seeds 2 --run-equivalents 4
 
 # ---- What is refused ----
 
