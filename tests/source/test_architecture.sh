@@ -196,7 +196,7 @@ unique_test_names() {
 }
 
 plain_comments() {
-    find src include shaders \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \) -print0 |
+    find src include shaders tests \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \) -print0 |
         xargs -0r awk -f tests/source/comment_rules.awk
 }
 
