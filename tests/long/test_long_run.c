@@ -72,6 +72,7 @@ static void add_view(const struct reference_step *reference, struct vw_ray_range
 }
 
 static void look_at(struct vw_trainer *trainer, struct look *look) {
+    const size_t before = test_owned();
     AUTO_FREE float *params = read_whole(trainer->field.params);
     AUTO_FREE struct vw_ray *rays = read_whole(trainer->validation.evaluator.rays);
     AUTO_FREE struct vw_ray_range *ranges = read_whole(trainer->validation.ranges);
@@ -82,6 +83,7 @@ static void look_at(struct vw_trainer *trainer, struct look *look) {
     uint32_t views = 0;
     vw_trainer_validation_views(trainer, &views);
     for (uint32_t i = 0; i < views; i++) add_view(reference, ranges[i], views, look);
+    test_release_to(before); // else the reference of every look would grow the process
 }
 
 // ---- The run --------------------------------------------------------------------------------------------------------
