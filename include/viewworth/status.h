@@ -2,8 +2,7 @@
 //
 // Conventions (a header notes only its exceptions):
 // - A function that can fail returns enum vw_status. Results are returned through trailing pointers, which are
-// unchanged
-//   after a failure.
+//   unchanged after a failure.
 // - A failing function records one message with vw_fail(). Callers return the status, or add context with
 //   vw_fail_context().
 // - A params struct needs to live only during the call. A field that is zero has its documented default.

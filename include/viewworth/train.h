@@ -73,15 +73,14 @@ struct vw_config {
     uint32_t burn_in_epochs; // first epochs, excluded from scores
     uint32_t rays;           // per step, 1 to 65536
     uint32_t samples;        // per ray, 1 to 4096, at even distances
-    // Per ray, up to 4096, placed where the even ones show matter: training and rendering take these alone then. 0:
-    // none
+    // Per ray, up to 4096, placed where the even ones show matter; training and rendering then use only these. 0: none
     uint32_t importance_samples;
     enum vw_coarse_network coarse_network; // VW_COARSE_NETWORK_SHARED without importance samples
     uint32_t val_rays;                     // in total; the rays that appearance is fitted on are not counted
     enum vw_loss loss;
     double huber_length; // colour difference beyond which VW_LOSS_HUBER is linear, 0.001 to 1; 0.1 under other losses
     double beta_min;     // least uncertainty of a colour with the effect transient, 0.001 to 10
-    double consistency_weight; // weight of that loss next to the effect appearance_encoder, 0 to 1000; 0: none
+    double consistency_weight; // weight of HA-NeRF's consistency loss (appearance_encoder), 0 to 1000; 0: none
     enum vw_optimizer optimizer;
     double learning_rate; // 1e-12 to 1e6; at the first step
     // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6

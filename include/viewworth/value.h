@@ -19,15 +19,15 @@
 //   quality
 //       how well the photo fits: the mean of two ranks, each scaled to [0,1] (ties share their mean): that of dv_loss,
 //       and that of minus the mean training loss over the photo's visits in the last third of the E epochs (rounded
-//       up). 1 fits best. It finds photos that do not fit, such as those with occluders, exposure, blur or a wrong
-//       pose; it does not say what they are worth. It is not a sum, and its zero means nothing. A photo without both
-//       has no quality. Its standard error is that of a block bootstrap (Kuensch, "The jackknife and the bootstrap for
-//       general stationary observations", Annals of Statistics 1989), seeded: 400 times, blocks of neighbouring epochs
-//       (E^(1/3) long, at most half of the late third; circular) are drawn anew, within the late third and within the
-//       epochs before it, for both ranks and all photos alike. The variance is divided by the share that such blocks
-//       show of it (1 - length of a block / late epochs) and raised by half for what all epochs of a run share (as in
-//       src/value/uncertainty.h of the source tree). The 95 % interval is that of Student with E - 1 degrees of
-//       freedom, cut to [0,1]; NaN below four epochs
+//       up). 1 fits best. It finds photos that do not fit, such as those with occluders, wrong exposure, noise or a
+//       wrong pose; it does not find blur. It does not say what they are worth. It is not a sum, and its zero means
+//       nothing. A photo without both has no quality. Its standard error is that of a block bootstrap (Kuensch, "The
+//       jackknife and the bootstrap for general stationary observations", Annals of Statistics 1989), seeded: 400
+//       times, blocks of neighbouring epochs (E^(1/3) long, at most half of the late third; circular) are drawn anew,
+//       within the late third and within the epochs before it, for both ranks and all photos alike. The variance is
+//       divided by the share that such blocks show of it (1 - length of a block / late epochs) and raised by half for
+//       what all epochs of a run share (as in src/value/uncertainty.h of the source tree). The 95 % interval is that of
+//       Student with E - 1 degrees of freedom, cut to [0,1]; NaN below four epochs
 //   lasting_psnr, lasting_loss
 //       the effect of the steps on the photo at the end of the training: the sum, over all steps t on the photo
 //       (those of burn-in too), of lambda(t) . s(t), where s(t) is the step's change of the params and lambda(t) the
@@ -46,10 +46,10 @@
 //       photos in S and x_i is 1 in S, otherwise 0: at equal steps the members share the training. Worth is the fit's
 //       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B - B0|^2, where f
 //       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality that every photo has, and
-//       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are
-//       averaged by their left-out error E as E^(-n/2); the interval is Student's, of the posterior variance within and
-//       between them (src/value/evaluation/worth_regression.h of the source tree). Least-squares worths are a datamodel
-//       (Ilyas et al. 2022). A provider's worth is fitted likewise, with providers as players
+//       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are averaged by their left-out error E as
+//       E^(-n/2); the interval is Student's, of the posterior variance within and between them
+//       (src/value/evaluation/worth_regression.h of the source tree). Least-squares worths are a datamodel (Ilyas et
+//       al. 2022). A provider's worth is fitted likewise, with providers as players
 //
 // The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
 //

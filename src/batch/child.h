@@ -13,7 +13,7 @@
 #define VW_CHILD_PARENT_VARIABLE "VIEWWORTH_BATCH_PROCESS"
 
 // The variable by which a child learns the seeds of the jobs that it values, "0,1,2"; empty: it is the job that its
-// words say. The log of job i of several is its open file VW_CHILD_LOG + i (cli/commands/value_jobs.h).
+// words say. The log of job i of several is its open file VW_CHILD_LOG + i (cli/commands/value_jobs.c).
 #define VW_CHILD_SEEDS_VARIABLE "VIEWWORTH_BATCH_SEEDS"
 enum { VW_CHILD_LOG = 3, VW_CHILD_JOBS_MAX = 16 };
 

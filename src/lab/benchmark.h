@@ -56,8 +56,8 @@ struct vw_benchmark {
     char (*method_names)[VW_METHOD_NAME_BYTES];                     // owned
 };
 
-// Makes the benchmark, or resumes it. Writes to OUT: seed_<seed>/ (seed_runs.h), retrainings.db, and the files of
-// benchmark_files.h. VW_ERROR_USAGE names a wrong option. Free the result also after a failure.
+// Makes the benchmark, or resumes it. Writes to OUT: seed_<seed>/ (experiment/experiment.h), retrainings.db, and the
+// files of benchmark_files.h. VW_ERROR_USAGE names a wrong option. Free the result also after a failure.
 enum vw_status vw_benchmark_make(const struct vw_benchmark_params *params, struct vw_benchmark *benchmark);
 void vw_benchmark_free(struct vw_benchmark *benchmark);
 

@@ -33,9 +33,8 @@ struct vw_reproduction {
 
 // Values the scene with params->seeds seeds and compares the scores, after params->config->epochs epochs at most. What
 // differs between the runs is params->config->vary; for all but
-// VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to
-// OUT:
-// - seed_<seed>/: the runs (seed_runs.h)
+// VW_VARY_ALL and VW_VARY_ALL_VALIDATION the base seed is the first one. Writes to OUT:
+// - seed_<seed>/: the runs (experiment/experiment.h)
 // - retrainings.db and gradient_scores_<seed>.csv, with evaluated->methods
 // - reproduce.csv: header method,epochs,training_rays,seed_a,seed_b,photos,measure,value; a row per method, stop, pair
 //   and measure (vw_agreement_name). `photos`: the number compared. An empty value: undefined.

@@ -43,7 +43,7 @@ struct vw_retrain_params {
 struct vw_retrain_result {
     double val_psnr, test_psnr; // dB, mean over the split's views of the per-view PSNR
     double val_l1, test_l1;     // mean over the split's views of the mean absolute error over pixels and channels
-    double val_ssim, test_ssim; // mean over the split's views that have one (image/ssim.h); NaN also where views are
+    double val_ssim, test_ssim; // mean over the split's views that have one (image/image.h); NaN also where views are
                                 // not measured whole
     double seconds;             // CPU time; for display only
 };

@@ -26,7 +26,7 @@ struct vw_evaluator {
     struct vw_field_passes passes; // the field's
     struct vw_importance importance;
     struct vw_effect_sets effects;
-    struct vw_submission *submission; // for evaluator_set_pixels
+    struct vw_submission *submission; // for vw_evaluator_set_pixels
     // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
     uint32_t view_count;

@@ -33,8 +33,8 @@ struct vw_series {
     uint32_t epoch_count; // 0 if there is no visit after burn-in
 };
 
-// Collects the deltas. VW_ERROR_INPUT for a step on
-// a photo that is not in the images, VW_ERROR_MEMORY. Free the series also after a failure.
+// Collects the deltas. VW_ERROR_INPUT for a step on a photo that is not in the images, VW_ERROR_MEMORY. Free the series
+// also after a failure.
 enum vw_status vw_series_make(const struct vw_value_input *input, enum vw_measure measure, enum vw_form form,
                               struct vw_series *series);
 void vw_series_free(struct vw_series *series);

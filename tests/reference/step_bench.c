@@ -67,8 +67,8 @@ static struct vw_config make_config(const struct step_case *c) {
     return config;
 }
 
-// Sets what the case asks for in place of what model_create decides by the device, the size of a step, or the range a
-// user has.
+// Sets what the case asks for in place of what vw_model_create decides by the device, the size of a step, or the range
+// a user has.
 static void override_model(const struct step_case *c, struct step_bench *bench) {
     struct vw_specialization *s = &bench->model.specialization;
     if (c->learning_rate > 0.0) s->learning_rate = (float)c->learning_rate; // also beyond what a user may set

@@ -200,6 +200,32 @@ plain_comments() {
         xargs -0r awk -f tests/source/comment_rules.awk
 }
 
+# named_files: prints every file that a comment names and the tree lacks; a folder before the name counts. CMake makes one header.
+named_files() {
+    local dead
+    dead=$({ find src include shaders tests -type f -not -path '*/corpus/*' && echo src/gpu/embedded_shaders.h; } | awk '
+        FILENAME == "-" { for (path = "/" $0; sub(/^[^\/]*\//, "", path);) known[path] = 1; next }
+        match($0, /\/\/.*/) {
+            text = substr($0, RSTART) " "
+            while (match(text, /[[:alnum:]_][[:alnum:]_\/]*\.(c|h|cpp|glsl|comp)[^[:alnum:]_]/)) {
+                name = substr(text, RSTART, RLENGTH - 1)
+                if (!(name in known)) print FILENAME ":" FNR ": " name
+                text = substr(text, RSTART + RLENGTH)
+            }
+        }' - $(find src include shaders tests \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \)))
+    [[ -z $dead ]] || { echo "$dead"; return 1; }
+}
+
+sources_with_rows() { # a folder without a README has a row above it
+    local source name missing=0
+    while read -r source; do
+        name=$(basename "${source%.*}")
+        [[ ! -e ${source%/*}/README.md ]] || grep -qE "\`([^\`]*[^[:alnum:]_\`])?$name(\.[chp,{}]+)?\`" "${source%/*}/README.md" ||
+            { echo "${source%/*}/README.md does not name $name"; missing=1; }
+    done < <(find src \( -name '*.c' -o -name '*.cpp' \))
+    return "$missing"
+}
+
 repeat() { awk -v count="$1" -v text="$2" 'BEGIN { while (count--) printf "%s", text }'; }
 
 rule "only main may end the program" src/run/injected.c '    exit(1);' -- \
@@ -234,6 +260,8 @@ rule "other lines have at most 140 characters" scripts/injected "$(repeat 141 x)
 rule "the comment of a function begins with a verb" src/injected/injected.c $'// The sum.\nint sum(void);' -- plain_comments
 rule "no comment begins with What or Of" src/injected/injected.c $'// What is summed.\nstruct injected {' -- plain_comments
 rule "messages are plain English" src/injected/injected.c '    vw_fail(VW_ERROR_INPUT, "%s is no photo", name);' -- plain_comments
+rule "comments name files that exist" src/injected/injected.c '// The sum (base/absent.h).' -- named_files
 rule "a README names every folder" src/injected/injected.c '' -- named_folders
+rule "a README names every source beside it" src/base/injected.c '' -- sources_with_rows
 rule "test names are unique" tests/run/test_seeds.sh '' -- unique_test_names
 conclude

@@ -39,8 +39,8 @@ struct vw_sweep {
     char *report_path; // owned; NULL when there is no report
 };
 
-// Makes the sweep, or resumes it. Writes to OUT: configurations/<name>/seed_<seed>/ (seed_runs.h), retrainings.db,
-// tradeoff.db, report.html, and tradeoff.csv with a row per configuration and method and the columns of
+// Makes the sweep, or resumes it. Writes to OUT: configurations/<name>/seed_<seed>/ (experiment/experiment.h),
+// retrainings.db, tradeoff.db, report.html, and tradeoff.csv with a row per configuration and method and the columns of
 // vw_sweep_columns(). Free the result also after a failure.
 enum vw_status vw_sweep_make(const struct vw_sweep_params *params, struct vw_sweep *sweep);
 void vw_sweep_free(struct vw_sweep *sweep);

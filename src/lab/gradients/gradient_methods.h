@@ -1,7 +1,7 @@
 // Scores of photos from gradients along a finished training, without another one: first and second order of In-Run Data
 // Shapley, TracIn, and influence functions. Each replays the training forwards (step_replay.h) and works with the
-// passes of the backward gradient_replay, which says what it refuses (VW_ERROR_USAGE, sweep_passes_check). U is
-// validation PSNR.
+// passes of the backward pass (train/adjoint/adjoint_passes.h), whose check names what it refuses (VW_ERROR_USAGE). U
+// is validation PSNR.
 #ifndef VIEWWORTH_LAB_GRADIENTS_GRADIENT_METHODS_H
 #define VIEWWORTH_LAB_GRADIENTS_GRADIENT_METHODS_H
 

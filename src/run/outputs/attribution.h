@@ -28,8 +28,7 @@ struct vw_attribution {
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
-// Reads an amount. VW_ERROR_USAGE when it is none, and where the config (NULL: unknown)
-// leaves no epoch to score.
+// Reads an amount. VW_ERROR_USAGE when it is none, and where the config (NULL: unknown) leaves no epoch to score.
 enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents);
 // Returns VW_ERROR_USAGE when no photo has a provider to be paid.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);

@@ -1,9 +1,9 @@
 // The accuracy level and the epochs that a run chooses before it trains.
 //
 // run.plan_json of the ledger contains the choice: accuracy (the name of the level), trade_off (one line), and with a
-// budget budget_s, step_s (seconds that a step was measured to take), epochs_planned and
-// epochs_most. A resumed run keeps the recorded level, does not measure again, and counts recorded steps times step_s
-// as time already spent. Timing chooses the level and the number of epochs; every step stays deterministic.
+// budget budget_s, step_s (seconds that a step was measured to take), epochs_planned and epochs_most. A resumed run
+// keeps the recorded level, does not measure again, and counts recorded steps times step_s as time already spent.
+// Timing chooses the level and the number of epochs; every step stays deterministic.
 #ifndef VIEWWORTH_RUN_PLAN_PLAN_H
 #define VIEWWORTH_RUN_PLAN_PLAN_H
 

@@ -3,7 +3,7 @@
 // from wherever it is seen.
 //   code of an earlier step's photo -> the step's picture rendered with it -> thumbnail -> code of the picture
 //   loss: weight * mean |code of the picture - code given|, added to the step's mean loss
-// The picture is made of the step's first rays, which lie on a grid over its photo (pixels_draw). The given code is
+// The picture is made of the step's first rays, which lie on a grid over its photo (vw_pixels_draw). The given code is
 // held fixed, where it renders and where the two are compared. All gradients of this loss have buffers of their own,
 // and are added to those of the step at its end; those of the hash grid are sums of integers.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_CONSISTENCY_H

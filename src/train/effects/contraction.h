@@ -12,7 +12,7 @@
 enum vw_status vw_contraction_box(const struct vw_scene *scene, const uint32_t *train_views, uint32_t train_count,
                                   struct vw_box *box);
 
-// Replaces the depths of a view's camera (pixels_camera) by the near and far ones for sampling in disparity.
+// Replaces the depths of a view's camera (vw_pixels_camera) by the near and far ones for sampling in disparity.
 void vw_contraction_set_depths(const struct vw_view *view, const struct vw_box *box, struct vw_gpu_camera *camera);
 
 #endif

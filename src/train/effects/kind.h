@@ -1,8 +1,12 @@
 // The interface of effects that have params, buffers or passes of their own, as fields have one (fields/registry.h). A
 // kind is a row of the table in registry.c. The step, the field, the evaluator, the adjoint and the costs loop over
-// that table (effects.h) and name an effect only where it changes their own passes. A function left NULL
-// does nothing; what an effect has is created, and its functions are called, only where its specialization constant is
-// not 0 (decision 7).
+// that table (effects.h). A function left NULL does nothing; what an effect has is created, and its functions are
+// called, only where its specialization constant is not 0 (decision 7).
+//
+// Outside effects/, these files of train/ name an effect: fields/hash.c (transient, occupancy), fields/mlp.c
+// (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
+// occupancy, sky, background, unbounded, wide_box), step_costs.c and step_passes.c (transient). run/finish.c names
+// pose.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
