@@ -68,6 +68,12 @@ static bool varies(const double *values, uint32_t count) {
     return false;
 }
 
+double vw_dot(const double *a, const double *b, uint32_t count) {
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
+    return sum;
+}
+
 double vw_pearson(const double *a, const double *b, uint32_t count) {
     double mean_a = 0, mean_b = 0, aa = 0, bb = 0, ab = 0;
     if (!varies(a, count) || !varies(b, count)) return NAN; // the rounded mean of equal values may differ from them

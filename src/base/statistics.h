@@ -33,6 +33,8 @@ struct vw_spread {
 void vw_spread_add(struct vw_spread *spread, double value);
 double vw_spread_variance(const struct vw_spread *spread); // sample variance (n - 1); NaN below two values
 
+// Returns the sum of a[i] * b[i], added in order.
+double vw_dot(const double *a, const double *b, uint32_t count);
 // Returns Pearson's correlation. NaN for fewer than two values, or if one side does not vary.
 double vw_pearson(const double *a, const double *b, uint32_t count);
 // Computes Spearman's correlation: Pearson's of the ranks. VW_ERROR_MEMORY.

@@ -21,6 +21,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "scene/builder.h"
+#include "scene/determinant.h"
 
 static const double MARGIN = 1.1;
 static const double STRAY_SHARE = 0.02; // share of the points that is ignored at either end of an axis
@@ -45,18 +46,13 @@ static void look_of(const struct vw_view *view, double look[3]) {
     for (int i = 0; i < 3; i++) look[i] = -view->camera_to_world[i][2];
 }
 
-static double determinant(const double m[3][3]) {
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
 // Solves by Cramer's rule; the caller knows that `divisor`, the determinant of m, is not small.
 static void solve(const double m[3][3], double divisor, const double right[3], double solution[3]) {
     for (int column = 0; column < 3; column++) {
         double replaced[3][3];
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) replaced[i][j] = j == column ? right[i] : m[i][j];
-        solution[column] = determinant(replaced) / divisor;
+        solution[column] = vw_determinant(replaced[0], replaced[1], replaced[2]) / divisor;
     }
 }
 
@@ -105,7 +101,7 @@ static struct axes measure_axes(const struct vw_scene *scene) {
         }
     }
     axes.spread_world = sqrt(square);
-    double divisor = determinant(matrix);
+    double divisor = vw_determinant(matrix[0], matrix[1], matrix[2]);
     if (divisor < PARALLEL_DETERMINANT) return axes;
     solve(matrix, divisor, right, axes.focus);
     axes.common_point = is_before_most(scene, &axes);

@@ -76,7 +76,7 @@ enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *buil
     return status;
 }
 
-static const char *name_of_view(const void *context, size_t place) {
+const char *vw_scene_name_of_view(const void *context, size_t place) {
     return ((const struct vw_scene *)context)->views[place].name;
 }
 
@@ -84,7 +84,7 @@ enum vw_status vw_scene_index_names(struct vw_scene *scene) {
     struct vw_name_index *index = vw_allocate(1, sizeof *index);
     if (!index) return VW_ERROR_MEMORY;
     scene->names = index;
-    return vw_name_index_make(name_of_view, scene, scene->view_count, index);
+    return vw_name_index_make(vw_scene_name_of_view, scene, scene->view_count, index);
 }
 
 struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *name) {

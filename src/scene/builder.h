@@ -51,6 +51,8 @@ enum vw_status vw_scene_builder_count_missing(struct vw_scene_builder *builder, 
 enum vw_status vw_scene_builder_note_repairs(const struct vw_scene_builder *builder);
 // Adds a line to the scene's notes.
 enum vw_status vw_scene_note(struct vw_scene *scene, const char *format, ...) __attribute__((format(printf, 2, 3)));
+// Returns the name of the view at a place of `scene`, a struct vw_scene: a vw_name_at.
+const char *vw_scene_name_of_view(const void *scene, size_t place);
 // Makes all views findable by name, once the loader has appended them.
 enum vw_status vw_scene_index_names(struct vw_scene *scene);
 // Finds the view of that name; NULL when there is none. A leading "./" is ignored.

@@ -31,12 +31,6 @@ struct design {
     double *kept;        // share of white noise that remains at each frequency without the trends
 };
 
-static double dot(const double *a, const double *b, uint32_t count) {
-    double sum = 0;
-    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 static void subtract(double *from, const double *row, double times, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) from[i] -= times * row[i];
 }
@@ -56,9 +50,9 @@ static void make_trends(struct design *design) {
         for (uint32_t epoch = 0; epoch < epochs; epoch++) trend[epoch] = pow(log(epoch + 2.0), power);
         for (uint32_t before = 0; before < power; before++) {
             const double *other = design->trends + (size_t)before * epochs;
-            subtract(trend, other, dot(trend, other, epochs), epochs);
+            subtract(trend, other, vw_dot(trend, other, epochs), epochs);
         }
-        double length = sqrt(dot(trend, trend, epochs));
+        double length = sqrt(vw_dot(trend, trend, epochs));
         for (uint32_t epoch = 0; epoch < epochs; epoch++) trend[epoch] /= length;
     }
 }
@@ -72,7 +66,7 @@ static void make_cosines(struct design *design, uint32_t candidates) {
         for (uint32_t epoch = 0; epoch < epochs; epoch++)
             cosine[epoch] = sqrt(2.0 / epochs) * cos(angle * (epoch + 0.5));
         for (uint32_t t = 0; t < design->trend_count; t++) {
-            double share = dot(cosine, design->trends + (size_t)t * epochs, epochs);
+            double share = vw_dot(cosine, design->trends + (size_t)t * epochs, epochs);
             kept -= share * share;
         }
         if (kept < KEPT_LEAST) continue;
@@ -123,10 +117,10 @@ static void measure_photo(const struct design *design, const double *by_epoch, d
         residuals[epoch] = isnan(by_epoch[epoch]) ? 0 : by_epoch[epoch] - mean;
     for (uint32_t t = 0; t < design->trend_count; t++) {
         const double *trend = design->trends + (size_t)t * epochs;
-        subtract(residuals, trend, dot(residuals, trend, epochs), epochs);
+        subtract(residuals, trend, vw_dot(residuals, trend, epochs), epochs);
     }
     for (uint32_t f = 0; f < frequencies; f++) {
-        double amplitude = dot(residuals, design->cosines + (size_t)f * epochs, epochs);
+        double amplitude = vw_dot(residuals, design->cosines + (size_t)f * epochs, epochs);
         powers[f] = amplitude * amplitude / design->kept[f] * epochs / photo->visits;
         total += powers[f];
     }

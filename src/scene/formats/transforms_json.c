@@ -266,10 +266,6 @@ static const char *name_of_frame(const void *frames, size_t place) {
     return json_string_value(json_object_get(json_array_get(frames, place), "file_path"));
 }
 
-static const char *name_of_view(const void *context, size_t place) {
-    return ((const struct vw_scene *)context)->views[place].name;
-}
-
 static void forget_names(struct reader *reader) {
     vw_name_index_clear(&reader->frames);
     vw_name_index_clear(&reader->earlier);
@@ -279,7 +275,7 @@ static enum vw_status index_names(struct reader *reader, const json_t *frames) {
     const struct vw_scene *scene = reader->builder->scene;
     forget_names(reader);
     enum vw_status status = vw_name_index_make(name_of_frame, frames, json_array_size(frames), &reader->frames);
-    return status ? status : vw_name_index_make(name_of_view, scene, scene->view_count, &reader->earlier);
+    return status ? status : vw_name_index_make(vw_scene_name_of_view, scene, scene->view_count, &reader->earlier);
 }
 
 static enum vw_status load_frames(struct reader *reader, const char *path, const json_t *file, enum vw_split split) {

@@ -1,6 +1,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "scene/determinant.h"
 #include "scene/formats/transforms.h"
 
 static const double TOLERANCE = 1e-3; // poses are often written with few digits
@@ -23,11 +24,6 @@ static enum vw_status read_matrix(const char *where, const json_t *value, double
                    "%s: field transform_matrix is missing or not 4 rows of 4 numbers; export the pose again", where);
 }
 
-static double determinant(double m[4][4]) {
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
 // Returns the largest deviation of the columns, divided by `scale`, from orthonormality.
 static double distance_from_rotation(double m[4][4], double scale) {
     double worst = 0;
@@ -48,7 +44,7 @@ static void make_rotation(double m[4][4], double scale) {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) m[i][j] /= scale;
     for (int step = 0; step < POLAR_STEPS; step++) {
-        double cofactors[3][3], divisor = determinant(m);
+        double cofactors[3][3], divisor = vw_determinant(m[0], m[1], m[2]);
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) {
                 int below = (i + 1) % 3, last = (i + 2) % 3, right = (j + 1) % 3, end = (j + 2) % 3;
@@ -69,7 +65,7 @@ static enum vw_status check_matrix(const char *where, double m[4][4], double *sc
         if (!(fabs(m[i][3]) <= POSITION_LIMIT_WORLD))
             return vw_fail(VW_ERROR_INPUT, "%s: field transform_matrix: position %g is beyond %g; correct the pose",
                            where, m[i][3], POSITION_LIMIT_WORLD);
-    *scale = cbrt(determinant(m));
+    *scale = cbrt(vw_determinant(m[0], m[1], m[2]));
     if (*scale < 0)
         return vw_fail(VW_ERROR_INPUT,
                        "%s: field transform_matrix: mirrored (negative determinant); give right-handed OpenGL axes",

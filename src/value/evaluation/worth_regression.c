@@ -89,12 +89,6 @@ static enum vw_status make_rows(struct regression *regression) {
     return VW_OK;
 }
 
-static double product(const double *a, const double *b, uint32_t count) {
-    double sum = 0;
-    for (uint32_t i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
-}
-
 // Writes the columns of a row of all players (`scratch`), and returns the squared length of what the basis lacks of it.
 static double take_row(const struct regression *regression, double *row) {
     uint32_t first = regression->first_player, players = regression->params->subsets->photo_count;
@@ -104,10 +98,10 @@ static double take_row(const struct regression *regression, double *row) {
     if (!regression->basis) return 0;
     double seen = 0;
     for (uint32_t k = first; k < regression->columns; k++) {
-        row[k] = product(of_players, regression->basis + (size_t)(k - first) * players, players);
+        row[k] = vw_dot(of_players, regression->basis + (size_t)(k - first) * players, players);
         seen += row[k] * row[k];
     }
-    return fmax(product(of_players, of_players, players) - seen, 0);
+    return fmax(vw_dot(of_players, of_players, players) - seen, 0);
 }
 
 // Orthonormalises by Gram and Schmidt, twice because of rounding. Returns the number of directions.
@@ -117,13 +111,13 @@ static uint32_t find_basis(const struct regression *regression, double *basis) {
         double *next = basis + (size_t)rank * players;
         memcpy(next, regression->rows + (size_t)i * regression->columns + regression->first_player,
                players * sizeof *next);
-        double whole = product(next, next, players);
+        double whole = vw_dot(next, next, players);
         for (uint32_t k = 0; k < 2 * rank; k++) {
             const double *other = basis + (size_t)(k % rank) * players;
-            double share = product(next, other, players);
+            double share = vw_dot(next, other, players);
             for (uint32_t j = 0; j < players; j++) next[j] -= share * other[j];
         }
-        double left = product(next, next, players);
+        double left = vw_dot(next, next, players);
         if (!(left > SAME_DIRECTION * whole)) continue;
         for (uint32_t j = 0; j < players; j++) next[j] /= sqrt(left);
         rank++;
@@ -241,7 +235,7 @@ static void solve(const struct regression *regression, uint32_t columns, double 
 // Returns x' (X'X + penalties)^-1 x.
 static double leverage(const struct regression *regression, const double *x) {
     solve_forward(regression, x, regression->columns, regression->scratch);
-    return product(regression->scratch, regression->scratch, regression->columns);
+    return vw_dot(regression->scratch, regression->scratch, regression->columns);
 }
 
 // ---- Fits of all penalties ----
@@ -252,14 +246,14 @@ static double left_out_error(const struct regression *regression, uint32_t unsee
     for (uint32_t i = 0; i < regression->outcomes.count; i++) {
         if (regression->folds[i] == unseen) continue;
         const double *row = regression->rows + (size_t)i * regression->columns;
-        double error = regression->outcomes.means[i] - product(row, solution, regression->columns);
+        double error = regression->outcomes.means[i] - vw_dot(row, solution, regression->columns);
         sum += pow(error / fmax(1 - leverage(regression, row), 1e-9), 2);
     }
     return sum;
 }
 
 static void find_variances(struct regression *regression, uint32_t fit, const double *solution, double *variances) {
-    double rest = regression->squares - product(regression->pulled, solution, regression->columns);
+    double rest = regression->squares - vw_dot(regression->pulled, solution, regression->columns);
     for (uint32_t i = 0; i < regression->columns; i++)
         rest += penalty_of(regression, fit, i) * pow(expected_of(regression, i), 2);
     double noise = fmax(rest, 0) / fmax(regression->used - 2.0, 1); // the penalty counts as a prior's part
@@ -306,7 +300,7 @@ static double average(const struct regression *regression, const double *row) {
     for (uint32_t fit = 0; fit < FITS; fit++)
         if (regression->weights[fit] > 0)
             sum += regression->weights[fit] *
-                   product(row, regression->solutions + (size_t)fit * regression->columns, regression->columns);
+                   vw_dot(row, regression->solutions + (size_t)fit * regression->columns, regression->columns);
     return sum;
 }
 
@@ -322,7 +316,7 @@ static void predict_left_out(struct regression *regression, struct vw_worths *wo
             const double *row = regression->rows + (size_t)i * regression->columns;
             uint32_t subset = regression->outcomes.kept[i];
             worths->predicted[subset] = regression->centre + average(regression, row);
-            worths->by_size[subset] = regression->centre + product(row, of_size, FIRST_FEATURE);
+            worths->by_size[subset] = regression->centre + vw_dot(row, of_size, FIRST_FEATURE);
         }
     }
 }
@@ -335,7 +329,7 @@ static enum vw_status compare_left_out(const struct regression *regression, stru
         predicted[i] = worths->predicted[outcomes->kept[i]] - regression->centre;
         error += pow(predicted[i] - outcomes->means[i], 2);
     }
-    double total = product(outcomes->means, outcomes->means, outcomes->count);
+    double total = vw_dot(outcomes->means, outcomes->means, outcomes->count);
     worths->pearson = vw_pearson(predicted, outcomes->means, outcomes->count);
     worths->r2 = total > 0 ? 1 - error / total : NAN;
     free(predicted);
@@ -354,7 +348,7 @@ static void take_worths(struct regression *regression, struct vw_worths *worths)
             if (!(regression->weights[fit] > 0)) continue;
             const double *solution = regression->solutions + (size_t)fit * regression->columns;
             variance += regression->weights[fit] * (regression->variances[(size_t)fit * players + i] +
-                                                    pow(product(contrast, solution, regression->columns) - value, 2));
+                                                    pow(vw_dot(contrast, solution, regression->columns) - value, 2));
         }
         worths->values[i] = value;
         worths->standard_errors[i] = sqrt(variance);
@@ -377,8 +371,8 @@ static enum vw_status resample(struct regression *regression, struct vw_worths *
         if (!factorise(regression, best)) continue;
         solve(regression, regression->columns, regression->solutions);
         for (uint32_t i = 0; i < players; i++)
-            worths->resampled[(size_t)r * players + i] = product(
-                regression->contrasts + (size_t)i * regression->columns, regression->solutions, regression->columns);
+            worths->resampled[(size_t)r * players + i] = vw_dot(regression->contrasts + (size_t)i * regression->columns,
+                                                                regression->solutions, regression->columns);
     }
     free(times);
     return VW_OK;
