@@ -56,7 +56,7 @@ typedef uint32_t vw_uint;
     X(61, EFFECT_APPEARANCE, effect_appearance, uint, 0) \
     X(62, SLICE_SAMPLES, slice_samples, uint, 128) /* per partial sum of the weight gradient: VW_FIELD_GROUP or a part of it */ \
     X(63, SKIP_ZEROS, skip_zeros, uint, 0)         /* 1: scatter_grid adds no zeros, in its atomic forms */ \
-    X(64, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the way back */ \
+    X(64, STORES_ROWS, stores_rows, uint, 0)       /* 1: activations are stored for the backward pass */ \
     X(65, HUBER_LENGTH, huber_length, float, 0.1)  /* colour difference beyond which LOSS_HUBER is linear */ \
     X(66, SHIFT_COLUMN, shift_column, uint, 0)     /* weight column that holds the biases of the first four units that a code shifts */ \
     X(67, SHIFT_STRIDE, shift_stride, uint, 0)     /* from there to that of the next four */ \
@@ -215,7 +215,7 @@ VW_ENUM(VW_SLOT_FIT_VIEWS, 58)       // vw_ray_range per validation view: its ra
 // The next four only with the field mlp or the effect transient: rows of one chunk at VW_ROW_PLACE, four floats each.
 VW_ENUM(VW_SLOT_LAYER_ROWS, 59)         // inputs and outputs of layers
 VW_ENUM(VW_SLOT_LAYER_ROWS_TEXEL, 60)   // the same as RGBA32F texels
-VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the way back is at
+VW_ENUM(VW_SLOT_D_LAYER_ROWS, 61)       // gradients by it, of the layers that the backward pass is at
 VW_ENUM(VW_SLOT_D_LAYER_ROWS_TEXEL, 62) // likewise
 // The rest only with the effect visibility, see visibility.glsl.
 VW_ENUM(VW_SLOT_VISIBILITY, 63)          // vec2 per ray: how visible it is, and the gradient by that, of the sum over rays; overwritten

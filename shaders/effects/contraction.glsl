@@ -2,8 +2,8 @@
 // radiance fields", CVPR 2022, equation 10). With q = 2 * box - 1, whose unit ball is the scene's inner region
 // (src/train/effects/contraction.c):
 //   c = q where |q| <= 1, else (2 - 1 / |q|) q / |q|
-// so that |c| < 2, and the field is read at c / 4 + 1 / 2. Directions stay as they are. There is no way back: sample
-// positions are not trained, so that no gradient goes through them.
+// so that |c| < 2, and the field is read at c / 4 + 1 / 2. Directions stay as they are. There is no backward pass:
+// sample positions are not trained, so that no gradient goes through them.
 #ifndef CONTRACTION_GLSL
 #define CONTRACTION_GLSL
 

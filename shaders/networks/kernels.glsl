@@ -1,4 +1,4 @@
-// The convolutions' kernels, and the way back through one of them (encoder.glsl): for passes that have the buffers
+// The convolutions' kernels, and the backward pass through one of them (encoder.glsl): for passes that have the buffers
 // weights and d_rows.
 #ifndef KERNELS_GLSL
 #define KERNELS_GLSL

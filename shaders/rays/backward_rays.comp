@@ -30,7 +30,7 @@ void main() {
 
     ray_march forward = ray_march(0.0, vec3(0.0));
     for (uint i = 0u; i < count; i++) {
-        d_field[first + i].w = forward.tau; // kept for the way back
+        d_field[first + i].w = forward.tau; // kept for the backward pass
         march(forward, field[first + i], length_of(ray, first + i, i));
     }
     float left = transmittance(forward.tau);

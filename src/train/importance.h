@@ -1,7 +1,7 @@
 // Samples placed where the field has matter (--importance-samples). Before a chunk of rays goes forward, its even
 // samples are rendered, and place_samples lists all places of the chunk, which the passes after it read. The field
-// itself renders the even samples, without a way back; or, as in NeRF (Mildenhall et al., ECCV 2020, section 5.2), a
-// coarse network of the same shape (--coarse-network own), which a step trains by the loss of its own colours against
+// itself renders the even samples, without a backward pass; or, as in NeRF (Mildenhall et al., ECCV 2020, section 5.2),
+// a coarse network of the same shape (--coarse-network own), which a step trains by the loss of its own colours against
 // the same pixels, NeRF's equation 6. No gradient goes through the places.
 #ifndef VIEWWORTH_TRAIN_IMPORTANCE_H
 #define VIEWWORTH_TRAIN_IMPORTANCE_H
@@ -26,7 +26,7 @@ uint64_t vw_importance_places_bytes(const struct vw_model *model, uint32_t rays)
 enum vw_status vw_importance_create(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     const struct vw_specialization *specialization,
                                     const struct vw_shader *backward_rays, struct vw_importance *importance);
-// Records the placing of a chunk's samples, and the way back of a coarse network. Does nothing without importance
+// Records the placing of a chunk's samples, and the backward pass of a coarse network. Does nothing without importance
 // samples.
 void vw_importance_record(const struct vw_model *model, const struct vw_importance *importance,
                           struct vw_submission *submission, const struct vw_push_samples *chunk);

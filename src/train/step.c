@@ -108,13 +108,13 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
     if (!status) status = vw_gradient_create(step, &step->objects, &field->model->specialization, &step->gradient);
     if (!status) status = create_update_passes(step);
     for (uint32_t i = 0; i < field->model->window_count && !status; i++) status = create_update_grid(step, i);
-    if (!status) status = vw_effects_create_rest(field->model, step);
+    if (!status) status = vw_effects_create_extras(field->model, step);
     if (status) vw_step_destroy(step);
     return status;
 }
 
 void vw_step_destroy(struct vw_step_passes *step) {
-    if (step->field) vw_effects_destroy_rest(step->field->model, step);
+    if (step->field) vw_effects_destroy_extras(step->field->model, step);
     vw_gpu_objects_destroy(&step->objects);
 }
 

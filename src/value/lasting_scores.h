@@ -13,7 +13,7 @@
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count);
 
-// The growth of the gradient on its way back from the end: the largest ratio of its length at a step to that at a later
+// The growth of the gradient during the backward pass: the largest ratio of its length at a step to that at a later
 // one. Lengths of steps that U itself averages over do not count, unless all do. 1: it never grew.
 struct vw_lasting_growth {
     double factor;

@@ -213,11 +213,11 @@ static void many_samples(struct hard_finding *finding) {
 }
 
 static const struct hard_case cases[] = {
-    {"density so high that exp overflows", "inf * 0 in the way back: NaN gradients", density_beyond_exp},
+    {"density so high that exp overflows", "inf * 0 in the backward pass: NaN gradients", density_beyond_exp},
     {"zero density everywhere", "0/0 in Adam; background off by rounding", no_density_anywhere},
     {"optical thickness 10^-12 to 10^4 per sample", "1 - exp(-tau) loses its digits, exp underflows",
      optical_thickness},
-    {"opaque first sample", "light leaks; the way back divides by no light", opaque_first_sample},
+    {"opaque first sample", "light leaks; the backward pass divides by no light", opaque_first_sample},
     {"4,096 samples on a ray", "loops cut short by the driver; sums that lose the small", many_samples},
 };
 

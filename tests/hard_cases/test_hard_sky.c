@@ -182,7 +182,7 @@ static void opaque_before_random_colours(struct hard_finding *finding) {
 static const struct hard_case cases[] = {
     {"a sky that no ray reaches", "it moves all the same", opaque_rays},
     {"a sky and nothing before it", "light is lost on the way; the field gets its gradient", empty_rays},
-    {"a sky of logits up to 10^35", "exp overflows; inf * 0 in the way back", saturated_colours},
+    {"a sky of logits up to 10^35", "exp overflows; inf * 0 in the backward pass", saturated_colours},
     {"a sky in excluded pixels", "what was masked out paints the sky", excluded_pixels},
     {"a sky seen along the axes", "signs and order of the basis, where most of it is 0", along_the_axes},
     {"a sky seen by 65,536 rays", "the sum over rays is cut short or loses the small", most_rays},

@@ -150,11 +150,11 @@ struct reference_sample {
     double colour_in[REFERENCE_COLOUR_IN];
     double before2[REFERENCE_WIDTH_MAX], hidden2[REFERENCE_WIDTH_MAX];
     double rgb[3], density;
-    bool active1[REFERENCE_WIDTH_MAX], active2[REFERENCE_WIDTH_MAX]; // the ReLUs' decisions, which the way back follows
+    bool active1[REFERENCE_WIDTH_MAX], active2[REFERENCE_WIDTH_MAX]; // the ReLUs' decisions, for the backward pass
     bool saturated;                                                  // density above its maximum: no gradient
 };
 
-// Gradients of each layer's output, as the way back through the field finds them.
+// Gradients of each layer's output, as the backward pass through the field finds them.
 struct reference_d_sample {
     double hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO], hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];
     double encoding[REFERENCE_ENCODING_MAX];

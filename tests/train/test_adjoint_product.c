@@ -1,5 +1,5 @@
 // The passes of the backward pass against double precision, at a state of a real training: the Gauss-Newton product
-// against J^T L'' J, with J direction by differences of the reference's colours and the reference's way back; the
+// against J^T L'' J, with J direction by differences of the reference's colours and the reference's backward pass; the
 // direction and the credit of a step; and the gradient of U, validation's score, by differences of its rays' colours.
 #include "support/cmocka_test.h"
 

@@ -28,7 +28,7 @@ void main() {
     vw_ray ray = rays[ray_index];
     transient_march forward = transient_march(0.0, vec3(0.0), 0.0, 0.0);
     for (uint i = 0u; i < SAMPLES; i++) {
-        d_field[first + i].w = forward.tau; // kept for the way back
+        d_field[first + i].w = forward.tau; // kept for the backward pass
         march_both(forward, field[first + i], transient_at(first + i), sample_length(ray, first + i, i));
     }
     float left = transmittance(forward.tau);

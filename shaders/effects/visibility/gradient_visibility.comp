@@ -1,6 +1,6 @@
-// The way back through the network of visibility: each invocation takes one ray from the gradient by how visible it is
-// to those by the sums in the layers, then some columns of weights, over all rays of the workgroup in their order.
-// reduce_visibility adds the groups.
+// The backward pass through the network of visibility: each invocation takes one ray from the gradient by how visible
+// it is to those by the sums in the layers, then some columns of weights, over all rays of the workgroup in their
+// order. reduce_visibility adds the groups.
 #define VISIBILITY_NETWORK
 #include "effects/visibility/visibility.glsl"
 layout(local_size_x = VISIBILITY_GROUP) in;

@@ -330,7 +330,7 @@ static void record_restore(const struct vw_adjoint_passes *backward, struct vw_s
     vw_submission_copy(submission, block, 0, backward->context->field->params, 0, model_of(backward)->param_bytes);
 }
 
-// Records the way back from the slopes of validation's rays, as many at a time as a step has.
+// Records the backward pass from the slopes of validation's rays, as many at a time as a step has.
 static void record_views_back(const struct vw_adjoint_passes *backward, struct vw_submission *submission) {
     const struct vw_step_passes *step = backward->context->step;
     uint32_t rays = backward->context->validation->evaluator.ray_count;

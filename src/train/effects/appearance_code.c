@@ -42,7 +42,7 @@ static void record_photo(const struct vw_model *model, struct vw_pass *const *pa
     vw_submission_dispatch(submission, passes[MIX], NULL, 0, 4 * (uint64_t)model->specialization.width4);
 }
 
-// Lists a code times its weights, and the way back.
+// Lists a code times its weights, and the backward pass.
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     const double weights = (double)work->model->ranges[VW_SLOT_CODE_WEIGHTS].size_bytes / 4;
     vw_pass_cost_add(costs, (struct vw_pass_cost){"mix_code", NULL, 1, weights, 4 * weights});

@@ -163,8 +163,8 @@ static void record_picture(const struct vw_step_passes *step, struct vw_submissi
     vw_submission_dispatch(submission, it->spread_colours, &picture, sizeof picture, it->padded_rays);
 }
 
-// Records the way back. The next chunk overwrites the last chunk's activations: with more than one chunk they are made
-// again.
+// Records the backward pass. The next chunk overwrites the last chunk's activations: with more than one chunk they are
+// recomputed.
 static void record_back(const struct vw_step_passes *step, struct vw_submission *submission, vw_uint4 key) {
     const struct vw_consistency_effect *it = step->consistency;
     for (uint32_t first = 0; first < it->padded_rays; first += step->chunk_rays) {
@@ -205,7 +205,7 @@ void vw_consistency_list_costs(const struct vw_step_passes *step, struct vw_pass
     };
     for (uint32_t time = 0; time < (chunks > 1 ? 2 : 1); time++) {
         const struct vw_effect_work skipping = {
-            .step = step, .model = model, .rays = rays, .chunks = chunks, .picture = true, .again = time > 0};
+            .step = step, .model = model, .rays = rays, .chunks = chunks, .of_picture = true, .forward_only = time > 0};
         vw_effects_list_costs(&skipping, costs);
         vw_importance_list_costs(model, n.rays, chunks, NULL, false, costs);
         model->kind->list_forward_costs(model, time ? &again : &once, costs);

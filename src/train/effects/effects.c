@@ -15,7 +15,7 @@ void vw_effects_initialise(const struct vw_model *model, const struct vw_drawn *
 bool vw_effects_are_of_rays(const struct vw_model *model, const struct vw_specialization *specialization) {
     bool found = false;
     for (uint32_t i = 0; i < model->effect_count; i++)
-        found |= model->effects[i]->of_rays && vw_effect_is_on(model->effects[i], specialization);
+        found |= model->effects[i]->binds_ray_buffers && vw_effect_is_on(model->effects[i], specialization);
     return found;
 }
 
@@ -148,14 +148,14 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
     return status;
 }
 
-enum vw_status vw_effects_create_rest(const struct vw_model *model, struct vw_step_passes *step) {
+enum vw_status vw_effects_create_extras(const struct vw_model *model, struct vw_step_passes *step) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < model->effect_count && !status; i++)
         if (model->effects[i]->create) status = model->effects[i]->create(step);
     return status;
 }
 
-void vw_effects_destroy_rest(const struct vw_model *model, struct vw_step_passes *step) {
+void vw_effects_destroy_extras(const struct vw_model *model, struct vw_step_passes *step) {
     for (uint32_t i = 0; i < model->effect_count; i++)
         if (model->effects[i]->destroy) model->effects[i]->destroy(step);
 }
@@ -228,7 +228,7 @@ void vw_effects_record_update(const struct vw_model *model, const struct vw_effe
 void vw_effects_list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     for (uint32_t i = 0; i < work->model->effect_count; i++) {
         const struct vw_effect_kind *kind = work->model->effects[i];
-        if (kind->list_costs && (!work->picture || kind->record_chunk || kind->ray_gradient))
+        if (kind->list_costs && (!work->of_picture || kind->record_chunk || kind->ray_gradient))
             kind->list_costs(work, costs);
     }
 }

@@ -48,8 +48,8 @@ enum vw_status vw_effects_create_passes(const struct vw_model *model, struct vw_
                                         const struct vw_pass_params *common, bool of_step,
                                         struct vw_effect_sets *effects);
 // Creates and destroys what the effects of a step have beyond buffers and passes.
-enum vw_status vw_effects_create_rest(const struct vw_model *model, struct vw_step_passes *step);
-void vw_effects_destroy_rest(const struct vw_model *model, struct vw_step_passes *step);
+enum vw_status vw_effects_create_extras(const struct vw_model *model, struct vw_step_passes *step);
+void vw_effects_destroy_extras(const struct vw_model *model, struct vw_step_passes *step);
 
 // ---- Recording: what the effects add to a step, in its order; see kind.h ----
 

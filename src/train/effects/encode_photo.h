@@ -38,7 +38,7 @@ enum vw_status vw_encoder_create_passes(struct vw_gpu_objects *objects, const st
                                         struct vw_effect_passes *set);
 // Records the code of a photo. In a step the photo is the step's; record it after generate_rays.
 void vw_encoder_record_forward(struct vw_pass *const *passes, struct vw_submission *submission, uint32_t view);
-// Records its gradient, after the field's way back. `codes`: what spread_photo_codes takes, NULL without it.
+// Records its gradient, after the field's backward pass. `codes`: what spread_photo_codes takes, NULL without it.
 void vw_encoder_record_back(struct vw_pass *const *passes, const struct vw_push_codes *codes,
                             struct vw_submission *submission);
 

@@ -34,17 +34,16 @@ struct vw_effect_buffer {
     enum vw_effect_use {
         VW_EFFECT_OF_STEP,
         VW_EFFECT_CARRIED = 1,  // part of the training's state: one step leaves it to the next
-        VW_EFFECT_OF_FIELD = 2, // rendering needs it as well: it belongs to the field, else to a step
+        VW_EFFECT_OF_FIELD = 2, // rendering needs it too, so the field owns it; otherwise a step does
     } use;
 };
 
 struct vw_effect_shader {
     const struct vw_shader *shader;
-    const struct vw_shader *half; // in its place where the grid is of halves; NULL: the same
+    const struct vw_shader *half; // used instead when the grid is float16; NULL: the same
 };
 
-// The passes of an effect in one use. Which is which is the effect's own: they stand as in its `shaders`. The last is
-// its `update`.
+// The passes of an effect in one use, in the order of the effect's `shaders`; the last is its `update`.
 struct vw_effect_passes {
     struct vw_pass *passes[VW_EFFECT_PASSES_MAX];
 };
@@ -65,17 +64,18 @@ struct vw_effect_work {
     const struct vw_step_passes *step;
     const struct vw_model *model; // the step's
     uint32_t rays, chunks;
-    bool picture, again; // again: rendered a second time, without the way back
+    bool of_picture;   // the rays are of the picture
+    bool forward_only; // rendered a second time, without the backward pass
 };
 
 struct vw_effect_kind {
     const char *name;
     size_t constant; // offset of its switch in struct vw_specialization
     enum vw_effect_adjoint adjoint;
-    bool training_alone; // validation and rendering do without it
-    bool sees_photos;    // validation and rendering call record_photo() as well: they see a view by its own photo
-    bool fits_views;     // validation fits a gain and a bias to each view
-    bool of_rays;        // its buffers are in the variants VW_RAY_EFFECTS of the passes over rays
+    bool training_alone;    // validation and rendering do without it
+    bool sees_photos;       // validation and rendering call record_photo() as well: they see a view by its own photo
+    bool fits_views;        // validation fits a gain and a bias to each view
+    bool binds_ray_buffers; // the variants VW_RAY_EFFECTS of the passes over rays bind its buffers
     // Passes of a step; where sees_photos, the first photo_pass_count of them also of an evaluator.
     struct vw_effect_shader shaders[VW_EFFECT_PASSES_MAX];
     uint32_t photo_pass_count;
@@ -113,10 +113,10 @@ struct vw_effect_kind {
     void (*record_photo)(const struct vw_model *model, struct vw_pass *const *passes, struct vw_submission *submission,
                          uint32_t view); // before the field sees rays; in a step, which knows its photo, `view` is 0
     void (*record_chunk)(struct vw_pass *const *passes, struct vw_submission *submission,
-                         const struct vw_push_samples *chunk); // before the field goes forward
+                         const struct vw_push_samples *chunk); // before the field's forward pass
     void (*record_chunk_gradient)(const struct vw_model *model, struct vw_pass *const *passes,
                                   struct vw_submission *submission,
-                                  const struct vw_field_chunk *chunk); // after the field's way back
+                                  const struct vw_field_chunk *chunk); // after the field's backward pass
     void (*record_gradient)(const struct vw_step_passes *step, struct vw_pass *const *passes,
                             struct vw_submission *submission, const struct vw_push_rays *rays,
                             uint64_t number); // after the last chunk

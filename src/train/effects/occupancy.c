@@ -64,7 +64,7 @@ static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *
         {"refresh_occupancy", NULL, refreshes, cells * (16 * n.width4 * (n.encoding4 + 1) + 2 * n.gathers),
          cells * (n.pair_bytes * n.gathers + 8)},
     };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) - (work->picture ? 1 : 0); i++) vw_pass_cost_add(costs, passes[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(passes) - (work->of_picture ? 1 : 0); i++) vw_pass_cost_add(costs, passes[i]);
 }
 
 const struct vw_effect_kind vw_effect_occupancy = {

@@ -21,7 +21,7 @@ static uint32_t list_buffers(const struct vw_model *model, uint32_t padded_rays,
 
 static void list_costs(const struct vw_effect_work *work, struct vw_pass_costs *costs) {
     double rays = work->rays;
-    if (work->again) return;
+    if (work->forward_only) return;
     vw_pass_cost_add(costs, (struct vw_pass_cost){"gradient_sky", NULL, 1, rays * 4 * VW_SKY_COLUMNS,
                                                   rays * VW_SKY_COLUMNS * (sizeof(struct vw_ray) + 16)});
 }
@@ -30,7 +30,7 @@ const struct vw_effect_kind vw_effect_sky = {
     .name = "sky",
     .constant = VW_EFFECT_CONSTANT(sky),
     .adjoint = VW_ADJOINT_FOLLOWS,
-    .of_rays = true,
+    .binds_ray_buffers = true,
     .ranges = {VW_SLOT_SKY},
     .lay_out_columns = lay_out_columns,
     .list_buffers = list_buffers,

@@ -122,7 +122,7 @@ const struct vw_effect_kind vw_effect_visibility = {
     .constant = VW_EFFECT_CONSTANT(visibility),
     .adjoint = VW_ADJOINT_HOLDS,
     .training_alone = true,
-    .of_rays = true,
+    .binds_ray_buffers = true,
     .shaders = {[PREDICT] = {&vw_shader_predict_visibility},
                 [GRADIENT] = {&vw_shader_gradient_visibility},
                 [REDUCE] = {&vw_shader_reduce_visibility}},

@@ -118,12 +118,12 @@ void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_co
         if (layer) list->matrices[list->count - 1 - (layer == SKIP_LAYER + 1)].gates_back = true;
     }
     struct vw_mlp_operand density = add_layer(list, trunk, none, 1, list->d_heads.density_row);
-    list->matrices[list->count - 1].adds_back = list->matrices[list->count - 1].gates_back = true;
+    list->matrices[list->count - 1].adds_to_gradient = list->matrices[list->count - 1].gates_back = true;
     struct vw_mlp_operand feature = add_layer(list, trunk, none, 4 * width4, places[0]);
     struct vw_mlp_operand colour = add_layer(list, feature, direction, 2 * width4, places[1]);
     rectify_last(list);
     list->matrices[list->count - 2].shifts = true;
-    list->matrices[list->count - 2].adds_back = transient; // the way back comes from the head first
+    list->matrices[list->count - 2].adds_to_gradient = transient; // the backward pass comes from the head first
     list->shift_column = list->matrices[list->count - 2].first_bias;
     struct vw_mlp_operand logit = add_layer(list, colour, none, 3, list->d_heads.logit_row);
     list->matrices[list->count - 1].gates_back = true;
@@ -385,7 +385,7 @@ static void record_back(const struct vw_pass *pass, struct vw_submission *submis
                                           .to_row = matrix->d_in_row,
                                           .to4 = matrix->in4,
                                           .gate_row = matrix->in_row,
-                                          .form = (matrix->adds_back ? VW_MULTIPLY_ADDS : 0) |
+                                          .form = (matrix->adds_to_gradient ? VW_MULTIPLY_ADDS : 0) |
                                                   (matrix->gates_back ? VW_MULTIPLY_GATES : 0)};
     record_multiply(submission, pass, backward_tile(matrix), matrix->out4, push, samples);
 }

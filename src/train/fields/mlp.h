@@ -28,7 +28,7 @@ struct vw_mlp_matrix {
     bool ends_layer;                     // its last matrix
     bool rectifies;                      // the layer has a ReLU
     bool shifts;                         // a photo's code shifts its biases
-    bool adds_back;                      // its input has a gradient already
+    bool adds_to_gradient;               // its input has a gradient already
     bool gates_back;                     // this one completes that gradient, and the input comes from a ReLU
 };
 
@@ -60,7 +60,7 @@ void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uin
 void vw_mlp_initialise(const struct vw_mlp_list *list, const struct vw_drawn *drawn, float *weights);
 
 // The passes of a list among those of a field: gradient_weights and reduce_weights, then multiply_layer for each size
-// of tile, first those for the way forward, then those for the way back.
+// of tile, first those for the forward pass, then those for the backward pass.
 enum { MLP_GRADIENT, MLP_REDUCE, MLP_MULTIPLY };
 struct vw_mlp_passes {
     struct vw_pass **passes;
@@ -83,8 +83,8 @@ void vw_mlp_append_head(struct vw_mlp_list *list, struct vw_mlp_operand features
 void vw_mlp_specialise_head(const struct vw_mlp_list *list, struct vw_specialization *specialization);
 // Adds what feed_transient stores, with so many bytes of features to copy per sample.
 void vw_mlp_add_feed_cost(const struct vw_field_work *work, uint32_t feature_bytes, struct vw_pass_costs *costs);
-// Adds what layers load, store and multiply. The second does it for the way back: for products with a gradient by the
-// input.
+// Adds what layers load, store and multiply. The second does it for the backward pass: for products with a gradient by
+// the input.
 void vw_mlp_add_forward_costs(const struct vw_mlp_list *list, const struct vw_field_work *work,
                               struct vw_pass_costs *costs);
 void vw_mlp_add_backward_costs(const struct vw_model *model, const struct vw_mlp_list *list,

@@ -44,7 +44,7 @@ struct vw_field_work {
     double samples;
     uint32_t chunks;
     const char *role; // as of the passes
-    bool stores_rows; // for the way back
+    bool stores_rows; // for the backward pass
 };
 
 struct vw_field_kind {

@@ -1,5 +1,5 @@
-// The passes of the effect `visibility` against the reference: how visible rays are, the way back through its network,
-// group by group, their sum, and the step of a photo's code.
+// The passes of the effect `visibility` against the reference: how visible rays are, the backward pass through its
+// network, group by group, their sum, and the step of a photo's code.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
