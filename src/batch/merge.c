@@ -204,7 +204,8 @@ enum vw_status vw_merge_check_out(const char *out) {
     char *ledger = vw_path_join(out, "ledger.db");
     enum vw_status status = ledger ? vw_out_check(out) : VW_ERROR_MEMORY;
     if (!status && vw_file_exists(ledger))
-        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run; name another folder for results of many", out);
+        status =
+            vw_fail(VW_ERROR_USAGE, "--out %s: already contains a run; name another folder for results of many", out);
     free(ledger);
     return status;
 }

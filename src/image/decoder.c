@@ -123,7 +123,7 @@ static enum vw_status start_worker(enum vw_decoder_task task, uint64_t memory_by
     }
     close(sockets[0]);
     free(started);
-    return status ? status : vw_fail(VW_ERROR_IO, "viewworth-decode takes no order; run the command again");
+    return status ? status : vw_fail(VW_ERROR_IO, "viewworth-decode does not answer; run the command again");
 }
 
 // Returns whether an idle worker neither ended nor sent anything unasked.

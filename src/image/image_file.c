@@ -69,7 +69,7 @@ static bool is_unchanged(const struct photo_file *file) {
 
 static enum vw_status check_header(const char *path, const struct vw_image_header *header) {
     if (!header->width_px || !header->height_px || !header->channels || header->format > VW_PIXEL_FLOAT32)
-        return vw_fail(VW_ERROR_IO, "%s: cannot open the image: the decoder was misled; remove it", path);
+        return vw_fail(VW_ERROR_IO, "%s: the image decoder returned invalid data; remove the file", path);
     if ((uint64_t)header->width_px * header->height_px > PIXEL_LIMIT)
         return vw_fail(VW_ERROR_INPUT,
                        "%s: %u x %u pixels are more than the limit of %" PRIu64 "; make the image smaller", path,
@@ -179,7 +179,7 @@ static enum vw_status check_pixels(struct vw_image *image, size_t pixel_count) {
     for (size_t i = 0; image->unusable && i < pixel_count; i++) image->unusable[i] = image->unusable[i] != 0;
     const float *values = image->format == VW_PIXEL_FLOAT32 ? image->pixels : NULL;
     for (size_t i = 0; values && i < 4 * pixel_count; i++)
-        if (!(values[i] >= 0 && values[i] <= 1)) return vw_fail(VW_ERROR_IO, "the decoder was misled");
+        if (!(values[i] >= 0 && values[i] <= 1)) return vw_fail(VW_ERROR_IO, "the image decoder returned invalid data");
     return VW_OK;
 }
 

@@ -75,8 +75,9 @@ static enum vw_status name_outputs(struct vw_run *run) {
     enum vw_status status = vw_out_check(run->out);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
     if (!status && vw_file_exists(run->results.ledger_path) && !run->resume)
-        status = vw_fail(VW_ERROR_USAGE,
-                         "--out %s: holds a run already; continue it by --resume, or name another folder", run->out);
+        status =
+            vw_fail(VW_ERROR_USAGE,
+                    "--out %s: already contains a run; continue it with --resume, or name another folder", run->out);
     return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
 }
 

@@ -52,11 +52,10 @@ static enum vw_status map_file(const char *folder, struct vw_pixel_store *store)
     }
     if (descriptor >= 0) close(descriptor); // the mapping keeps the file
     if (error)
-        return vw_fail(
-            VW_ERROR_IO,
-            "%s: no place for the %.3g GiB of pixels that do not fit into the memory for them: %s; free some "
-            "there, name a folder on another disk by XDG_CACHE_HOME, or give --memory or --downscale",
-            folder, ldexp((double)store->size_bytes, -30), strerror(error));
+        return vw_fail(VW_ERROR_IO,
+                       "%s: cannot reserve %.3g GiB for pixels: %s; free some there, name a folder on another "
+                       "disk by XDG_CACHE_HOME, or give --memory or --downscale",
+                       folder, ldexp((double)store->size_bytes, -30), strerror(error));
     store->bytes = mapped;
     vw_log_info("pixels: %.3g GiB, more than --memory allows: in a file of %s", ldexp((double)store->size_bytes, -30),
                 folder);

@@ -89,7 +89,8 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
 
 enum vw_status vw_submissions_join(struct vw_submissions *submissions, const struct vw_submissions_member *member) {
     if (submissions->member_count == VW_TRAINERS_TOGETHER_MAX)
-        return vw_fail(VW_ERROR_USAGE, "at most %d trainings can be taken together", VW_TRAINERS_TOGETHER_MAX);
+        return vw_fail(VW_ERROR_USAGE, "at most %d trainings can run together; lower --together",
+                       VW_TRAINERS_TOGETHER_MAX);
     submissions->members[submissions->member_count++] = *member;
     return VW_OK;
 }

@@ -190,7 +190,7 @@ check "a flag with a value" refuses_jobs 'job c/seed-0: value: --lasting takes n
     ', {"name": "c", "scene": "c", "options": {"lasting": 1}}'
 check "an empty name of a device" fails 2 '--devices takes all, or' batch short.json refused --devices 'llvmpipe,'
 check "a device that there is not" ends_with 1 '4 of 4 jobs failed; .*a/seed-0: .*abacus' batch short.json nowhere --devices abacus
-check "a folder with a run" fails 2 'holds a run' "$program" batch "$folder/short.json" --out "$folder/many/a/seed-0"
+check "a folder with a run" fails 2 'already contains a run' "$program" batch "$folder/short.json" --out "$folder/many/a/seed-0"
 mkdir "$folder/locked"
 check "a second start" fails 2 'another viewworth process writes there' flock "$folder/locked/.viewworth.lock" \
     "$program" batch "$folder/short.json" --out "$folder/locked"
@@ -201,7 +201,7 @@ rm "$folder/linked/a" && mkdir "$folder/linked/a" && ln -s ../elsewhere "$folder
 check "a job's own folder that is a link" ends_with 2 'linked.*a/seed-0' batch short.json linked
 check "into which nothing is written either" test -z "$(ls "$folder/linked/elsewhere")"
 check "two runs of one job" fails 2 'both are the job a/seed-0' "$program" merge "$folder/single" "$folder/array" --out "$folder/none"
-check "a merge into the folder of a run" fails 2 'holds a run' "$program" merge "$folder/single" --out "$folder/single/a/seed-0"
+check "a merge into the folder of a run" fails 2 'already contains a run' "$program" merge "$folder/single" --out "$folder/single/a/seed-0"
 latin=$folder/$'caf\xe9'
 cp -r "$folder/single" "$latin"
 check "a folder whose name is not UTF-8, as JSON" prints '"job"' "$program" merge "$latin" --out "$latin/all" --json

@@ -150,7 +150,7 @@ check "value with four driver threads gives a run" eval 'LP_NUM_THREADS=4 value 
 check "the rows do not depend on threads" same_rows first threads
 check "a folder that cannot be made is refused" \
     refuses '--out /proc/none: cannot write in /proc' value "$scene" --out /proc/none "${tiny[@]}"
-check "a folder that holds a run is refused" refuses 'holds a run already' value "$scene" --out "$folder/first" "${tiny[@]}"
+check "a folder that holds a run is refused" refuses 'already contains a run' value "$scene" --out "$folder/first" "${tiny[@]}"
 check "value --json prints one object" answers "j ->> '\$.steps' = 36 AND json_array_length(j, '\$.most_valuable') = 5
     AND json_array_length(j, '\$.least_valuable') = 5 AND json_type(j, '\$.most_valuable[0].stderr') = 'real'
     AND (SELECT min(value ->> 'ground_truth' = 'clean') FROM json_each(j, '\$.least_valuable'))

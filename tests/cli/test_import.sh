@@ -87,7 +87,7 @@ check "verify finds an edited configuration also when it was sealed anew" refuse
 
 # ---- Refusals -----------------------------------------------------------------------------------------------------------
 
-check "a folder that holds a run is refused" refuses 2 'holds a run already' import-steps "$log" --out "$folder/imported"
+check "a folder that holds a run is refused" refuses 2 'already contains a run' import-steps "$log" --out "$folder/imported"
 check "a file in place of --out is refused" refuses 2 'is a file' import-steps "$log" --out "$log"
 check "--out is needed" refuses 2 '--out is missing' import-steps "$log"
 check "options of training are refused" refuses 2 'unknown option "--rays"' import-steps "$log" --out "$folder/bad" --rays 5

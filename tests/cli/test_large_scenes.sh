@@ -39,7 +39,7 @@ check "--memory is above 0" fails 2 '--memory takes a size' "$program" value "$f
 
 # A disk without room: RLIMIT_FSIZE, which fails as a full disk does once its signal is ignored.
 without_room() { (ulimit -f 8 && trap '' XFSZ && exec "$program" info "$folder/scene" --effects none --memory 10kB --quiet); }
-check "a full disk" fails 1 "$folder/cache/viewworth.*: no place for .*XDG_CACHE_HOME" without_room
+check "a full disk" fails 1 "$folder/cache/viewworth.*: cannot reserve .* for pixels.*XDG_CACHE_HOME" without_room
 
 # Killed while it has the file.
 "$program" value "$folder/scene" --out "$folder/killed" "${small[@]}" --epochs 100000 --memory 10kB >/dev/null 2>&1 &

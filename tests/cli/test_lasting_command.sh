@@ -51,7 +51,7 @@ check "but knows no zero of it" fails 2 'zero that means nothing: only differenc
 
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
 check "an imported run" run "$program" import-steps "$folder/log.csv" --out "$folder/imported"
-check "is refused" fails 2 'was imported, and its steps cannot be taken again' lasting imported
+check "is refused" fails 2 'was imported, and its steps cannot be repeated' lasting imported
 check "a folder without a run is named" fails 2 'no ledger here' lasting nothing
 
 reproduce() { run "$lab" reproduce "$scene" --out "$folder/seeds" --seeds 2 "${small[@]}" --epochs 4 --quiet "$@"; }

@@ -86,7 +86,7 @@ check "a scene that is gone is a warning" eval 'mkdir "$folder/large" "$folder/h
 check "hostile names" eval '"$synthetic" "$folder/hostile/ledger.db" 12 hostile && warns "without thumbnails" report "$folder/hostile"'
 check "a folder that is not there" refuses 'nowhere: no such folder' "$folder/nowhere"
 mkdir "$folder/empty"
-check "a folder that holds nothing" refuses 'empty: holds nothing to report' "$folder/run" "$folder/empty" --to "$folder/none.html"
+check "a folder that holds nothing" refuses 'empty: contains nothing to report' "$folder/run" "$folder/empty" --to "$folder/none.html"
 check "leaves no report" test ! -e "$folder/none.html"
 check "no folder at all" refuses 'OUT\.\.\. is missing'
 mkdir -p "$folder/compare/renders" "$folder/bench"
@@ -102,7 +102,7 @@ mkdir "$folder/costs"
     printf '%s\n' "toys,lds/test_psnr,noise ceiling,0.8,,,40" "toys,sign_accuracy/test_psnr,dv_psnr,0.7,,,9" \
         toys,lds/val_psnr,dv_psnr,0.6,,,40
 } >"$folder/costs/benchmark.csv"
-check "a benchmark of methods that cost more is for the laboratory" refuses 'costs: holds nothing to report' "$folder/costs"
+check "a benchmark of methods that cost more is for the laboratory" refuses 'costs: contains nothing to report' "$folder/costs"
 by=$lab check "which shows it" report "$folder/costs" --to "$folder/costs.html"
 hash=$(sqlite3 "$folder/run/ledger.db" 'SELECT scene_hash FROM run')
 photo=$(sqlite3 "$folder/run/ledger.db" "SELECT name FROM image WHERE split = 'train' LIMIT 1")

@@ -26,7 +26,7 @@ check "a run without interruption" run value whole "$epochs"
 check "--resume starts where there is nothing" run value short 3 --resume --effects +occupancy --pilot-steps 0
 check "a finished run is left alone" unchanged short run value short 3 --resume
 check "also when fewer epochs are asked for" unchanged short run value short 2 --resume
-check "without --resume it is refused" fails 2 'holds a run already; continue it by --resume' value short 3
+check "without --resume it is refused" fails 2 'already contains a run; continue it with --resume' value short 3
 check "a finished run is extended, its effects decided again" run value short 5 --resume --effects +occupancy --pilot-steps 0
 check "a longer run with those effects" run value longer 5
 check "is the extended one" same_run longer short
@@ -66,7 +66,7 @@ check "its head is the one expected" verifies short --expect "$head"
 check "another head is not" fails 1 "head is $head" verify short --expect "${head/[0-8]/9}"
 check "its steps can be taken again" verifies short --replay 7
 check "all of them" verifies short --replay 4000000000
-check "a replay says how many" grep -q 'replay   [1-9][0-9]* steps taken again gave the same bits' "$folder/stdout"
+check "a replay says how many" grep -q 'replay   [1-9][0-9]* repeated steps gave the same bits' "$folder/stdout"
 copy short burned
 query burned "UPDATE run SET config_json = replace(config_json, '\"burn_in_epochs\":1', '\"burn_in_epochs\":2')"
 check "a changed burn-in is found" fails 1 'run row' verify burned

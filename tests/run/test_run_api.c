@@ -200,7 +200,7 @@ FOLDER_TEST(a_run_that_is_only_closed_can_be_resumed) {
     vw_run_close(&run);
     assert_chain_head(out, NULL, "interrupted");
     assert_int_equal(vw_run_open(&params, &run), VW_ERROR_USAGE); // not without `resume`
-    assert_non_null(strstr(vw_error_message(), "holds a run already"));
+    assert_non_null(strstr(vw_error_message(), "already contains a run"));
     assert_null(run);
     params.resume = true;
     observer = (struct observer){0};

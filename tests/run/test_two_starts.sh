@@ -20,7 +20,7 @@ pair() {
     for i in 0 1; do wait "${pids[i]}"; codes[i]=$?; done
     local loser=$((codes[0] == 0))
     [[ ${codes[loser]} -eq 2 && ${codes[1 - loser]} -eq 0 && ! -s $out.$loser.stdout && $(wc -l <"$out.$loser.stderr") -eq 1 ]] &&
-        grep -qE "^viewworth: .*$out: ($busy|another viewworth process writes there|holds a run already)" "$out.$loser.stderr" &&
+        grep -qE "^viewworth: .*$out: ($busy|another viewworth process writes there|already contains a run)" "$out.$loser.stderr" &&
         "$program" verify "$out" --quiet >/dev/null && rm -rf "$out"* && return
     echo "exit codes ${codes[*]}"
     cat "$out".*.stderr
@@ -71,7 +71,7 @@ before=$(steps) # rolls back what was not committed
 start_brief --resume
 check "and can be resumed at once" grows $! "$before"
 check "a killed run leaves its lock file" test -e "$folder/long/.viewworth.lock"
-check "which means nothing" fails 2 'holds a run already' "$program" import-steps "$folder/none.csv" --out "$folder/long"
+check "which means nothing" fails 2 'already contains a run' "$program" import-steps "$folder/none.csv" --out "$folder/long"
 check "and goes with the next holder" test ! -e "$folder/long/.viewworth.lock"
 
 # ---- What is refused leaves nothing ---------------------------------------------------------------------------------------

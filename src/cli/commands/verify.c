@@ -31,7 +31,7 @@ static void print_text(const struct vw_verification *verification, bool replayed
     if (*verification->log_sha256)
         vw_print("the run was imported, so its training cannot be checked; the log had the SHA-256\n         %s\n",
                  verification->log_sha256);
-    if (replayed) vw_print("replay   %" PRIu64 " steps taken again gave the same bits\n", verification->replayed_steps);
+    if (replayed) vw_print("replay   %" PRIu64 " repeated steps gave the same bits\n", verification->replayed_steps);
     vw_print("head     %s\n\n%-23s %-12s %s\n", verification->head, "item", "result", "checked by");
     for (uint32_t i = 0; i < verification->item_count; i++) {
         const struct vw_verify_item *item = &verification->items[i];

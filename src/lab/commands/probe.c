@@ -7,7 +7,7 @@
 
 static void print(const struct vw_probing *probing) {
     const struct vw_noise_floor *noise = &probing->noise;
-    vw_print("replay   %" PRIu64 " steps taken again gave the same bits\n", probing->steps);
+    vw_print("replay   %" PRIu64 " repeated steps gave the same bits\n", probing->steps);
     if (noise->repeated_count)
         vw_print(
             "noise    validating once more moves PSNR by %g dB (%u times), a step with learning rate 0 by %g dB (%u "

@@ -26,7 +26,7 @@ void vw_gradient_replay_destroy(struct vw_gradient_replay *gradient_replay) {
 
 enum vw_status vw_gradient_replay_check_interrupt(const struct vw_gradient_replay *gradient_replay) {
     if (!vw_interrupt_requested(&gradient_replay->interrupt)) return VW_OK;
-    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to begin these scores anew");
+    return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to recompute these scores");
 }
 
 enum vw_status vw_gradient_replay_go_to(struct vw_gradient_replay *gradient_replay, uint64_t step) {

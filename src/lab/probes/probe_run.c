@@ -39,7 +39,7 @@ static enum vw_status open_run(struct work *work) {
     const char *device = work->params->device;
     enum vw_status status = vw_recorded_open(work->params->out, &work->run);
     if (status) return status;
-    if (vw_is_imported(&work->run.row)) return refuse(work, "was imported, and its steps cannot be taken again");
+    if (vw_is_imported(&work->run.row)) return refuse(work, "was imported, and its steps cannot be repeated");
     status = vw_ledger_get_steps(work->run.ledger, &work->records, &work->record_count);
     if (!status && (!work->record_count || !(work->records[0].validated || work->records[0].nonfinite)))
         return refuse(work, "needs validation after every step, and has none");
@@ -97,7 +97,7 @@ static enum vw_status probe_state(struct work *work, uint64_t step) {
     uint32_t count = vw_probes_list(&work->plan, step, own);
     if (!count) return VW_OK;
     if (vw_interrupt_requested(&work->params->interrupt))
-        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to begin the probes anew");
+        return vw_fail(VW_ERROR_INTERRUPTED, "interrupted; repeat the command to recompute the probes");
     status = go_to(work, step);
     double started_s = vw_now_s();
     if (!status) status = vw_prober_take(&work->prober, step + 1, own, count);

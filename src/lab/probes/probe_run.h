@@ -1,4 +1,4 @@
-// Probes of a finished run: its steps are taken again, bit for bit, and probes are taken from its states.
+// Probes of a finished run: its steps are repeated, bit for bit, and probes are taken from its states.
 #ifndef VIEWWORTH_LAB_PROBES_PROBE_RUN_H
 #define VIEWWORTH_LAB_PROBES_PROBE_RUN_H
 
@@ -14,7 +14,7 @@ struct vw_probe_params {
 
 struct vw_probing {
     struct vw_noise_floor noise;
-    uint64_t steps;                    // taken again
+    uint64_t steps;                    // repeated
     uint32_t states, same_state_steps; // probed
     double seconds;                    // wall clock of the probes
     double share;                      // and that by that of probes and steps
@@ -23,8 +23,8 @@ struct vw_probing {
 
 // Writes OUT/probes.csv (header step,probe,kind,name,val_psnr,val_psnr_pooled,val_l1; a row per probe) and
 // OUT/probe_scores.csv (header name,method,value,unit,stderr,visits,resampling_stderr). VW_ERROR_USAGE for a run
-// without validation or whole epochs, and for more states than epochs after burn-in; VW_ERROR_MISMATCH when a step that
-// is taken again is not the recorded one. Free it also after a failure.
+// without validation or whole epochs, and for more states than epochs after burn-in; VW_ERROR_MISMATCH when a
+// repeated step is not the recorded one. Free it also after a failure.
 enum vw_status vw_probe_run(const struct vw_probe_params *params, struct vw_probing *probing);
 void vw_probing_free(struct vw_probing *probing);
 

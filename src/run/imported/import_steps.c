@@ -67,7 +67,7 @@ static enum vw_status open_import(struct import *import) {
     enum vw_status status = vw_out_check(out);
     if (!status) status = vw_out_lock_take(out, &import->lock);
     if (!status && vw_file_exists(import->ledger_path))
-        status = vw_fail(VW_ERROR_USAGE, "--out %s: holds a run already; name another folder", out);
+        status = vw_fail(VW_ERROR_USAGE, "--out %s: already contains a run; name another folder", out);
     if (!status) status = vw_step_log_read(import->params->log, &import->log);
     if (status) return status;
     import->config = *import->params->config;

@@ -196,7 +196,7 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     if (!status) status = add_several(gathering, out, &found);
     if (!status) status = vw_report_files_add(&gathering->files, out, gathering->params->extra);
     if (!status && !found && gathering->files.count == files)
-        status = vw_fail(VW_ERROR_INPUT, "%s: holds nothing to report; %s", out, remedy);
+        status = vw_fail(VW_ERROR_INPUT, "%s: contains nothing to report; %s", out, remedy);
     return status;
 }
 

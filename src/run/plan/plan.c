@@ -33,7 +33,7 @@ static const double MEASURING_SHARE = 0.1;
 static enum vw_status write_record(struct vw_plan *plan, json_t *record) {
     plan->record = record;
     plan->json = vw_json_to_text(record, JSON_COMPACT);
-    return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for what was chosen");
+    return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the plan");
 }
 
 static double number_of(const json_t *record, const char *key) {
@@ -56,7 +56,7 @@ static enum vw_status read_record(const char *json, struct vw_plan *plan) {
     plan->epochs_planned = (uint32_t)planned;
     plan->epochs_most = (uint32_t)most;
     plan->json = vw_json_to_text(plan->record, JSON_COMPACT);
-    return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for what was chosen");
+    return plan->json ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the plan");
 }
 
 // ---- A new run -----------------------------------------------------------------------------------------------------

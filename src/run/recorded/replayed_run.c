@@ -28,7 +28,7 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run) {
     uint64_t count = 0;
     if (vw_is_imported(&run->row))
         return vw_fail(VW_ERROR_USAGE,
-                       "%s: was imported, and its steps cannot be taken again; value the scene with viewworth value",
+                       "%s: was imported, and its steps cannot be repeated; value the scene with viewworth value",
                        run->ledger_path);
     if (strcmp(run->row.status, "finished") != 0)
         return vw_fail(VW_ERROR_USAGE,

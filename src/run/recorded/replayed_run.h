@@ -1,4 +1,4 @@
-// A recorded run whose steps are taken again, for what follows its training: the backward pass of lasting credit, and
+// A recorded run whose steps are repeated, for what follows its training: the backward pass of lasting credit, and
 // scores from gradients.
 #ifndef VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
@@ -6,7 +6,7 @@
 #include "run/recorded/recorded_run.h"
 #include "viewworth/types.h"
 
-// Refuses a run whose steps cannot be taken again, or tell nothing: imported, not finished, without validation, with
+// Refuses a run whose steps cannot be repeated, or tell nothing: imported, not finished, without validation, with
 // tables of halves, not of whole epochs. Its config gets as many epochs as it has. VW_ERROR_USAGE.
 enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
 

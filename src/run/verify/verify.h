@@ -15,7 +15,7 @@ struct vw_verify_params {
     const char *out;       // the folder of the run
     const char *expect;    // the chain head that an earlier command printed; NULL: not compared
     const char *providers; // FILE.csv, by which providers.csv and payout.csv were made; NULL: those of the ledger
-    uint64_t replay_steps; // so many first steps are taken again and compared bit for bit; 0: none
+    uint64_t replay_steps; // the first N steps are repeated and compared bit for bit; 0: none
     const char *device;    // for that; NULL: the one that the ledger names
     struct vw_interrupt interrupt; // stops taking steps
 };

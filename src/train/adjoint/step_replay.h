@@ -1,4 +1,4 @@
-// A finished training, taken again: its steps with the pixels that they had, which gives the same bits. What is done at
+// A finished training, repeated: its steps with the pixels that they had, which gives the same bits. What is done at
 // each step is up to the caller: the backward pass of lasting credit (lasting.h) or a method that goes forwards
 // (gradient_methods.h).
 #ifndef VIEWWORTH_TRAIN_ADJOINT_STEP_REPLAY_H
