@@ -10,7 +10,7 @@ plain=$folder/shaders # what a reader of floats alone would have written
 cp -r "$root/shaders" "$plain"
 rm "$plain/field_hash/grid_pair.glsl"
 sed -i -E '/grid_pair\.glsl/d; s/GRID_PAIR/vec2/g; s/(LOAD|STORE)_PAIR\(moved\)/moved/g; s/LOAD_PAIR\((grid\[[a-z]+\])\)/\1/g;
-    s/STORE_PAIR\((.*)\);/\1;/' "$plain"/*/*.comp "$plain"/*/*.glsl
+    s/STORE_PAIR\((.*)\);/\1;/' "$plain"/*/*.comp "$plain"/*/*.glsl "$plain"/*/*/*.comp
 
 # compile FOLDER STEM OUT [ARGUMENT]...
 compile() {
@@ -27,9 +27,9 @@ other_code() { compile "$root/shaders" "$1" "$folder/half.spv" -DVW_HALF_GRID &&
 mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
 check "four passes touch the grid" test "${stems[*]}" = \
     "effects/occupancy/refresh_occupancy field_hash/forward_field effects/pose/gradient_positions field_hash/update_grid"
-check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain/field_hash/hash_grid.glsl'"
+check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain'/*/*/*.comp '$plain/field_hash/hash_grid.glsl'"
 check "and no other pass includes what knows more" \
-    test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl | wc -l)" -eq 4
+    test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl */*/*.comp | wc -l)" -eq 4
 for stem in "${stems[@]}"; do
     check "$stem on floats is as if there were no other form" same_code "$stem"
     check "$stem on halves is not" other_code "$stem"

@@ -64,7 +64,7 @@ static struct vw_duplicate *find(const struct vw_scene *scene, uint32_t *count) 
 }
 
 TEST(neighbours_are_no_duplicates) {
-    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
+    struct vw_scene *scene = make_scene();
     uint32_t count = 1;
     free(find(scene, &count));
     assert_int_equal(count, 0);
@@ -92,7 +92,7 @@ TEST(copies_are_found) {
         {.what = "excluded", .gain = 1, .other_split = true, .expected = 0},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
+        struct vw_scene *scene = make_scene();
         struct vw_view *copy = copy_photo(scene, 3, 17);
         change_pixels(copy, cases[i].gain, cases[i].bias, cases[i].noise);
         if (cases[i].halved) halve(copy);
@@ -115,7 +115,7 @@ TEST(copies_are_found) {
 
 // Equal bytes are a copy wherever the camera is said to have stood, also where there is nothing to see.
 TEST(equal_files_are_copies) {
-    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
+    struct vw_scene *scene = make_scene();
     memcpy(scene->views[20].sha256, scene->views[4].sha256, VW_HASH_BYTES);
     memcpy(scene->views[34].sha256, scene->views[4].sha256, VW_HASH_BYTES);
     memcpy(scene->views[9].sha256, scene->views[8].sha256, VW_HASH_BYTES);
@@ -164,7 +164,6 @@ TEST(equal_files_are_copies) {
 // A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
 // into a single one.
 TEST(groups_do_not_grow_along_a_film) {
-    AUTO(vw_scene_close)
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 358, .val_views = 2, .width_px = SIDE_PX, .height_px = SIDE_PX});
     uint32_t count = 0, longest = 0;
@@ -186,7 +185,7 @@ static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *
 }
 
 TEST(far_validation_views_are_told) {
-    AUTO(vw_scene_close) struct vw_scene *scene = make_scene();
+    struct vw_scene *scene = make_scene();
     uint32_t count = 0;
     struct vw_view_distance *distances = measure(scene, &count);
     assert_int_equal(count, VAL);

@@ -4,7 +4,8 @@
 #include "support/cmocka_test.h"
 #include "support/synthetic_scene.h"
 
-// Makes a scene whose view 0 sees every point and view 1 every `stride`th. The scene owns the points.
+// Makes a scene whose view 0 sees every point and view 1 every `stride`th. The test owns the scene, which owns the
+// points.
 static struct vw_scene *scene_with_points(uint32_t count, uint32_t stride, double offset_world) {
     struct vw_scene *scene = synthetic_scene(&(struct synthetic_scene_params){
         .train_views = 4, .val_views = 2, .width_px = 8, .height_px = 6, .world_offset = offset_world});
@@ -29,7 +30,7 @@ static void place(const struct vw_view *view, double depth, double aside, struct
 }
 
 TEST(near_and_far_are_percentiles) {
-    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1001, 1001, 0);
+    struct vw_scene *scene = scene_with_points(1001, 1001, 0);
     for (uint32_t p = 0; p < 1001; p++)
         place(&scene->views[0], 1 + 0.001 * (p * 8 % 1001), p * 0.01 - 5, &scene->points[p]); // any order
     ASSERT_OK(vw_near_far_measure(scene));
@@ -47,7 +48,7 @@ TEST(near_and_far_are_percentiles) {
 }
 
 TEST(each_view_has_its_own) {
-    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(400, 4, 1e6);
+    struct vw_scene *scene = scene_with_points(400, 4, 1e6);
     for (uint32_t p = 0; p < 400; p++) {
         place(&scene->views[1], 2, 0, &scene->points[p]); // at one place: all depths are equal
         scene->points[p].position_world[0] += 1e-3 * (p % 4);
@@ -75,7 +76,7 @@ TEST(the_box_holds_the_points) {
     static const double offsets[] = {0, 1e6, -1e6};
     struct vw_box boxes[VW_ARRAY_COUNT(offsets)];
     for (size_t i = 0; i < VW_ARRAY_COUNT(offsets); i++) {
-        AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, offsets[i]);
+        struct vw_scene *scene = scene_with_points(1020, 1, offsets[i]);
         scatter(scene, offsets[i]);
         ASSERT_OK(vw_bounds_choose(NULL, scene));
         boxes[i] = scene->box;
@@ -92,7 +93,7 @@ TEST(the_box_holds_the_points) {
 
 // The box contains what the cameras look at, even where no points are: the synthetic cameras look at the origin.
 TEST(the_box_holds_what_is_looked_at) {
-    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1000, 1, 0);
+    struct vw_scene *scene = scene_with_points(1000, 1, 0);
     for (uint32_t p = 0; p < 1000; p++)
         for (int i = 0; i < 3; i++)
             scene->points[p].position_world[i] =
@@ -104,7 +105,7 @@ TEST(the_box_holds_what_is_looked_at) {
 }
 
 TEST(a_declared_box_wins_over_points) {
-    AUTO(vw_scene_close) struct vw_scene *scene = scene_with_points(1020, 1, 0);
+    struct vw_scene *scene = scene_with_points(1020, 1, 0);
     scatter(scene, 0);
     const struct vw_ngp_box declared = {.aabb_scale = 1, .scale = 0.25, .offset = {0.5, 0.5, 0.5}};
     ASSERT_OK(vw_bounds_choose(&declared, scene)); // aabb_scale wins over points
