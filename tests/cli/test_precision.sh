@@ -27,7 +27,8 @@ other_code() { compile "$root/shaders" "$1" "$folder/half.spv" -DVW_HALF_GRID &&
 mapfile -t stems < <(sed -nE 's/^viewworth_add_shader\(([a-z_/]+) VARIANT half DEFINE VW_HALF_GRID\).*/\1/p' "$root/shaders/list.cmake")
 check "four passes touch the grid" test "${stems[*]}" = \
     "effects/occupancy/refresh_occupancy field_hash/forward_field effects/pose/gradient_positions field_hash/update_grid"
-check "the plain sources know of floats alone" bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain'/*/*/*.comp '$plain/field_hash/hash_grid.glsl'"
+check "the plain sources know of floats alone" \
+    bash -c "! grep -q 'HALF_GRID\|_PAIR(' '$plain'/*/*.comp '$plain'/*/*/*.comp '$plain/field_hash/hash_grid.glsl'"
 check "and no other pass includes what knows more" \
     test "$(cd "$root/shaders" && grep -l 'grid_pair\.glsl"' -- */*.comp */*.glsl */*/*.comp | wc -l)" -eq 4
 for stem in "${stems[@]}"; do
