@@ -194,7 +194,7 @@ FOLDER_TEST(creating_needs_a_free_place) {
     assert_int_equal(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE);
     assert_null(ledger);
     assert_non_null(strstr(vw_error_message(), path));
-    assert_non_null(strstr(vw_error_message(), "choose another --out"));
+    assert_non_null(strstr(vw_error_message(), "name another folder"));
     assert_answer(path, SQL_FINAL_HASH, head);
 
     AUTO_FREE char *missing = vw_path_join(*state, "missing/ledger.db");
