@@ -115,11 +115,17 @@ bool vw_effects_is_on(const struct vw_effect_verdict *verdicts, uint32_t count, 
 }
 
 bool vw_effects_fit_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
-    return vw_effects_is_on(verdicts, count, "appearance") || vw_effects_is_on(verdicts, count, "appearance_code");
+    bool found = false;
+    for (uint32_t i = 0; vw_effect_kinds[i]; i++)
+        found |= vw_effect_kinds[i]->fits_views && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
+    return found;
 }
 
 bool vw_effects_halve_views(const struct vw_effect_verdict *verdicts, uint32_t count) {
-    return vw_effects_fit_views(verdicts, count) || vw_effects_is_on(verdicts, count, "appearance_encoder");
+    bool found = vw_effects_fit_views(verdicts, count);
+    for (uint32_t i = 0; vw_effect_kinds[i]; i++)
+        found |= vw_effect_kinds[i]->sees_photos && vw_effects_is_on(verdicts, count, vw_effect_kinds[i]->name);
+    return found;
 }
 
 bool vw_effects_obey_masks(const struct vw_scene *scene, const struct vw_effect_verdict *verdicts, uint32_t count) {
