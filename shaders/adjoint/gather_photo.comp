@@ -2,7 +2,7 @@
 // and 0 for the other photos; or added to the adjoint by the backward pass, without the ridge, whose curvature is
 // small beside the rays'. One workgroup.
 #include "effects/appearance/appearance.glsl"
-#include "effects/appearance_encoder/photo_gradient.glsl"
+#include "effects/appearance/photo_gradient.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_APPEARANCE) readonly buffer Appearance { vw_appearance appearance[]; };

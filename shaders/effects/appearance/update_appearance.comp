@@ -1,6 +1,6 @@
 // Moves gain and bias of the step's photo (photo_adam.glsl). One workgroup.
 #include "networks/photo_adam.glsl"
-#include "effects/appearance_encoder/photo_gradient.glsl"
+#include "effects/appearance/photo_gradient.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_APPEARANCE) buffer Appearance { vw_appearance appearance[]; };
