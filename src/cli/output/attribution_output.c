@@ -18,7 +18,7 @@ static const char *provider_of(const char *provider) { return provider && *provi
 
 static void print_value(double value, double standard_error, const char *unit) {
     char error[32] = "?"; // a single visit has no standard error
-    if (isfinite(standard_error)) snprintf(error, sizeof error, "%.4f", standard_error);
+    if (isfinite(standard_error)) snprintf(error, sizeof error, "%" VW_SCORE_DIGITS "f", standard_error);
     vw_print("  %+9" VW_SCORE_DIGITS "f ± %s %s  ", value, error, unit);
 }
 

@@ -1,4 +1,4 @@
-// Photos ranked by a method's scores: the only place that prints scores of photos, as text and as JSON.
+// Photos ranked by a method's scores, as text and as JSON from the same rows.
 #ifndef VIEWWORTH_CLI_OUTPUT_RANKING_H
 #define VIEWWORTH_CLI_OUTPUT_RANKING_H
 
