@@ -59,15 +59,20 @@ TEST(a_bright_sky_is_measured) {
     assert_true(isnan(visibility->evidence) && !visibility->on); // nobody asked for it
 }
 
+// Decides effects of the scene with a sky by short pilots; returns their number.
+static uint32_t decide_briefly(const char *effects, struct vw_effect_verdict *verdicts) {
+    uint32_t count = 0;
+    struct vw_config config = small_config();
+    config.pilot_steps = 8;
+    strcpy(config.effects, effects);
+    ASSERT_OK(vw_effects_decide(test_gpu(), detection_sky_scene(), &config, verdicts, &count));
+    return count;
+}
+
 // A sky is hidden where unbounded is on, and not measured.
 TEST(a_hidden_sky_goes) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
-    struct vw_config config = small_config();
-    struct vw_scene *scene = detection_sky_scene();
-    config.pilot_steps = 8;
-    strcpy(config.effects, "+unbounded,-appearance");
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+    uint32_t count = decide_briefly("+unbounded,-appearance", verdicts);
     const struct vw_effect_verdict *sky = verdict_of(verdicts, count, "sky");
     assert_true(isnan(sky->evidence) && !sky->on);
 }
@@ -75,12 +80,7 @@ TEST(a_hidden_sky_goes) {
 // Pilots leave out what a run with pose refuses: no other effect would have to be named beside it.
 TEST(pose_is_beside_what_pilots_call_for) {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    uint32_t count;
-    struct vw_config config = small_config();
-    struct vw_scene *scene = detection_sky_scene();
-    config.pilot_steps = 8;
-    strcpy(config.effects, "+pose,-appearance");
-    ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+    uint32_t count = decide_briefly("+pose,-appearance", verdicts);
     const struct vw_effect_verdict *unbounded = verdict_of(verdicts, count, "unbounded");
     assert_true(verdict_of(verdicts, count, "pose")->on);
     assert_true(isnan(unbounded->evidence) && !unbounded->on);

@@ -335,12 +335,7 @@ TEST(gradient_descent_follows_the_reference) {
 TEST_CASES(rendering_matches_the_reference, i, step_case_count) {
     if (!ordinary(&step_cases[i])) return;
     struct step_bench *bench = step_bench_open(&step_cases[i]);
-    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_submission_begin(bench->submission);
-    vw_evaluator_record(evaluator, bench->submission);
-    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
+    struct vw_evaluator *evaluator = step_bench_evaluate(bench);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     struct reference_params *params = reference_params_create(&bench->model, bench->params);

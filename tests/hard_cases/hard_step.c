@@ -266,12 +266,7 @@ void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uin
 // ---- Rendering ------------------------------------------------------------------------------------------------------
 
 void hard_check_rendering(struct hard_finding *finding, struct step_bench *bench) {
-    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
-    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_submission_begin(bench->submission);
-    vw_evaluator_record(evaluator, bench->submission);
-    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
+    struct vw_evaluator *evaluator = step_bench_evaluate(bench);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);
     float *params = step_bench_read(bench, bench->field.params);

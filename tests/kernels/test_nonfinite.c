@@ -109,13 +109,8 @@ static void check_colours(const struct step_bench *bench, const struct poison *p
 
 TEST_CASES(validation_shows_a_poisoned_field, i, VW_ARRAY_COUNT(poisons)) {
     struct step_bench *bench = step_bench_open(&setup);
-    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     poison_params(bench, &poisons[i]);
-    assert_int_equal(vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays), VW_OK);
-    vw_submission_begin(bench->submission);
-    vw_evaluator_record(evaluator, bench->submission);
-    assert_int_equal(vw_submission_submit(bench->submission), VW_OK);
-    assert_int_equal(vw_submission_wait(bench->submission), VW_OK);
+    struct vw_evaluator *evaluator = step_bench_evaluate(bench);
     struct vw_ray *rays = step_bench_read(bench, evaluator->rays);
     float *samples = step_bench_read(bench, evaluator->samples);
     vw_float4 *colours = step_bench_read(bench, evaluator->colours);

@@ -217,6 +217,16 @@ struct vw_evaluator *step_bench_evaluator(struct step_bench *bench) {
     return &bench->evaluator;
 }
 
+struct vw_evaluator *step_bench_evaluate(struct step_bench *bench) {
+    struct vw_evaluator *evaluator = step_bench_evaluator(bench);
+    stop_unless(bench, vw_evaluator_set_pixels(evaluator, bench->pixels, bench->config.rays));
+    vw_submission_begin(bench->submission);
+    vw_evaluator_record(evaluator, bench->submission);
+    stop_unless(bench, vw_submission_submit(bench->submission));
+    stop_unless(bench, vw_submission_wait(bench->submission));
+    return evaluator;
+}
+
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params) {
     size_t count = 2 * (size_t)bench->model.pair_count;
     uint16_t *halves = params;

@@ -77,6 +77,8 @@ struct step_bench *step_bench_open(const struct step_case *setup);
 struct step_bench *step_bench_open_clamped(const struct step_case *setup, const struct vw_gpu_limits *clamp);
 // Returns the evaluator over the bench's field for its padded rays, made at the first call.
 struct vw_evaluator *step_bench_evaluator(struct step_bench *bench);
+// Renders the bench's pixels with it.
+struct vw_evaluator *step_bench_evaluate(struct step_bench *bench);
 
 // Puts features into the grid of a params block, in a grid of halves rounded to them, the largest for what is beyond.
 void step_bench_put_grid(const struct step_bench *bench, const float *features, void *params);
