@@ -6,6 +6,7 @@
 #include "base/statistics.h"
 #include "lab/evaluation/subset_trainings.h"
 #include "lab/methods/registry.h"
+#include "support/draws.h"
 
 enum { PHOTOS = 6, EPOCHS = 10, FIRST_SEED = 40, MANY = 4800, SOME = 60 };
 
@@ -33,12 +34,9 @@ static bool has(const struct vw_retrain_params *retraining, uint32_t photo) {
 
 // Returns noise of standard deviation 0.2 dB, different for each training.
 static double noise_of(const struct vw_retrain_params *retraining) {
-    uint32_t words[4], key = retraining->epochs;
+    uint32_t key = retraining->epochs;
     for (uint32_t i = 0; i < retraining->view_count; i++) key = key * 31 + retraining->views[i];
-    vw_random_words(retraining->seed, VW_RANDOM_JITTER, 7, key, 0, words);
-    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
-    for (int i = 0; i < 4; i++) sum += (double)vw_random_unit(words[i]);
-    return 0.2 * sum * sqrt(3);
+    return 0.2 * test_normal(retraining->seed, 7, key);
 }
 
 // Returns a set's outcome. The untrained field has 8 dB. Each of the pairs 0 with 1 and 2 with 3 adds 1 when it is

@@ -3,7 +3,6 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
-#include "base/random.h"
 #include "image/image.h"
 #include "lab/baselines.h"
 #include "lab/methods/consistent_residual.h"
@@ -11,17 +10,14 @@
 #include "lab/methods/photo_features.h"
 #include "lab/methods/photo_pixels.h"
 #include "lab/methods/photo_sightings.h"
+#include "support/draws.h"
 #include "support/synthetic_scene.h"
 
 enum { TRAIN = 8, VAL = 3, WIDTH_PX = 24, HEIGHT_PX = 18, POINTS = 60 };
 
 static uint32_t photos[TRAIN];
 
-static double draw(uint32_t a, uint32_t b) { // uniform in [-1, 1)
-    uint32_t words[4];
-    vw_random_words(7, VW_RANDOM_JITTER, 3, a, b, words);
-    return 2 * vw_random_unit(words[0]) - 1;
-}
+static double draw(uint32_t a, uint32_t b) { return test_draw(7, a, b); }
 
 static struct vw_scene *make_scene(void) {
     for (uint32_t i = 0; i < TRAIN; i++) photos[i] = i;

@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_VALUE_GAME_H
 #define VIEWWORTH_TESTS_SUPPORT_VALUE_GAME_H
 
+#include "support/draws.h"
 #include "support/ledger_fixture.h"
 
 // By how many dB a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch; steps
@@ -16,11 +17,7 @@ struct test_game {
 };
 
 // Returns -1 to 1 for a step; draws of different steps and seeds are independent.
-static inline double test_noise(uint64_t seed, uint32_t step) {
-    uint32_t words[4];
-    vw_random_words(seed, VW_RANDOM_JITTER, step, 0, 0, words);
-    return 2.0 * vw_random_unit(words[0]) - 1.0;
-}
+static inline double test_noise(uint64_t seed, uint32_t step) { return test_draw(seed, step, 0); }
 
 static inline void test_set_psnr(struct vw_step_record *record, double psnr) {
     record->val_psnr = psnr;

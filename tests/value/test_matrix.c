@@ -4,6 +4,7 @@
 
 #include "base/statistics.h"
 #include "report/tables.h"
+#include "support/draws.h"
 #include "value/matrix.h"
 #include "viewworth/value.h"
 
@@ -157,13 +158,6 @@ FOLDER_TEST(a_run_without_views_has_no_columns) {
     assert_true(records[1].validated && isnan(records[1].val_psnr_pooled));
 }
 
-// Returns a number in [-1, 1) that depends on the arguments alone.
-static double noise(uint64_t seed, uint32_t a, uint32_t b) {
-    uint32_t words[4];
-    vw_random_words(seed, VW_RANDOM_JITTER, a, b, 0, words);
-    return 2 * vw_random_unit(words[0]) - 1;
-}
-
 // The mean of a row is the photo's dv_psnr; with equal views, that of L1 its dv_loss.
 FOLDER_TEST(row_means_are_the_scores) {
     const uint64_t seed = 11;
@@ -178,7 +172,7 @@ FOLDER_TEST(row_means_are_the_scores) {
             if (strcmp(run->images[i].split, "train") != 0) continue;
             struct vw_view_error errors[VIEWS_MOST];
             for (uint32_t v = 0; v < VIEWS_MOST; v++)
-                errors[v] = error_of(20 + noise(seed, step, v), 0.1 + 0.01 * noise(seed, step, v));
+                errors[v] = error_of(20 + test_draw(seed, step, v), 0.1 + 0.01 * test_draw(seed, step, v));
             errors[step % VIEWS_MOST].mse = step % 5 ? 0.01 : 0; // now and then a floored one
             if (step == 0) add_step(run, 0, VW_RECORD_UNTRAINED, errors);
             add_step(run, epoch, i, step % 17 == 5 ? NULL : errors);
@@ -247,11 +241,11 @@ static void evaluate(uint64_t seed, double noise_share, bool corrupted, struct v
         standard_errors[ODD_PHOTOS];
     for (uint32_t p = 0; p < ODD_PHOTOS; p++)
         for (uint32_t v = 0; v < ODD_VIEWS; v++) {
-            double worth = corrupted && v == 2 ? 0 : noise(seed, p, 100);
-            psnr[p * ODD_VIEWS + v] = worth + (corrupted && v == 2 ? 1 : noise_share) * noise(seed, p, v);
+            double worth = corrupted && v == 2 ? 0 : test_draw(seed, p, 100);
+            psnr[p * ODD_VIEWS + v] = worth + (corrupted && v == 2 ? 1 : noise_share) * test_draw(seed, p, v);
         }
     for (uint32_t v = 0; v < ODD_VIEWS; v++)
-        end_psnr[v] = 20 + 4 * noise(seed, 1000, v) - (corrupted && v == 2 ? 14 : 0);
+        end_psnr[v] = 20 + 4 * test_draw(seed, 1000, v) - (corrupted && v == 2 ? 14 : 0);
     const struct vw_matrix matrix = {photos, ids, ODD_PHOTOS, ODD_VIEWS, psnr, l1, NULL, end_psnr, 5 * ODD_PHOTOS};
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
 }

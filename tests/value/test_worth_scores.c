@@ -1,22 +1,13 @@
 // Worth from retrainings, on games whose worths are known: the photos of a training share its steps, so that the
 // outcome is a mean over them, besides what their number gives.
-#include "support/cmocka_test.h"
+#include "support/draws.h"
 
-#include "base/random.h"
 #include "value/worth.h"
 
 enum { PHOTOS = 12, MOST = 200 };
 static const double PER_LOG_SHARE_DB = 3;
 // The worth of each photo alone. Photos 2 and 5 harm; photo 9's worth is 0 (see set_up).
 static double given_db[PHOTOS] = {2, 1, -9, 3, 0.5, -12, 1.5, 0, 2.5, 0, 1, 2};
-
-static double noise_of(uint64_t seed, uint32_t key) {
-    uint32_t words[4];
-    vw_random_words(seed, VW_RANDOM_JITTER, 5, key, 0, words);
-    double sum = -2; // sum of four uniform numbers, shifted to mean 0: variance 1/3
-    for (int i = 0; i < 4; i++) sum += vw_random_unit(words[i]);
-    return sum * sqrt(3);
-}
 
 // Returns an outcome without noise. With `copies`, photos 0 to 3 are the same: one of them gives as much as all.
 static double play(const uint32_t *ids, uint32_t count, bool copies) {
@@ -96,7 +87,7 @@ static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, 
         if (kind == VW_WORTH_PROVIDERS)
             take_subset(&of_providers, place % of_providers.count, PHOTOS / providers, played, i);
         played->rows[i].val_psnr =
-            play(played->ids[i], played->rows[i].image_count, copies) + noise_db * noise_of(seed, i);
+            play(played->ids[i], played->rows[i].image_count, copies) + noise_db * test_normal(seed, 5, i);
     }
     vw_subsets_free(&of_photos);
     vw_subsets_free(&of_providers);
@@ -115,7 +106,7 @@ static void add_score(struct played *played, const char *method, double share, d
             (struct vw_ledger_score){.image_id = i,
                                      .method = method,
                                      .visits = 3,
-                                     .value = share * given_db[i] + noise * noise_of(seed, 1000 + i)};
+                                     .value = share * given_db[i] + noise * test_normal(seed, 5, 1000 + i)};
 }
 
 static const struct vw_ledger_score *find_worths(struct played *played, uint32_t *count) {
@@ -279,7 +270,8 @@ TEST(what_cannot_be_known_is_not_claimed) {
         AUTO_FREE struct played *played = play_game(40, 0, 300 + game, 0, false);
         struct vw_worth_summary summary;
         for (uint32_t i = 0; i < 40; i++)
-            played->rows[i].val_psnr = 20 + 3 * log(played->rows[i].image_count / 12.0) + 0.2 * noise_of(game, 50 + i);
+            played->rows[i].val_psnr =
+                20 + 3 * log(played->rows[i].image_count / 12.0) + 0.2 * test_normal(game, 5, 50 + i);
         add_score(played, "dv_psnr", 0, 1, 300 + game);
         add_score(played, "quality", 0, 1, 400 + game);
         ASSERT_OK(vw_worth_summarise(&played->input, &summary));
