@@ -222,32 +222,6 @@ TEST(no_pilots_where_they_cannot_tell) {
     assert_true(few->split_count[VW_SPLIT_TRAIN] < 8);
 }
 
-// A scene that calls for nothing: `auto` and `none` are the same run, bit for bit.
-TEST(auto_is_none_where_nothing_is_called_for) {
-    struct vw_scene *scene = detection_plain_scene();
-    const char *const choices[] = {"auto", "none"};
-    struct test_run *runs[2];
-    uint8_t ids[2][VW_HASH_BYTES];
-    for (int i = 0; i < 2; i++) {
-        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        struct vw_config config = test_config();
-        uint32_t count;
-        strcpy(config.effects, choices[i]);
-        ASSERT_OK(vw_effects_find_facts(scene, choices[i], verdicts, &count));
-        struct vw_trainer *trainer = test_trainer_open((struct vw_trainer_params){.gpu = test_gpu(),
-                                                                                  .scene = scene,
-                                                                                  .config = &config,
-                                                                                  .effects = verdicts,
-                                                                                  .effect_count = count,
-                                                                                  .validate = true});
-        runs[i] = test_run_of(trainer);
-        ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
-        test_release(trainer);
-    }
-    assert_memory_equal(ids[0], ids[1], 32);
-    test_run_assert_same(runs[0], runs[1]);
-}
-
 // With the effect off, masks are ignored; what no lens or file can give stays left out.
 TEST(masks_are_ignored_with_the_effect_off) {
     struct vw_scene *scene = test_scene();

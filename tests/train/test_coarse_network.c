@@ -174,14 +174,6 @@ static struct vw_config coarse_config(void) {
     return config;
 }
 
-// Decision 1.
-TEST(validation_leaves_no_trace) {
-    struct vw_scene *scene = test_scene();
-    const struct vw_config config = coarse_config();
-    struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
-    assert_memory_equal(with->params, without->params, 4 * with->param_words);
-}
-
 static float *render(struct vw_trainer *trainer) {
     float *rgb = NULL;
     ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
@@ -213,33 +205,6 @@ TEST(a_saved_field_places_as_the_trained_one) {
     float *elsewhere = render(loaded);
     assert_memory_not_equal(elsewhere, of_trained, bytes);
     temporary_folder_remove(folder);
-}
-
-// ---- Settings -------------------------------------------------------------------------------------------------------
-
-TEST(a_config_survives_json) {
-    struct vw_config config = coarse_config(), back;
-    char *text = vw_config_to_json(&config, true), *whole = vw_config_to_json(&config, false);
-    assert_non_null(strstr(text, "\"coarse_network\":\"own\""));
-    ASSERT_OK(vw_config_from_json(whole, &back));
-    assert_int_equal(back.coarse_network, VW_COARSE_NETWORK_OWN);
-    free(text);
-    free(whole);
-    config.coarse_network = VW_COARSE_NETWORK_SHARED;
-    text = vw_config_to_json(&config, true);
-    assert_non_null(strstr(text, "\"coarse_network\":\"shared\""));
-    free(text);
-}
-
-TEST(what_cannot_be_is_refused_by_name) {
-    struct vw_config config = coarse_config();
-    ASSERT_OK(vw_config_check(&config));
-    config.importance_samples = 0;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--coarse-network own: needs --importance-samples above 0");
-    config = test_config();
-    config.importance_samples = 8;
-    config.coarse_network = VW_COARSE_NETWORK_OWN;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--coarse-network own: needs --field mlp, not hash");
 }
 
 TEST_GROUP(NULL, test_gpu_close)

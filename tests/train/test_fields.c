@@ -1,5 +1,6 @@
-// Every field of the registry through the whole trainer: it learns, the same run has the same bits however its steps
-// are grouped, a snapshot in a file carries on, and what it cannot do is refused by name.
+// Every field of the registry through the whole trainer, with even samples, importance samples and a coarse network: it
+// learns, the same run has the same bits however its steps are grouped, validation is pure, a snapshot in a file
+// carries on, and what it cannot do is refused by name.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -7,111 +8,112 @@
 #include "support/trainer_fixture.h"
 #include "train/fields/registry.h"
 
-enum { FORMS = VW_FIELD_COUNT + 1 };
+// Each field of the registry, alone and with importance samples and a rate that decays; at last one with a coarse
+// network.
+enum { FORMS = 2 * VW_FIELD_COUNT + 1 };
 
-// Returns a config of every field, and of the mlp with a coarse network.
-static struct vw_config config_of_form(uint32_t form) {
-    struct vw_config config = test_config_of(form < VW_FIELD_COUNT ? (enum vw_field)form : VW_FIELD_MLP);
-    if (form < VW_FIELD_COUNT) return config;
+static struct vw_config config_of_form(size_t form) {
+    bool coarse = form == FORMS - 1;
+    struct vw_config config = test_config_of(coarse ? VW_FIELD_MLP : (enum vw_field)(form / 2));
+    if (form % 2 == 0 && !coarse) return config;
     config.samples = 8;
     config.importance_samples = 12;
-    config.coarse_network = VW_COARSE_NETWORK_OWN;
+    config.learning_rate_decay = coarse ? 1.0 : 0.3;
+    if (coarse) config.coarse_network = VW_COARSE_NETWORK_OWN;
     return config;
 }
 
-TEST(every_field_learns_whatever_its_submissions) {
-    struct vw_scene *scene = test_scene();
-    for (uint32_t form = 0; form < FORMS; form++) {
-        struct vw_config config = config_of_form(form);
-        config.epochs = 12;
-        test_run_assert_learns(scene, &config, form < VW_FIELD_COUNT ? 0.6 : 0.7); // fewer samples
-    }
+TEST_CASES(every_form_learns_whatever_its_submissions, form, FORMS) {
+    struct vw_config config = config_of_form(form);
+    config.epochs = 12;
+    test_run_assert_learns(test_scene(), &config, config.importance_samples ? 0.7 : 0.6); // fewer samples
 }
 
 // Each part in a trainer of its own, from the checkpoint of the one before.
-TEST(a_run_in_parts_is_the_run) {
+TEST_CASES(a_run_in_parts_is_the_run, i, 2 * FORMS) {
     struct vw_scene *scene = test_scene();
-    static const char *const effects[] = {"sky,appearance,appearance_code,visibility",
-                                          "sky,appearance_encoder,transient"};
-    for (uint32_t i = 0; i < FORMS * VW_ARRAY_COUNT(effects); i++) {
-        struct vw_config config = config_of_form(i / VW_ARRAY_COUNT(effects));
-        config.beta1 = 0.9;
-        config.burn_in_epochs = 0;
-        strcpy(config.effects, effects[i % VW_ARRAY_COUNT(effects)]);
-        struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_run_in_parts(scene, &config);
-        test_run_assert_same(whole, parts);
-        test_release(whole);
-        test_release(parts);
-    }
+    struct vw_config config = config_of_form(i / 2);
+    config.beta1 = 0.9;
+    config.burn_in_epochs = 0;
+    strcpy(config.effects, i % 2 ? "sky,appearance_encoder,transient" : "sky,appearance,appearance_code,visibility");
+    test_run_assert_same(test_run(scene, &config, true, 0), test_run_in_parts(scene, &config));
 }
 
-TEST(a_saved_field_renders_as_the_trained_one) {
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "field.vwf");
+// Validates once more, after the run's end.
+static void assert_validates_alike(struct vw_trainer *trainer, const struct vw_view_error expected[TEST_VALS]) {
+    struct vw_submission *submission = trainer->submissions->submissions[0];
+    struct vw_view_error views[TEST_VALS];
+    vw_submission_begin(submission);
+    vw_validation_record(&trainer->validation, submission, 0);
+    ASSERT_OK(vw_submission_submit(submission));
+    ASSERT_OK(vw_submission_wait(submission));
+    vw_validation_read(&trainer->validation, vw_buffer_map(trainer->scalars), views);
+    assert_memory_equal(views, expected, sizeof views);
+}
+
+static float *render(struct vw_trainer *trainer) {
+    float *rgb = NULL;
+    ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
+    return test_own(rgb, free);
+}
+
+// Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
+// params alone: taken again around the rendering of a view it gives the same bits.
+TEST_CASES(validation_is_pure, form, FORMS) {
     struct vw_scene *scene = test_scene();
-    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
-        const struct vw_config config = test_config_of(field), other = test_config_of((field + 1) % VW_FIELD_COUNT);
-        struct test_run *run = test_allocate(1, sizeof *run);
+    const struct vw_config config = config_of_form(form);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
+    struct test_run *with = test_run_of(trainer), *without = test_run(scene, &config, false, 4);
+    assert_memory_equal(with->params, without->params, 4 * with->param_words);
+    for (uint32_t i = 0; i < without->count; i++) {
+        assert_false(without->records[i].validated);
+        assert_true(i == 0 || test_same_bits(with->records[i].train_loss, without->records[i].train_loss));
+    }
+    assert_validates_alike(trainer, with->views[with->count - 1]);
+    render(trainer);
+    assert_validates_alike(trainer, with->views[with->count - 1]);
+}
+
+FOLDER_TEST(a_saved_field_is_the_trained_one) {
+    const char *path = temporary_path(*state, "field.vwf");
+    struct vw_scene *scene = test_scene();
+    const struct vw_image *image = &scene->views[0].image;
+    for (size_t form = 0; form < FORMS; form++) {
+        const struct vw_config config = config_of_form(form), other = config_of_form((form + FORMS - 1) % FORMS);
         struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
                           *loaded = test_trainer_create(scene, &config, false, 0),
                           *wrong = test_trainer_create(scene, &other, false, 0);
-        float *trained_rgb = NULL, *loaded_rgb = NULL;
-        test_run_finish(trainer, run);
+        struct test_run *run = test_run_of(trainer);
         ASSERT_OK(vw_trainer_save_field(trainer, path));
         ASSERT_OK(vw_trainer_load_field(loaded, path));
-        assert_int_equal(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT);
-        ASSERT_OK(vw_trainer_render(trainer, 0, &trained_rgb));
-        ASSERT_OK(vw_trainer_render(loaded, 0, &loaded_rgb));
-        const struct vw_image *image = &scene->views[0].image;
-        assert_memory_equal(trained_rgb, loaded_rgb, 3 * sizeof(float) * image->width_px * image->height_px);
-        free(trained_rgb);
-        free(loaded_rgb);
-        test_release(trainer);
-        test_release(loaded);
-        test_release(wrong);
-        test_release(run);
+        ASSERT_FAILS(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT, "field.vwf");
+        uint32_t *params = test_allocate(run->param_words, 4);
+        ASSERT_OK(vw_buffer_read(loaded->field.params, 0, params, 4 * run->param_words));
+        assert_memory_equal(params, run->params, 4 * run->param_words);
+        assert_memory_equal(render(trainer), render(loaded), 3 * sizeof(float) * image->width_px * image->height_px);
     }
-    temporary_folder_remove(folder);
 }
 
+// Effects that a field or its samples cannot have go off, unless --effects names them.
 TEST(what_a_field_cannot_have_is_refused_by_name) {
-    struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-    struct vw_config config = test_config_of(VW_FIELD_MLP);
-    uint32_t count;
-    for (int named = 0; named < 2; named++) {
+    static const struct {
+        size_t form;
+        const char *beside; // an effect that is off, as it refuses others
+        const char *message;
+    } cases[] = {{2, "pose", "occupancy is not there with --field mlp"}, // see test_pose
+                 {1, "unbounded", "occupancy is not there with --importance-samples"}};
+    for (size_t i = 0; i < 2 * VW_ARRAY_COUNT(cases); i++) {
+        bool named = i % 2;
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        struct vw_config config = config_of_form(cases[i / 2].form);
+        uint32_t count;
         vw_effects_list(verdicts, &count);
-        for (uint32_t i = 0; i < count; i++) verdicts[i].on = strcmp(verdicts[i].name, "pose") != 0; // see test_pose
+        for (uint32_t e = 0; e < count; e++) verdicts[e].on = strcmp(verdicts[e].name, cases[i / 2].beside) != 0;
         strcpy(config.effects, named ? "+occupancy" : "auto");
         enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
-        assert_int_equal(status, named ? VW_ERROR_USAGE : VW_OK);
-        if (named) assert_non_null(strstr(vw_error_message(), "occupancy is not there with --field mlp"));
-        else assert_false(vw_effects_is_on(verdicts, count, "occupancy"));
+        if (named) ASSERT_FAILS(status, VW_ERROR_USAGE, cases[i / 2].message);
+        else assert_true(!status && !vw_effects_is_on(verdicts, count, "occupancy"));
         assert_true(vw_effects_is_on(verdicts, count, "sky"));
-    }
-    config.levels = 4;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "need --field hash");
-    config = test_config();
-    config.mlp_depth = 3;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "need --field mlp");
-    config = test_config();
-    config.width = 24;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "16, 32 or 64 with --field hash");
-}
-
-TEST(configs_survive_json) {
-    for (enum vw_field field = 0; field < VW_FIELD_COUNT; field++) {
-        const struct vw_config config = test_config_of(field);
-        struct vw_config back;
-        char *text = vw_config_to_json(&config, true), *again;
-        assert_non_null(strstr(text, "\"field\""));
-        char *whole = vw_config_to_json(&config, false);
-        ASSERT_OK(vw_config_from_json(whole, &back));
-        again = vw_config_to_json(&back, true);
-        assert_string_equal(text, again);
-        assert_int_equal(back.mlp_depth, config.mlp_depth);
-        free(text);
-        free(whole);
-        free(again);
     }
 }
 

@@ -119,48 +119,4 @@ TEST(at_the_base_seed_all_forms_agree) {
     }
 }
 
-TEST(all_draws_follow_the_seed) {
-    struct vw_config config = varying(VW_VARY_ALL, BASE_SEED), read;
-    char *json = vw_config_to_json(&config, true);
-    assert_non_null(strstr(json, "\"vary\":\"all\""));
-    assert_non_null(strstr(json, "\"base_seed\":0"));
-    free(json);
-    json = vw_config_to_json(&config, false);
-    ASSERT_OK(vw_config_from_json(json, &read));
-    assert_int_equal(read.vary, VW_VARY_ALL);
-    for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++)
-        assert_int_equal(vw_config_seed_of(&read, draws), BASE_SEED);
-    assert_int_equal(vw_config_seed_of(&read, VW_VARY_VALIDATION), 0); // all runs validate on the same pixels
-    free(json);
-}
-
-TEST(a_form_is_kept_in_json) {
-    for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_VALIDATION; vary++) {
-        struct vw_config config = varying(vary, OTHER_SEED), read;
-        config.base_seed = INT64_MAX;
-        char *json = vw_config_to_json(&config, false);
-        ASSERT_OK(vw_config_from_json(json, &read));
-        assert_int_equal(read.vary, vary);
-        assert_int_equal(read.seed, OTHER_SEED);
-        assert_true(read.base_seed == INT64_MAX);
-        free(json);
-    }
-    struct vw_config read, fresh = varying(VW_VARY_ALL_VALIDATION, OTHER_SEED);
-    char *fresh_json = vw_config_to_json(&fresh, true);
-    assert_non_null(strstr(fresh_json, "\"vary\":\"all,validation\"")); // it is part of what a run is
-    free(fresh_json);
-    char *json = vw_config_to_json(&(struct vw_config){.vary = VW_VARY_ORDER}, false),
-         *form = strstr(json, "\"order\"");
-    assert_non_null(form);
-    memcpy(form, "\"ordre\"", 7);
-    ASSERT_FAILS(vw_config_from_json(json, &read), VW_ERROR_INPUT, "vary");
-    free(json);
-    struct vw_config config = varying(VW_VARY_ORDER, OTHER_SEED);
-    config.base_seed = UINT64_MAX;
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-    config = varying(VW_VARY_ALL, OTHER_SEED);
-    config.base_seed = 1; // would be lost in JSON
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-}
-
 TEST_GROUP(NULL, test_gpu_close)

@@ -164,22 +164,4 @@ TEST(files_of_the_other_precision_are_refused) {
     temporary_folder_remove(folder);
 }
 
-// ---- The configuration ----------------------------------------------------------------------------------------------
-
-TEST(the_json_names_the_precision) {
-    struct vw_config config = vw_config_default, read;
-    char *json = vw_config_to_json(&config, true);
-    assert_non_null(strstr(json, "\"table_precision\":\"float32\""));
-    free(json);
-    config.table_precision = VW_TABLE_FLOAT16;
-    json = vw_config_to_json(&config, false);
-    ASSERT_OK(vw_config_from_json(json, &read));
-    assert_int_equal(read.table_precision, VW_TABLE_FLOAT16);
-    memcpy(strstr(json, "float16"), "float17", 7);
-    assert_refused(vw_config_from_json(json, &read), "table_precision: \"float17\" is not known");
-    memcpy(strstr(json, "\"table_precision\""), "\"table_precisio_\"", 17);
-    assert_refused(vw_config_from_json(json, &read), "table_precision: \"(none)\" is not known");
-    free(json);
-}
-
 TEST_GROUP(NULL, test_gpu_close)

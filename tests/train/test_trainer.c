@@ -49,7 +49,6 @@ TEST(the_seed_changes_the_run) {
     assert_true(order_differs);
 }
 
-// Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
 // The first error is the same field's.
 TEST(the_length_of_the_loss_changes_the_run) {
     struct vw_scene *scene = test_scene();
@@ -61,6 +60,7 @@ TEST(the_length_of_the_loss_changes_the_run) {
     assert_true(usual->records[1].train_loss < shorter->records[1].train_loss);
 }
 
+// Every photo once per epoch, in an order shuffled anew; step 0 has no photo.
 TEST(each_view_comes_once_per_epoch) {
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
@@ -76,42 +76,6 @@ TEST(each_view_comes_once_per_epoch) {
             seen |= 1u << record->view;
         }
         assert_int_equal(seen, 0x1f);
-    }
-}
-
-// Decision 1: validation changes nothing (training without it reaches the same params), and it is a function of the
-// params alone: taken again after rendering a view it gives the same bits.
-TEST(validation_is_pure) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    struct test_run *with = test_run(scene, &config, true, 4), *without = test_run(scene, &config, false, 4);
-    assert_memory_equal(with->params, without->params, 4 * with->param_words);
-    for (uint32_t i = 0; i < without->count; i++) {
-        assert_false(without->records[i].validated);
-        assert_true(i == 0 || test_same_bits(with->records[i].train_loss, without->records[i].train_loss));
-    }
-
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
-    const struct vw_step_record *records;
-    uint32_t count;
-    do ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
-    while (count);
-    for (int repeat = 0; repeat < 2; repeat++) {
-        float *rgb = NULL;
-        ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
-        free(rgb);
-        struct vw_push_reduce push = {.count = TEST_VALS};
-        vw_submission_begin(trainer->submissions->submissions[0]);
-        vw_evaluator_record(&trainer->validation.evaluator, trainer->submissions->submissions[0]);
-        vw_submission_dispatch(trainer->submissions->submissions[0], trainer->validation.reduce_views, &push,
-                               sizeof push, 64 * TEST_VALS);
-        ASSERT_OK(vw_submission_submit(trainer->submissions->submissions[0]));
-        ASSERT_OK(vw_submission_wait(trainer->submissions->submissions[0]));
-        const vw_float4 *rows = vw_buffer_map(trainer->scalars);
-        for (uint32_t i = 0; i < TEST_VALS; i++)
-            assert_true(
-                test_same_bits(((double)rows[1 + i].x + rows[1 + i].y) / (3.0 * trainer->validation.pixel_counts[i]),
-                               with->views[with->count - 1][i].mse));
     }
 }
 
@@ -312,49 +276,6 @@ TEST(params_stay_finite) {
     }
 }
 
-TEST(a_field_file_round_trips) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "field.vwf");
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 0);
-    struct test_run *run = test_run_of(trainer);
-    ASSERT_OK(vw_trainer_save_field(trainer, path));
-
-    trainer = test_trainer_create(scene, &config, true, 0);
-    ASSERT_OK(vw_trainer_load_field(trainer, path));
-    uint32_t *loaded = test_allocate(run->param_words, 4);
-    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, loaded, 4 * run->param_words));
-    assert_memory_equal(loaded, run->params, 4 * run->param_words);
-
-    config.levels = 8; // another field
-    trainer = test_trainer_create(scene, &config, true, 0);
-    ASSERT_FAILS(vw_trainer_load_field(trainer, path), VW_ERROR_INPUT, "field.vwf");
-    temporary_folder_remove(folder);
-}
-
-// Parts of a run's name: not epochs, nor how its effects were asked for, but seed, effects and burn-in.
-TEST(the_run_id_names_what_changes_bits) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config configs[7];
-    uint8_t ids[7][VW_HASH_BYTES];
-    for (int i = 0; i < 7; i++) configs[i] = test_config();
-    configs[1].epochs = 99;
-    configs[2].seed = 1;
-    strcpy(configs[3].effects, "none"); // the same as `auto` decides for this scene
-    strcpy(configs[4].effects, "+distortion");
-    configs[5].burn_in_epochs = 7;
-    for (int i = 0; i < 7; i++) {
-        struct vw_trainer *trainer = test_trainer_create(scene, &configs[i], i < 6, 0); // the last as `train` does
-        ASSERT_OK(vw_trainer_run_id(trainer, ids[i]));
-        test_release(trainer);
-    }
-    assert_memory_equal(ids[0], ids[1], 32);
-    assert_memory_equal(ids[0], ids[3], 32);
-    const int others[] = {2, 4, 5, 6};
-    for (int i = 0; i < 4; i++) assert_int_not_equal(memcmp(ids[0], ids[others[i]], 32), 0);
-}
-
 // Effects follow the evidence and --effects; what a scene does not call for changes no bit.
 TEST(effects_follow_evidence_and_option) {
     const struct {
@@ -387,12 +308,8 @@ TEST(effects_follow_evidence_and_option) {
         assert_int_equal(vw_effects_find_facts(scene, "fog", verdicts, &count), VW_ERROR_USAGE);
         assert_int_equal(vw_effects_find_facts(scene, "+distortion,background", verdicts, &count), VW_ERROR_USAGE);
     }
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    struct test_run *automatic = test_run(scene, &config, true, 0);
-    strcpy(config.effects, "none");
-    struct test_run *none = test_run(scene, &config, true, 0);
-    test_run_assert_same(automatic, none);
+    const struct vw_config none = test_config_with("none"), automatic = test_config();
+    test_run_assert_same(test_run(test_scene(), &automatic, true, 0), test_run(test_scene(), &none, true, 0));
 }
 
 // --val-rays is a total, stratified within each view, at least 32 per view, on the same pixels for every seed.
@@ -415,69 +332,6 @@ TEST(validation_pixels_are_stratified_and_fixed) {
     uint32_t quadrant[4] = {0};
     for (int i = 0; i < 100; i++) quadrant[(pixels[i].x_px > 12.0f) + 2 * (pixels[i].y_px > 9.0f)]++;
     for (int i = 0; i < 4; i++) assert_in_range(quadrant[i], 20, 30); // strata of 2 x 2 px keep each quarter near 25
-}
-
-TEST(configs_round_trip_and_ranges_are_checked) {
-    struct vw_config config = test_config(), parsed;
-    config.seed = INT64_MAX;
-    config.learning_rate = 0.1 + 0.2;
-    config.loss = VW_LOSS_HUBER;
-    config.huber_length = 0.03;
-    config.importance_samples = 24;
-    config.learning_rate_decay = 0.3;
-    config.optimizer = VW_OPTIMIZER_SGD;
-    config.background = VW_BACKGROUND_RANDOM;
-    char *json = vw_config_to_json(&config, false);
-    ASSERT_OK(vw_config_from_json(json, &parsed));
-    assert_true(parsed.huber_length == config.huber_length);
-    char *again = vw_config_to_json(&parsed, false);
-    assert_string_equal(json, again);
-    free(json);
-    free(again);
-    const struct {
-        size_t offset;
-        uint32_t value;
-        const char *option;
-    } wrong[] = {
-        {offsetof(struct vw_config, rays), 0, "--rays"},
-        {offsetof(struct vw_config, samples), 4097, "--samples"},
-        {offsetof(struct vw_config, levels), 17, "--levels"},
-        {offsetof(struct vw_config, levels), 3, "--levels"},
-        {offsetof(struct vw_config, features), 3, "--features"},
-        {offsetof(struct vw_config, width), 48, "--width"},
-        {offsetof(struct vw_config, log2_table), 23, "--log2-table"},
-    };
-    for (size_t i = 0; i < VW_ARRAY_COUNT(wrong); i++) {
-        config = test_config();
-        memcpy((char *)&config + wrong[i].offset, &wrong[i].value, 4);
-        ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, wrong[i].option);
-    }
-    config = test_config();
-    config.seed = UINT64_C(1) << 63;
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-    config = test_config();
-    config.learning_rate = NAN;
-    assert_int_equal(vw_config_check(&config), VW_ERROR_USAGE);
-}
-
-TEST(defaults_are_in_the_json) {
-    struct vw_config config = test_config(), parsed;
-    for (enum vw_loss loss = VW_LOSS_L1; loss <= VW_LOSS_HUBER; loss++) {
-        config.loss = loss;
-        char *json = vw_config_to_json(&config, true);
-        assert_non_null(strstr(json, "\"huber_length\":0.1"));
-        assert_non_null(strstr(json, "\"importance_samples\":0"));
-        assert_non_null(strstr(json, "\"learning_rate_decay\":1.0"));
-        free(json);
-        json = vw_config_to_json(&config, false);
-        ASSERT_OK(vw_config_from_json(json, &parsed));
-        assert_true(parsed.huber_length == 0.1 && parsed.learning_rate_decay == 1.0 && parsed.importance_samples == 0);
-        free(json);
-    }
-    config.huber_length = 0.3;
-    ASSERT_OK(vw_config_check(&config));
-    config.loss = VW_LOSS_L2;
-    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "needs --loss huber, not l2");
 }
 
 TEST_GROUP(NULL, test_gpu_close)

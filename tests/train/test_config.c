@@ -1,0 +1,133 @@
+// The settings of a training: their JSON, which of them are part of what a run is, and what is refused by name.
+// label: host
+#include "support/config_text.h"
+
+static bool same_identity(const struct vw_config *a, const struct vw_config *b) {
+    AUTO_FREE char *one = vw_config_to_json(a, true), *other = vw_config_to_json(b, true);
+    return strcmp(one, other) == 0;
+}
+
+TEST(settings_survive_json) {
+    static const struct {
+        const char *settings;
+        bool identity; // part of what a run is, so that one with others is another run
+    } cases[] = {
+        {"'epochs':99", false},
+        {"'effects':'none'", false},
+        {"'pilot_steps':8", false},
+        {"'seed':9223372036854775807", true},
+        {"'vary':'order','base_seed':9223372036854775807", true},
+        {"'vary':'pixels'", true},
+        {"'vary':'init'", true},
+        {"'vary':'validation'", true},
+        {"'vary':'all,validation'", true},
+        {"'burn_in_epochs':7", true},
+        {"'rays':1", true},
+        {"'importance_samples':24", true},
+        {"'loss':'l1'", true},
+        {"'loss':'huber'", true},
+        {"'loss':'huber','huber_length':0.03", true},
+        {"'optimizer':'sgd'", true},
+        {"'learning_rate':0.30000000000000004", true},
+        {"'learning_rate_decay':0.3", true},
+        {"'background':'random'", true},
+        {"'table_precision':'float16'", true},
+        {"'field':'mlp'", true},
+        {"'field':'mlp','mlp_depth':6,'frequencies':4", true},
+        {"'field':'mlp','importance_samples':12,'coarse_network':'own'", true},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        const struct vw_config config = config_with(&vw_config_default, cases[i].settings);
+        AUTO_FREE char *json = config_json_with(&vw_config_default, cases[i].settings),
+                       *again = vw_config_to_json(&config, false);
+        assert_string_equal(again, json);
+        if (same_identity(&config, &vw_config_default) == cases[i].identity)
+            fail_msg("%s is%s part of what a run is", cases[i].settings, cases[i].identity ? " not" : "");
+    }
+}
+
+TEST(choices_have_their_names) {
+    const struct vw_config config =
+        config_with(&vw_config_default, "'field':'mlp','importance_samples':8,'coarse_network':'own','loss':'huber',"
+                                        "'optimizer':'dense-adam','background':'random','vary':'init'");
+    assert_int_equal(config.field, VW_FIELD_MLP);
+    assert_int_equal(config.coarse_network, VW_COARSE_NETWORK_OWN);
+    assert_int_equal(config.loss, VW_LOSS_HUBER);
+    assert_int_equal(config.optimizer, VW_OPTIMIZER_DENSE_ADAM);
+    assert_int_equal(config.background, VW_BACKGROUND_RANDOM);
+    assert_int_equal(config.vary, VW_VARY_INIT);
+    assert_int_equal(config_with(&vw_config_default, "'table_precision':'float16'").table_precision, VW_TABLE_FLOAT16);
+    assert_int_equal(config_with(&vw_config_default, "'vary':'all,validation'").vary, VW_VARY_ALL_VALIDATION);
+}
+
+TEST(defaults_are_in_the_identity) {
+    static const char *const parts[] = {"\"vary\":\"all\"",
+                                        "\"base_seed\":0",
+                                        "\"huber_length\":0.1",
+                                        "\"importance_samples\":0",
+                                        "\"learning_rate_decay\":1.0",
+                                        "\"coarse_network\":\"shared\"",
+                                        "\"table_precision\":\"float32\"",
+                                        "\"field\":\"hash\""};
+    AUTO_FREE char *json = vw_config_to_json(&vw_config_default, true);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
+        if (!strstr(json, parts[i])) fail_msg("%s lacks %s", json, parts[i]);
+}
+
+// Otherwise a run may be extended.
+TEST(the_planned_epochs_count_where_the_rate_decays) {
+    struct vw_config config = config_with(&vw_config_default, "'learning_rate_decay':0.05"), longer = config;
+    longer.epochs++;
+    assert_false(same_identity(&config, &longer));
+}
+
+TEST(what_cannot_be_is_refused_by_name) {
+    static const struct {
+        const char *settings, *message;
+    } cases[] = {
+        {"'rays':0", "--rays"},
+        {"'samples':4097", "--samples"},
+        {"'levels':17", "--levels"},
+        {"'levels':3", "--levels"},
+        {"'features':3", "--features"},
+        {"'width':48", "--width"},
+        {"'width':24", "16, 32 or 64 with --field hash"},
+        {"'log2_table':23", "--log2-table"},
+        {"'learning_rate_decay':1.5", "--learning-rate-decay takes"},
+        {"'rays':4097,'importance_samples':4096", "--rays times --importance-samples is 16781312"},
+        {"'base_seed':1", "0 where everything varies"}, // it would be lost
+        {"'huber_length':0.3", "needs --loss huber, not l2"},
+        {"'mlp_depth':3", "need --field mlp"},
+        {"'field':'mlp','levels':4", "need --field hash"},
+        {"'field':'mlp','coarse_network':'own'", "--coarse-network own: needs --importance-samples above 0"},
+        {"'importance_samples':8,'coarse_network':'own'", "--coarse-network own: needs --field mlp, not hash"},
+        {"'vary':'ordre'", "vary: \"ordre\" is not known"},
+        {"'table_precision':'float17'", "table_precision: \"float17\" is not known"},
+        {"'table_precision':null", "table_precision: \"(none)\" is not known"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_config config;
+        AUTO_FREE char *json = config_json_with(&vw_config_default, cases[i].settings);
+        enum vw_status status = vw_config_from_json(json, &config);
+        ASSERT_FAILS(status, strstr(cases[i].message, "known") ? VW_ERROR_INPUT : VW_ERROR_USAGE, cases[i].message);
+        assert_null(strchr(vw_error_message(), '\n'));
+    }
+    struct vw_config seed = vw_config_default, base = config_with(&vw_config_default, "'vary':'order'"),
+                     rate = vw_config_default;
+    seed.seed = UINT64_C(1) << 63; // JSON has no such numbers
+    base.base_seed = UINT64_MAX;
+    rate.learning_rate = NAN;
+    ASSERT_FAILS(vw_config_check(&seed), VW_ERROR_USAGE, "--seed");
+    ASSERT_FAILS(vw_config_check(&base), VW_ERROR_USAGE, "base_seed");
+    ASSERT_FAILS(vw_config_check(&rate), VW_ERROR_USAGE, "--lr");
+}
+
+TEST(a_seed_is_of_the_draws_that_vary) {
+    const struct vw_config all = config_with(&vw_config_default, "'seed':5"),
+                           order = config_with(&vw_config_default, "'seed':6,'vary':'order','base_seed':5");
+    for (enum vw_vary draws = VW_VARY_ORDER; draws <= VW_VARY_INIT; draws++) {
+        assert_int_equal(vw_config_seed_of(&all, draws), 5);
+        assert_int_equal(vw_config_seed_of(&order, draws), draws == VW_VARY_ORDER ? 6 : 5);
+    }
+    assert_int_equal(vw_config_seed_of(&all, VW_VARY_VALIDATION), 0); // all runs validate on the same pixels
+}
