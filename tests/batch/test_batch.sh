@@ -2,7 +2,6 @@
 # Many valuations from one file: what they leave, at once or one after another, after a kill and an interrupt, and beside one that fails;
 # and what their merged ledger has in common with that of the same commands given by hand. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 rays=16
 tiny=(--samples 4 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none)

@@ -2,7 +2,6 @@
 # A batch on a real Slurm of three nodes on this machine: four scenes with three seeds, one node killed on the way, then the merge; what is
 # there has the canonical dump of the jobs run one after another. And a job near its time limit. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 . "$root/tests/batch/slurm.sh"
 missing=$(missing_of_slurm)

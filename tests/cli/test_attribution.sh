@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Providers, payouts, near-duplicates and the matrix from outside, on a run and afterwards on a finished one. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
 tiny=("${small[@]}" --epochs 4)

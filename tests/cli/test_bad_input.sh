@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Broken and hostile input, from outside: some cases of each kind are refused with exit code 2, one line that names file and field, and no
 # --out folder. Prints the table of cases. tests/scene, tests/image and tests/fuzz try all cases of each format. Takes the program's path.
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 trap 'umount "$folder/full" 2>/dev/null; rm -rf "$folder"' EXIT
 scene=$folder/scene

@@ -2,7 +2,6 @@
 # value --accuracy and --budget from outside: what is chosen, that the time is kept, that a run goes on with what was chosen, and that the
 # printed options give the same bits. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 photos=12 # to train on, in clean.json
 tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
@@ -16,9 +15,7 @@ value() { # value OUT [OPTION]...
 steps() { query "$1" 'SELECT max(step) FROM step'; }
 status() { query "$1" 'SELECT status FROM run'; }
 config() { query "$1" "SELECT config_json ->> '\$.$2' FROM run"; }
-says() { grep -qE -- "$1" "$folder/stdout" || { cat "$folder/stdout" "$folder/stderr"; return 1; }; }
 again() { sed -n 's/^again    the same bits by //p' "$folder/stdout"; }
-checksum() { (cd "$folder/$1" && sha256sum -- *); }
 refuses() { # refuses PATTERN [OPTION]...: and leaves nothing
     fails 2 "$1" value refused "${@:2}" && [[ ! -e $folder/refused ]]
 }
@@ -49,9 +46,9 @@ read -ra options <<<"$(again)"
 check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe
 check "which does" same_run draft plain_draft
 check "without it nothing is recorded" test "$(query plain_draft 'SELECT plan_json FROM run')" = '{}'
-before=$(checksum draft)
+before=$(checksums draft)
 check "going on needs no --accuracy" run value draft --effects none --device llvmpipe --resume
-check "and has nothing to do" test "$before" = "$(checksum draft)"
+check "and has nothing to do" test "$before" = "$(checksums draft)"
 check "another accuracy is refused" fails 2 'another --accuracy' value draft --accuracy standard --effects none --resume
 check "so is one for a run without" fails 2 'another --accuracy' value plain_draft --accuracy draft --effects none --resume
 check "it is extended" run value draft --accuracy draft --epochs 3 --effects none --device llvmpipe --resume
@@ -85,10 +82,10 @@ check "as JSON" test "$(sqlite3 :memory: "
 read -ra options <<<"$(sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget.options'")"
 check "the report says what was chosen" grep -q '"budget_s": *10' "$folder/timed/report.html"
 check "it is intact" eval '"$program" verify "$folder/timed" >/dev/null'
-before=$(checksum timed)
+before=$(checksums timed)
 check "the same command again" run value timed --budget "${budget_s}s" "${tiny[@]}" --resume
-check "does nothing" test "$before" = "$(checksum timed)"
-check "nor without --budget" eval 'run value timed "${tiny[@]}" --resume && [[ $before == "$(checksum timed)" ]]'
+check "does nothing" test "$before" = "$(checksums timed)"
+check "nor without --budget" eval 'run value timed "${tiny[@]}" --resume && [[ $before == "$(checksums timed)" ]]'
 check "another budget is refused" fails 2 'another --accuracy or --budget' value timed --budget 1h "${tiny[@]}" --resume
 
 if [[ -n ${VIEWWORTH_FULL:-} ]]; then

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
 # The program from outside: exit codes, messages, outputs, and that equal runs leave equal rows. Takes the program's path.
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
 tiny=("${small[@]}" --epochs 3 --effects occupancy)

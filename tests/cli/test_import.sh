@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # import-steps from outside: a run of ours that is exported and imported again, what is refused, and what other commands make of such a
 # ledger. Takes the program's path.
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 tiny=("${small[@]}" --epochs 4 --quiet)
 log=$folder/log.csv

@@ -2,7 +2,6 @@
 # Scenes whose pixels do not fit --memory: the same result from a file that leaves nothing behind; photos that cannot be decoded, or no
 # longer are those that were hashed, end a run whose ledger stands. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 export XDG_CACHE_HOME=$folder/cache
 quick=("${small[@]}" --epochs 2 --no-thumbnails)

@@ -2,10 +2,8 @@
 # Less and less address space: every command ends with exit code 0, 1 or 2 and at most one line, and never by a signal. Takes the program's
 # path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 ulimit -c 0
-scene=$root/tests/support/tiny.json
 grep -q __asan_init <(nm "$program" 2>/dev/null) && { echo "SKIPPED: the address sanitizer takes terabytes of address space"; exit 77; }
 
 # survives WHAT FROM STEP TO COMMAND...: with FROM, FROM + STEP, ... up to TO KiB of address space, by twice the step unless with --full.

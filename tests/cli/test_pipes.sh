@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Pipes, devices and folders in the place of every file that is read: refused, or passed over, and never waited for. Takes the program's
 # path.
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$folder/scene
 tiny=("${small[@]}" --epochs 2 --quiet)

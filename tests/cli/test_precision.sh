@@ -2,7 +2,6 @@
 # --table-precision float32 costs nothing (design, decision 7): the passes that touch the grid have, in their usual form, the code of passes
 # that know of no other. Takes the program's path. What the half form computes: build/test_passes update_grid_half and the other two.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
 command -v glslangValidator >/dev/null || { echo "SKIPPED: glslangValidator is missing; scripts/install_packages installs it"; exit 77; }

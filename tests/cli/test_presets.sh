@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # --preset: what it sets, that explicit options override it, and that every preset trains. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-scene=$root/tests/support/tiny.json
 small=(--rays 16 --samples 8 --val-rays 32 --width 16 --epochs 2 --pilot-steps 0 --quiet)
 mlp=(--importance-samples 16 --mlp-depth 2)
 

@@ -3,7 +3,6 @@
 # time, and its scores are lavapipe's within rounding. Takes the program's path. The driver comes with Debian's chromium and is found
 # there; VIEWWORTH_SWIFTSHADER names another vk_swiftshader_icd.json.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
 for second in "${VIEWWORTH_SWIFTSHADER:-}" /usr/lib/chromium/vk_swiftshader_icd.json /opt/google/chrome/vk_swiftshader_icd.json; do

@@ -2,7 +2,6 @@
 # select from outside: a tiny scene of every format is valued, its photos selected, and the list opened again; what other programs read in
 # it; names made to do harm; what is refused. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 tiny=(--epochs 3 --rays 32 --samples 8 --val-rays 64 --levels 2 --log2-table 8 --width 16 --device llvmpipe --effects none --quiet)
 

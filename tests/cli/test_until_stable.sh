@@ -2,7 +2,6 @@
 # value --until-stable from outside: where it stops, that this is the same whatever interrupts it, and that it goes on. Takes the program's
 # path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
 value() { # value OUT EPOCHS [OPTION]...: by the absolute loss, whose scores settle before the last of 40 epochs here
@@ -10,7 +9,6 @@ value() { # value OUT EPOCHS [OPTION]...: by the absolute loss, whose scores set
 }
 steps() { query "$1" 'SELECT max(step) FROM step'; }
 status() { query "$1" 'SELECT status FROM run'; }
-says() { grep -qE -- "$1" "$folder/stdout" || { cat "$folder/stdout" "$folder/stderr"; return 1; }; }
 refuses() { # refuses R: and leaves nothing
     fails 2 '--until-stable takes' value refused 20 --until-stable "$1" && [[ ! -e $folder/refused ]]
 }
@@ -34,10 +32,9 @@ check "is not stable" says '^not stable'
 check "and goes on to where the other stopped" run value less 40 --until-stable "$wanted" --resume
 check "with the same rows" same_run stable less
 
-checksum() { (cd "$folder/$1" && sha256sum -- *); }
-before=$(checksum stable)
+before=$(checksums stable)
 check "the same command again" run value stable 40 --until-stable "$wanted" --resume
-check "does nothing" test "$before" = "$(checksum stable)"
+check "does nothing" test "$before" = "$(checksums stable)"
 
 check "it goes on by --resume without the option" run value stable "$((epochs + 2))" --resume
 check "a run of so many epochs" run value plain "$((epochs + 2))" --resume

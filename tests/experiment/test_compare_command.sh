@@ -2,7 +2,6 @@
 # `viewworth compare` on a tiny recipe: that its metrics are those of train and render, and that it
 # trains nothing twice. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
 # A photo to validate and two to test, not the other way round.
@@ -21,7 +20,6 @@ retrainings() { sqlite3 "$1/retrainings.db" 'SELECT count(*) FROM retraining' 2>
 column() { # column LIST SEED NUMBER: of compare.csv
     awk -F, -v list="$1" -v seed="$2" -v number="$3" '$1 == list && $2 == seed { print $number }' whole/compare.csv
 }
-near() { awk -v a="$1" -v b="$2" 'BEGIN { d = a - b; exit !(a != "" && b != "" && d * d < 1e-8) }'; }
 
 # ---- What it leaves ----
 
@@ -73,7 +71,7 @@ for name in view_000 view_001 view_002 view_003 view_004 view_005; do
 done >kept.txt
 check "three photos are kept" test "$(wc -l <kept.txt)" = 3
 check "equal steps: half the photos, twice the epochs" test "$(column top:3 1 4)" = 6
-check "PSNR on test photos as render has it" near "$(independently kept.txt 6 1)" "$(column top:3 1 8)"
+check "PSNR on test photos as render has it" near "$(independently kept.txt 6 1)" "$(column top:3 1 8)" 1e-4
 
 # ---- Resuming and reusing ----
 

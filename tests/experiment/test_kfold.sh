@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # value --kfold: train and validation photos validate in turn, and scores are means over the trainings. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-scene=$root/tests/support/tiny.json
 tiny=(--rays 32 --samples 8 --val-rays 64 --levels 2 --log2-table 8 --width 16 --effects none --device llvmpipe --epochs 4)
 
 kfold() { run "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet --no-thumbnails "${@:2}"; } # kfold OUT [OPTION]...
@@ -48,10 +46,9 @@ check "an entry is what a fold's ledger says" test "$(table matrix.csv "SELECT c
 check "the report shows the folds" grep -q 'fold-3' "$folder/whole/report.html"
 check "a fold is an ordinary run" "$program" verify "$folder/whole/fold-2" --replay 5 --device llvmpipe --quiet
 
-contents() { cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort; }
-before=$(contents whole)
+before=$(checksums whole)
 check "again: nothing is left to do" kfold whole --kfold 3 --json
-check "and nothing changes" test -n "$before" -a "$(contents whole)" = "$before"
+check "and nothing changes" test -n "$before" -a "$(checksums whole)" = "$before"
 check "the JSON says the same" test "$(json '$.folds[2].val_psnr_end_db')" = \
     "$(query whole/fold-3 'SELECT val_psnr FROM step ORDER BY step DESC LIMIT 1')"
 check "and has every photo" test "$(sqlite3 :memory: "SELECT json_array_length(CAST(readfile('$folder/stdout') AS TEXT), '\$.photos')")" = 8

@@ -2,7 +2,6 @@
 # `viewworth select --verify` on a tiny recipe: what it prints and writes, that it trains nothing twice, goes on after an
 # interruption, and what it refuses. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 
 # Four photos to validate, two of twelve to train on with poses that are far off.

@@ -1,9 +1,7 @@
 #!/usr/bin/env bash
 # worth and value --worth from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
-scene=$root/tests/support/tiny.json
 tiny=(--rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe --epochs 5 --no-thumbnails)
 printf 'name,provider\n' >"$folder/providers.csv"
 for i in 0 1 2 3 4 5; do echo "view_00$i,p$((i / 2))" >>"$folder/providers.csv"; done

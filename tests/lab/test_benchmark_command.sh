@@ -2,7 +2,6 @@
 # `viewworth benchmark` on a tiny recipe: what it writes, and that it trains nothing twice. Takes the
 # program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 cp "$root/tests/support/tiny.json" "$folder"
 sed '/"defects"/d; s/"split": "test"}],/"split": "test"}]/' "$folder/tiny.json" >"$folder/sound.json"

@@ -2,7 +2,6 @@
 # scripts/lab/benchmark_scenes and scripts/lab/benchmark_methods: the benchmarks that they ask for, what they pool, and a scene that
 # fails. Takes the program's path, which only reads the scenes and writes the report: a script in its place answers for the benchmarks.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 

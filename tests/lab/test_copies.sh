@@ -2,7 +2,6 @@
 # The table of scripts/lab/copies, on a tiny scene: copies are the same pixels and are warned of, payouts are those of value.
 # Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 

@@ -2,7 +2,6 @@
 # Scenes drawn for the evaluation of methods (scripts/lab/draw_scenes): the same for a seed, of the kinds that it promises, and all of them
 # open. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 cd "$folder" || exit 1

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
 # scripts/lab/pool_benchmarks on tables of known values. Takes the program's path, which it does not run.
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 command -v python3 >/dev/null || { echo "SKIPPED: python3 is missing; apt-get install python3"; exit 77; }
 header=scene,metric,method,value,ci_low,ci_high,count

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # viewworth-lab probe from outside: what it adds, that it changes nothing, and what it refuses. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
 

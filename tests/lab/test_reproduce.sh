@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # The same scene valued with several seeds: what agrees, what a seed varies, and resume. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$folder/corrupted.json
 sed '0,/^{/s//{ "defects": [{"kind": "noise", "views": [1, 2], "strength": 0.4}],/' "$root/scenes/clean.json" >"$scene"
@@ -63,10 +62,9 @@ SQL
 }
 check "r is that of the points" test "$(recompute_pearson whole)" = "$((methods * 3))|1"
 
-contents() { cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort; }
-before=$(contents whole)
+before=$(checksums whole)
 check "again: nothing is left to do" reproduce whole --seeds 3 --json
-check "and nothing changes" test -n "$before" -a "$(contents whole)" = "$before"
+check "and nothing changes" test -n "$before" -a "$(checksums whole)" = "$before"
 cp -r "$folder/whole" "$folder/paper"
 check "--paper compares the paper's other scores, too" reproduce paper --seeds 3 --paper
 check "which are in the tables" test "$(table paper scatter.csv "
@@ -139,9 +137,9 @@ check "what depends on no run is left out" test "$(agreements sharpness pearson)
 check "each photo has a point" test "$(table methods scatter.csv "SELECT count(DISTINCT name), count(*) FROM t
     WHERE method = 'data_banzhaf_4' AND value_a <> value_b")" = '8|8'
 made=$(retrainings)
-before=$(contents methods)
+before=$(checksums methods)
 check "again: nothing is left to do" of_methods reproduce --seeds 2 --methods data_banzhaf,data_oob,in_run_shapley
-check "and no file changes" test "$made" -ge 16 -a "$(contents methods)" = "$before"
+check "and no file changes" test "$made" -ge 16 -a "$(checksums methods)" = "$before"
 check "a benchmark of the same runs" of_methods benchmark --valued-seeds 2 --methods data_banzhaf,data_oob --subsets 8 \
     --retraining-seeds 1 --curves none
 check "takes the retrainings that are there" test "$(retrainings)" = "$made"

@@ -2,7 +2,6 @@
 # `viewworth benchmark --methods` on a recipe of eight photos: a scorer per method and budget, its cost, what it agrees with, and that
 # nothing is trained twice. Takes the program's path.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 tiny=(--epochs 3 --rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe
     --retraining-seeds 1 --valued-seeds 1 --curves none)

@@ -2,7 +2,6 @@
 # The report: that value writes it and report makes the same again, and what a browser makes of it. Takes the program's path; the browser is
 # headless Chromium, driven by report_browser.py.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/toys.json
 tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8

@@ -3,7 +3,6 @@
 # partway, and leaves what the same command leaves without interruption. Takes the program's path, and names of cases to run these alone.
 # label: once
 # sanitized: value compare
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 chosen=("${@:2}")
 scene=$root/scenes/clean.json

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Resuming, extending and auditing runs from outside (decision 11). Takes the program's path; test_kill_and_resume.sh stops runs partway.
 # label: once
-set -uo pipefail
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/clean.json
 
@@ -14,11 +13,10 @@ verify() { "$program" verify "$folder/$1" "${@:2}"; }
 verifies() { run verify "$@"; }
 copy() { rm -rf "${folder:?}/$2" && cp -r "$folder/$1" "$folder/$2"; }
 unchanged() { # unchanged OUT COMMAND...: all files of OUT are byte for byte as before
-    local before after
-    before=$(cd "$folder/$1" && sha256sum -- *)
+    local before
+    before=$(checksums "$1")
     "${@:2}"
-    after=$(cd "$folder/$1" && sha256sum -- *)
-    [[ $before == "$after" ]]
+    [[ $(checksums "$1") == "$before" ]]
 }
 
 epochs=150

@@ -1,6 +1,7 @@
 # For tests/*/test_*.sh that run the program from outside, to be sourced by a script that is given the program's path. Leaves $program,
-# $lab (viewworth-lab, beside it), $root of the tree, an empty $folder that is removed at the end, $small (options of a training that
-# takes a second or two), checks (shell_test.sh) and queries (run_rows.sh).
+# $lab (viewworth-lab, beside it), $root of the tree, $scene (a tiny one), an empty $folder that is removed at the end, $small (options of
+# a training that takes a second or two), checks (shell_test.sh) and queries (run_rows.sh).
+set -uo pipefail
 
 program=$(realpath "$1")
 lab=$(dirname "$program")/viewworth-lab
@@ -9,6 +10,7 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 . "$root/tests/support/run_rows.sh"
+scene=$root/tests/support/tiny.json
 # Without --effects auto, which takes longer than such a training: it tries out which effects help.
 small=(--rays 64 --samples 16 --val-rays 64 --levels 4 --log2-table 10 --width 16 --effects none --device llvmpipe)
 
@@ -50,6 +52,9 @@ fails() {
     return 1
 }
 
+# says PATTERN: the last command that was run did so, in a line of stdout.
+says() { grep -qE -- "$1" "$folder/stdout" || { cat "$folder/stdout" "$folder/stderr"; return 1; }; }
+
 # answers SQL COMMAND...: the command's stdout is JSON, nothing else, and the expression on it, called j, is true.
 answers() {
     "${@:2}" >"$folder/answer.json" 2>"$folder/stderr" &&
@@ -61,6 +66,12 @@ answers() {
 
 # json PATH: of what the last command that was run printed.
 json() { sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '$1'"; }
+
+# checksums OUT: of all its files.
+checksums() { (cd "$folder/$1" && find . -type f -exec sha256sum {} + | sort -k2); }
+
+# near NUMBER NUMBER [TOLERANCE]: they are equal to the rounding of sums in another order.
+near() { awk -v a="$1" -v b="$2" -v most="${3:-1e-9}" 'BEGIN { d = a - b; exit !(a != "" && b != "" && d < most && -d < most) }'; }
 
 # same_dump OUT OUT: two batches have merged the same runs.
 dump() { sqlite3 "$folder/$1/merged.db" <"$root/scripts/canonical_dump.sql"; }
