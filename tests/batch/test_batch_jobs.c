@@ -3,28 +3,14 @@
 #include "support/cmocka_test.h"
 #include "support/temporary_folder.h"
 
-static char *folder;
-
-static int make_folder(void **state) {
-    (void)state;
-    folder = temporary_folder_create();
-    return !folder;
-}
-
-static int remove_folder(void **state) {
-    (void)state;
-    temporary_folder_remove(folder);
-    return 0;
-}
-
-static enum vw_status load(const char *text, struct vw_jobs *jobs) {
+static enum vw_status load(const char *folder, const char *text, struct vw_jobs *jobs) {
     const char *path = temporary_path(folder, "jobs.json");
     ASSERT_OK(vw_file_write(path, text, strlen(text)));
     return vw_jobs_load(path, jobs);
 }
 
 // Checks the words of a job, with spaces between them and without the folder of the file.
-static void assert_words(const struct vw_job *job, const char *expected) {
+static void assert_words(const char *folder, const struct vw_job *job, const char *expected) {
     char text[1024] = "", scene[256];
     snprintf(scene, sizeof scene, "%s/", folder);
     for (uint32_t i = 0; i < job->word_count; i++) {
@@ -36,9 +22,10 @@ static void assert_words(const struct vw_job *job, const char *expected) {
     assert_null(job->words[job->word_count]);
 }
 
-TEST_WITHIN(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder) {
+FOLDER_TEST(jobs_are_scenes_by_configs_by_seeds) {
     AUTO(vw_jobs_free) struct vw_jobs jobs;
-    ASSERT_OK(load("{\"defaults\": {\"epochs\": 16, \"quiet-not\": false, \"lasting\": true}, \"seeds\": [0, 7],"
+    ASSERT_OK(load(*state,
+                   "{\"defaults\": {\"epochs\": 16, \"quiet-not\": false, \"lasting\": true}, \"seeds\": [0, 7],"
                    " \"configs\": [{\"name\": \"short\", \"options\": {\"epochs\": 4}}, {\"name\": \"plain\"}],"
                    " \"jobs\": [{\"name\": \"fox\", \"scene\": \"a/fox\","
                    " \"options\": {\"lr\": 0.1, \"lasting\": false}},"
@@ -49,22 +36,22 @@ TEST_WITHIN(jobs_are_scenes_by_configs_by_seeds, make_folder, remove_folder) {
     static const char *const names[] = {"fox/short/seed-0", "fox/short/seed-7",  "fox/plain/seed-0",
                                         "fox/plain/seed-7", "toys/short/seed-3", "toys/plain/seed-3"};
     for (uint32_t i = 0; i < jobs.count; i++) assert_string_equal(jobs.jobs[i].name, names[i]);
-    assert_words(&jobs.jobs[0], "value a/fox --seed=0 --epochs=4 --lr=0.1");
-    assert_words(&jobs.jobs[3], "value a/fox --seed=7 --epochs=16 --lr=0.1");
-    assert_words(&jobs.jobs[4], "value /toys.json --seed=3 --epochs=2 --lasting --effects=+sky");
+    assert_words(*state, &jobs.jobs[0], "value a/fox --seed=0 --epochs=4 --lr=0.1");
+    assert_words(*state, &jobs.jobs[3], "value a/fox --seed=7 --epochs=16 --lr=0.1");
+    assert_words(*state, &jobs.jobs[4], "value /toys.json --seed=3 --epochs=2 --lasting --effects=+sky");
 }
 
-TEST_WITHIN(a_scene_alone_is_a_job, make_folder, remove_folder) {
+FOLDER_TEST(a_scene_alone_is_a_job) {
     AUTO(vw_jobs_free) struct vw_jobs jobs;
-    ASSERT_OK(load("{\"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\"}]}", &jobs));
+    ASSERT_OK(load(*state, "{\"jobs\": [{\"name\": \"fox\", \"scene\": \"fox\"}]}", &jobs));
     assert_int_equal(jobs.count, 1);
     assert_string_equal(jobs.jobs[0].name, "fox/seed-0");
-    assert_words(&jobs.jobs[0], "value fox --seed=0");
+    assert_words(*state, &jobs.jobs[0], "value fox --seed=0");
 }
 
 #define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
 
-TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
+FOLDER_TEST(what_is_wrong_is_named) {
     static const struct {
         const char *text, *message;
     } cases[] = {
@@ -107,14 +94,14 @@ TEST_WITHIN(what_is_wrong_is_named, make_folder, remove_folder) {
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct vw_jobs jobs;
-        if (load(cases[i].text, &jobs) != VW_ERROR_INPUT) fail_msg("%s is taken", cases[i].text);
+        if (load(*state, cases[i].text, &jobs) != VW_ERROR_INPUT) fail_msg("%s is taken", cases[i].text);
         vw_jobs_free(&jobs);
         if (!strstr(vw_error_message(), cases[i].message) || strchr(vw_error_message(), '\n'))
             fail_msg("%s: %s", cases[i].text, vw_error_message());
     }
 }
 
-TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
+FOLDER_TEST(absurd_numbers_of_jobs_are_refused) {
     static char text[1 << 16];
     AUTO(vw_jobs_free) struct vw_jobs jobs;
     int used = snprintf(text, sizeof text, "{\"seeds\": [0");
@@ -122,37 +109,38 @@ TEST_WITHIN(absurd_numbers_of_jobs_are_refused, make_folder, remove_folder) {
     snprintf(text + used, sizeof text - (size_t)used,
              "], \"jobs\": [{\"name\": \"a\", \"scene\": \"a\"},"
              " {\"name\": \"b\", \"scene\": \"b\", \"seeds\": [0]}]}");
-    ASSERT_FAILS(load(text, &jobs), VW_ERROR_INPUT, "jobs: more than 4096 valuations");
+    ASSERT_FAILS(load(*state, text, &jobs), VW_ERROR_INPUT, "jobs: more than 4096 valuations");
 }
 
-TEST_WITHIN(a_record_is_of_the_same_words, make_folder, remove_folder) {
+FOLDER_TEST(a_record_is_of_the_same_words) {
     AUTO(vw_jobs_free) struct vw_jobs jobs, others;
     struct vw_job_result record;
-    ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
-    ASSERT_OK(load(JOBS(", \"options\": {\"epochs\": 4}"), &others));
-    ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
-    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(load(*state, JOBS(", \"options\": {\"epochs\": 3}"), &jobs));
+    ASSERT_OK(load(*state, JOBS(", \"options\": {\"epochs\": 4}"), &others));
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
+    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
-    ASSERT_OK(vw_job_result_write(folder, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 0, 2.5, "why"}));
-    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 0, 2.5, "why"}));
+    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
     assert_int_equal(record.exit_code, 0);
     assert_near(record.seconds, 2.5, 0);
     assert_string_equal(record.message, "why");
     free(record.message);
     assert_int_equal(record.state, VW_JOB_FAILED); // its run is not there
-    ASSERT_OK(vw_folder_create(temporary_path(folder, "a/seed-0")));
-    ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0/ledger.db"), "", 0));
-    ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "a/seed-0")));
+    ASSERT_OK(vw_file_write(temporary_path(*state, "a/seed-0/ledger.db"), "", 0));
+    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
     assert_int_equal(record.state, VW_JOB_DONE);
     free(record.message);
-    ASSERT_OK(vw_job_result_read(folder, &others.jobs[0], &record));
+    ASSERT_OK(vw_job_result_read(*state, &others.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
 }
 
-TEST_WITHIN(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_folder) {
+FOLDER_TEST(jobs_that_differ_by_their_seed_fit_together) {
     AUTO(vw_jobs_free) struct vw_jobs jobs;
     ASSERT_OK(
-        load("{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
+        load(*state,
+             "{\"configs\": [{\"name\": \"a\", \"options\": {\"epochs\": 4}}, {\"name\": \"b\"}], \"jobs\": ["
              "{\"name\": \"fox\", \"scene\": \"fox\", \"seeds\": [0, 7, 8]}, {\"name\": \"cat\", \"scene\": \"cat\"},"
              " {\"name\": \"same\", \"scene\": \"fox\"}, {\"name\": \"a\", \"scene\": \"fox\"}]}",
              &jobs));
@@ -168,16 +156,16 @@ TEST_WITHIN(jobs_that_differ_by_their_seed_fit_together, make_folder, remove_fol
     assert_true(vw_jobs_fit(&jobs.jobs[3], &jobs.jobs[5]));
 }
 
-TEST_WITHIN(a_broken_record_is_none, make_folder, remove_folder) {
+FOLDER_TEST(a_broken_record_is_none) {
     static const char *const texts[] = {"", "{", "[]", "{\"words\": 3, \"exit_code\": 0, \"seconds\": 1}",
                                         "{\"words\": [], \"exit_code\": 0, \"seconds\": 1, \"message\": \"\"}"};
     AUTO(vw_jobs_free) struct vw_jobs jobs;
-    ASSERT_OK(load(JOBS(""), &jobs));
-    ASSERT_OK(vw_folder_create(temporary_path(folder, "a")));
+    ASSERT_OK(load(*state, JOBS(""), &jobs));
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         struct vw_job_result record;
-        ASSERT_OK(vw_file_write(temporary_path(folder, "a/seed-0.json"), texts[i], strlen(texts[i])));
-        ASSERT_OK(vw_job_result_read(folder, &jobs.jobs[0], &record));
+        ASSERT_OK(vw_file_write(temporary_path(*state, "a/seed-0.json"), texts[i], strlen(texts[i])));
+        ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
         assert_int_equal(record.exit_code, -1);
         assert_null(record.message);
     }

@@ -1,6 +1,7 @@
 // Exact values of games whose Shapley and Banzhaf values are known: additive, majority and glove games.
 #include "support/cmocka_test.h"
 
+#include "base/memory.h"
 #include "lab/evaluation/exact_values.h"
 #include "lab/evaluation/subset_trainings.h"
 
@@ -68,26 +69,22 @@ TEST(an_additive_game_has_its_worths) {
     vw_exact_values_free(&exact);
 }
 
-// Three of five: a photo decides as the third of five in a row, or beside 6 of the 16 subsets of the others.
-TEST(a_majority_game) {
-    struct vw_exact_values exact;
-    static const double shapley[] = {0.2, 0.2, 0.2, 0.2, 0.2}, banzhaf[] = {0.375, 0.375, 0.375, 0.375, 0.375},
-                        left_out[] = {0, 0, 0, 0, 0};
-    find_values(majority, 5, &exact);
-    check_values(&exact, VW_EXACT_SHAPLEY, shapley);
-    check_values(&exact, VW_EXACT_BANZHAF, banzhaf);
-    check_values(&exact, VW_EXACT_LEAVE_ONE_OUT, left_out);
-    vw_exact_values_free(&exact);
-}
+static const struct {
+    game *played;
+    uint32_t photo_count;
+    double shapley[PHOTOS_MAX], banzhaf[PHOTOS_MAX], left_out[PHOTOS_MAX];
+} games[] = {
+    // Three of five: a photo decides as the third of five in a row, or beside 6 of the 16 subsets of the others.
+    {majority, 5, {0.2, 0.2, 0.2, 0.2, 0.2}, {0.375, 0.375, 0.375, 0.375, 0.375}, {0}},
+    {glove, 3, {1.0 / 6, 1.0 / 6, 4.0 / 6}, {0.25, 0.25, 0.75}, {0, 0, 1}},
+};
 
-TEST(a_glove_game) {
-    struct vw_exact_values exact;
-    static const double shapley[] = {1.0 / 6, 1.0 / 6, 4.0 / 6}, banzhaf[] = {0.25, 0.25, 0.75}, left_out[] = {0, 0, 1};
-    find_values(glove, 3, &exact);
-    check_values(&exact, VW_EXACT_SHAPLEY, shapley);
-    check_values(&exact, VW_EXACT_BANZHAF, banzhaf);
-    check_values(&exact, VW_EXACT_LEAVE_ONE_OUT, left_out);
-    vw_exact_values_free(&exact);
+TEST_CASES(games_have_their_known_values, i, VW_ARRAY_COUNT(games)) {
+    AUTO(vw_exact_values_free) struct vw_exact_values exact;
+    find_values(games[i].played, games[i].photo_count, &exact);
+    check_values(&exact, VW_EXACT_SHAPLEY, games[i].shapley);
+    check_values(&exact, VW_EXACT_BANZHAF, games[i].banzhaf);
+    check_values(&exact, VW_EXACT_LEAVE_ONE_OUT, games[i].left_out);
 }
 
 TEST(scores_are_held_against_exact_values) {

@@ -214,28 +214,24 @@ TEST(g_shapley_averages_gains) {
 }
 
 // Also those that estimate no such value.
-TEST(methods_order_photos_by_their_worths) {
-    for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
-        const struct vw_retraining_method *method = vw_retraining_methods[m];
-        struct game game = {.kind = ADDITIVE};
-        double scores[PHOTOS], correlation;
-        score(method, &game, SOME, scores);
-        ASSERT_OK(vw_spearman(scores, worths, PHOTOS, &correlation));
-        if (!(correlation > 0.8)) fail_msg("%s agrees with the worths by %g", method->name, correlation);
-    }
+TEST_CASES(methods_order_photos_by_their_worths, m, vw_retraining_method_count) {
+    const struct vw_retraining_method *method = vw_retraining_methods[m];
+    struct game game = {.kind = ADDITIVE};
+    double scores[PHOTOS], correlation;
+    score(method, &game, SOME, scores);
+    ASSERT_OK(vw_spearman(scores, worths, PHOTOS, &correlation));
+    if (!(correlation > 0.8)) fail_msg("%s agrees with the worths by %g", method->name, correlation);
 }
 
-TEST(methods_find_the_harmful_photo) {
-    for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
-        const struct vw_retraining_method *method = vw_retraining_methods[m];
-        struct game game = {.kind = HARMFUL};
-        double scores[PHOTOS];
-        score(method, &game, SOME, scores);
-        for (uint32_t i = 0; i < PHOTOS; i++)
-            if (i != HARMFUL_PHOTO && !(scores[i] > scores[HARMFUL_PHOTO]))
-                fail_msg("%s: photo %u has %g, the harmful one %g", method->name, i, scores[i], scores[HARMFUL_PHOTO]);
-        assert_true(!method->has_sign || scores[HARMFUL_PHOTO] < 0);
-    }
+TEST_CASES(methods_find_the_harmful_photo, m, vw_retraining_method_count) {
+    const struct vw_retraining_method *method = vw_retraining_methods[m];
+    struct game game = {.kind = HARMFUL};
+    double scores[PHOTOS];
+    score(method, &game, SOME, scores);
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        if (i != HARMFUL_PHOTO && !(scores[i] > scores[HARMFUL_PHOTO]))
+            fail_msg("%s: photo %u has %g, the harmful one %g", method->name, i, scores[i], scores[HARMFUL_PHOTO]);
+    assert_true(!method->has_sign || scores[HARMFUL_PHOTO] < 0);
 }
 
 // ---- Budgets --------------------------------------------------------------------------------------------------------
@@ -267,21 +263,17 @@ TEST(costs_stay_within_budgets_and_are_used) {
         }
 }
 
-TEST(a_larger_budget_has_the_retrainings_of_a_smaller_one) {
-    for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
-        const struct vw_retraining_method *method = vw_retraining_methods[m];
-        struct game few = {.kind = NOISY}, many = {.kind = NOISY};
-        double scores[PHOTOS];
-        few.played = vw_allocate(40 * EPOCHS, sizeof *few.played);
-        many.played = vw_allocate(40 * EPOCHS, sizeof *many.played);
-        score(method, &few, 10, scores);
-        score(method, &many, 30, scores);
-        assert_true(many.made > few.made);
-        for (uint32_t i = 0; i < few.made; i++)
-            if (!was_played(&many, few.played[i])) fail_msg("%s: retraining %u is not nested", method->name, i);
-        free(few.played);
-        free(many.played);
-    }
+TEST_CASES(a_larger_budget_has_the_retrainings_of_a_smaller_one, m, vw_retraining_method_count) {
+    const struct vw_retraining_method *method = vw_retraining_methods[m];
+    struct game few = {.kind = NOISY}, many = {.kind = NOISY};
+    double scores[PHOTOS];
+    few.played = test_allocate(40 * EPOCHS, sizeof *few.played);
+    many.played = test_allocate(40 * EPOCHS, sizeof *many.played);
+    score(method, &few, 10, scores);
+    score(method, &many, 30, scores);
+    assert_true(many.made > few.made);
+    for (uint32_t i = 0; i < few.made; i++)
+        if (!was_played(&many, few.played[i])) fail_msg("%s: retraining %u is not nested", method->name, i);
 }
 
 // A short training costs its share, one on half of the photos at equal epochs a half, the untrained field nothing.
@@ -301,29 +293,24 @@ TEST(costs_are_in_whole_trainings) {
 
 // ---- How they ask ---------------------------------------------------------------------------------------------------
 
-TEST(scores_do_not_depend_on_what_is_made_together) {
-    for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
-        struct game together = {.kind = NOISY}, alone = {.kind = NOISY, .alone = true};
-        double a[PHOTOS], b[PHOTOS];
-        score(vw_retraining_methods[m], &together, SOME, a);
-        score(vw_retraining_methods[m], &alone, SOME, b);
-        assert_memory_equal(a, b, sizeof a);
-    }
+TEST_CASES(scores_do_not_depend_on_what_is_made_together, m, vw_retraining_method_count) {
+    struct game together = {.kind = NOISY}, alone = {.kind = NOISY, .alone = true};
+    double a[PHOTOS], b[PHOTOS];
+    score(vw_retraining_methods[m], &together, SOME, a);
+    score(vw_retraining_methods[m], &alone, SOME, b);
+    assert_memory_equal(a, b, sizeof a);
 }
 
-TEST(a_failing_retraining_ends_a_method) {
-    for (uint32_t m = 0; m < vw_retraining_method_count; m++) {
-        struct game whole = {.kind = NOISY};
-        double scores[PHOTOS];
-        struct vw_retraining_cost cost;
-        score(vw_retraining_methods[m], &whole, 20, scores);
-        for (uint32_t at = 1; at <= whole.made; at += 7) {
-            struct game game = {.kind = NOISY, .fail_at = at};
-            const struct vw_retraining_input input = input_of(&game, 20);
-            assert_int_equal(vw_retraining_method_score(vw_retraining_methods[m], &input, scores, &cost),
-                             VW_ERROR_DEVICE);
-            assert_int_equal(game.made, at);
-        }
+TEST_CASES(a_failing_retraining_ends_a_method, m, vw_retraining_method_count) {
+    struct game whole = {.kind = NOISY};
+    double scores[PHOTOS];
+    struct vw_retraining_cost cost;
+    score(vw_retraining_methods[m], &whole, 20, scores);
+    for (uint32_t at = 1; at <= whole.made; at += 7) {
+        struct game game = {.kind = NOISY, .fail_at = at};
+        const struct vw_retraining_input input = input_of(&game, 20);
+        assert_int_equal(vw_retraining_method_score(vw_retraining_methods[m], &input, scores, &cost), VW_ERROR_DEVICE);
+        assert_int_equal(game.made, at);
     }
 }
 

@@ -107,20 +107,18 @@ static void blur(struct vw_scene *scene, uint32_t view) {
 TEST(pixels_are_measured) {
     struct vw_scene *scene = make_scene();
     for (uint32_t i = 0; i < TRAIN; i++) change_pixels(scene, i, 1, 0.02);
-    struct vw_photo_features sound = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features sound = measure(scene);
     for (uint32_t i = 0; i < TRAIN; i++) check_pixels(scene, i, &sound);
     blur(scene, 1);
     change_pixels(scene, 2, 1, 0.2);
     change_pixels(scene, 3, 0.4, 0);
-    struct vw_photo_features bad = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features bad = measure(scene);
     assert_true(feature(&bad, 1, VW_FEATURE_SHARPNESS) < 0.5 * feature(&sound, 1, VW_FEATURE_SHARPNESS));
     assert_true(feature(&bad, 1, VW_FEATURE_NOISE) < 0.5 * feature(&sound, 1, VW_FEATURE_NOISE));
     assert_true(feature(&bad, 2, VW_FEATURE_NOISE) > 3 * feature(&sound, 2, VW_FEATURE_NOISE));
     for (uint32_t i = 0; i < TRAIN; i++)
         assert_true(feature(&bad, 3, VW_FEATURE_EXPOSURE) >= feature(&bad, i, VW_FEATURE_EXPOSURE));
     assert_true(feature(&bad, 3, VW_FEATURE_EXPOSURE) > 0.1);
-    vw_photo_features_free(&sound);
-    vw_photo_features_free(&bad);
 }
 
 // Noise of a known size on grey, and thumbnails of one colour.
@@ -181,7 +179,7 @@ static void turn_about_z(struct vw_view *view, double angle) {
 TEST(points_are_shared) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
-    struct vw_photo_features features = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features features = measure(scene);
     double covered = 0;
     for (uint32_t i = 0; i < TRAIN; i++) {
         check_sightings(scene, i, &features);
@@ -202,7 +200,6 @@ TEST(points_are_shared) {
         assert_near(feature(&features, i, VW_FEATURE_REPROJECTION_MEDIAN), 0, 1e-5);
         assert_true(feature(&features, i, VW_FEATURE_REPROJECTION_MEAN) > 0.1);
     }
-    vw_photo_features_free(&features);
 }
 
 // A point that a file lists twice in a photo is one place; a photo without tracks sees nothing.
@@ -212,7 +209,7 @@ TEST(odd_tracks_are_taken) {
     for (uint32_t p = 0, at = 0; p < scene->point_count; at += scene->points[p++].track_count)
         for (uint32_t t = at; t < at + scene->points[p].track_count; t++)
             if (scene->tracks[t].view == 5) scene->tracks[t].view = 6; // which lists it, too
-    struct vw_photo_features twice = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features twice = measure(scene);
     assert_near(feature(&twice, 5, VW_FEATURE_SFM_POINTS), 0, 0);
     assert_near(feature(&twice, 5, VW_FEATURE_SFM_COVERAGE), 0, 0);
     assert_near(feature(&twice, 5, VW_FEATURE_OVERLAP_VAL), 0, 0);
@@ -226,14 +223,13 @@ TEST(odd_tracks_are_taken) {
         places += sees[6];
     }
     assert_near(feature(&twice, 6, VW_FEATURE_OVERLAP_TRAIN), sum / places / (TRAIN - 1), 1e-12);
-    vw_photo_features_free(&twice);
 }
 
 // Without points: a photo that looks away sees the least of what validation photos see, and is far from the others.
 TEST(cameras_stand_in_for_points) {
     struct vw_scene *scene = make_scene();
     turn_about_z(&scene->views[2], M_PI);
-    struct vw_photo_features features = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features features = measure(scene);
     double covered = 0;
     for (uint32_t i = 0; i < TRAIN; i++) {
         covered += feature(&features, i, VW_FEATURE_SFM_COVERAGE);
@@ -253,7 +249,6 @@ TEST(cameras_stand_in_for_points) {
     for (uint32_t i = 0; i < TRAIN; i++)
         assert_true(i == 5 ||
                     feature(&features, 5, VW_FEATURE_TRANSPORT) > feature(&features, i, VW_FEATURE_TRANSPORT));
-    vw_photo_features_free(&features);
 }
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
@@ -302,7 +297,7 @@ TEST(steps_are_summed) {
 TEST(every_baseline_scores) {
     struct vw_scene *scene = make_scene();
     add_points(scene);
-    struct vw_photo_features features = measure(scene);
+    AUTO(vw_photo_features_free) struct vw_photo_features features = measure(scene);
     const struct vw_baseline_input input = {scene, photos, &features, 0, 3};
     for (uint32_t b = 0; b < vw_baseline_count; b++) {
         const struct vw_baseline *baseline = &vw_baselines[b];
@@ -323,7 +318,6 @@ TEST(every_baseline_scores) {
         assert_true(vw_features[f].name && vw_features[f].unit && vw_features[f].meaning);
         assert_true(vw_feature_find(vw_features[f].name, &found) && found == f);
     }
-    vw_photo_features_free(&features);
 }
 
 // ---- Transport ------------------------------------------------------------------------------------------------------

@@ -11,13 +11,6 @@
 #include "run/out_lock.h"
 #include "support/temporary_folder.h"
 
-static int prepare(void **state) { return (*state = temporary_folder_create()) == NULL; }
-
-static int clean_up(void **state) {
-    temporary_folder_remove(*state);
-    return 0;
-}
-
 static void assert_locked(const char *out, const char *why) {
     struct vw_out_lock *lock = NULL;
     assert_int_equal(vw_out_lock_take(out, &lock), VW_ERROR_USAGE);
@@ -26,7 +19,7 @@ static void assert_locked(const char *out, const char *why) {
     if (!strstr(vw_error_message(), why)) fail_msg("\"%s\" does not say: %s", vw_error_message(), why);
 }
 
-TEST_WITHIN(a_second_start_is_refused, prepare, clean_up) {
+FOLDER_TEST(a_second_start_is_refused) {
     char pid[40];
     const char *out = temporary_path(*state, "out");
     struct vw_out_lock *lock = NULL, *again = NULL;
@@ -41,7 +34,7 @@ TEST_WITHIN(a_second_start_is_refused, prepare, clean_up) {
     vw_out_lock_release(&again); // does nothing
 }
 
-TEST_WITHIN(what_the_lock_created_goes_with_it, prepare, clean_up) {
+FOLDER_TEST(what_the_lock_created_goes_with_it) {
     struct vw_out_lock *lock = NULL;
     const char *deep = temporary_path(*state, "a/b//c/");
     ASSERT_OK(vw_out_lock_take(deep, &lock));
@@ -62,7 +55,7 @@ TEST_WITHIN(what_the_lock_created_goes_with_it, prepare, clean_up) {
     assert_true(vw_folder_exists(temporary_path(*state, "empty")));
 }
 
-TEST_WITHIN(leftovers_of_killed_writers_are_removed, prepare, clean_up) {
+FOLDER_TEST(leftovers_of_killed_writers_are_removed) {
     static const char left[] = ".viewworth-0123456789abcdef0123456789abcdef.part";
     struct vw_out_lock *lock = NULL;
     temporary_file(*state, left, "half");
@@ -72,7 +65,7 @@ TEST_WITHIN(leftovers_of_killed_writers_are_removed, prepare, clean_up) {
     vw_out_lock_release(&lock);
 }
 
-TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
+FOLDER_TEST(hostile_files_are_refused) {
     static const char *const names[] = {"ledger.db",       "ledger.db-journal", "retrainings.db",
                                         "tradeoff.db-wal", "field.vwf",         "checkpoint_1.vwc"};
     struct vw_out_lock *lock = NULL;
@@ -100,7 +93,7 @@ TEST_WITHIN(hostile_files_are_refused, prepare, clean_up) {
     assert_string_equal(data, "precious");
 }
 
-TEST_WITHIN(only_a_target_in_the_folder_locks_it, prepare, clean_up) {
+FOLDER_TEST(only_a_target_in_the_folder_locks_it) {
     const char *const folders[] = {temporary_path(*state, "none"), *state};
     struct vw_out_lock *held = NULL, *lock = NULL;
     ASSERT_OK(vw_out_lock_take(*state, &held));
@@ -115,7 +108,7 @@ TEST_WITHIN(only_a_target_in_the_folder_locks_it, prepare, clean_up) {
     vw_out_lock_release(&lock);
 }
 
-TEST_WITHIN(a_killed_holder_leaves_no_lock, prepare, clean_up) {
+FOLDER_TEST(a_killed_holder_leaves_no_lock) {
     const char *out = temporary_path(*state, "out");
     struct vw_out_lock *lock = NULL;
     int ready[2];
@@ -155,7 +148,7 @@ static int contend(const char *out, const char *mark) {
     return held ? 0 : 2;
 }
 
-TEST_WITHIN(two_never_hold_it, prepare, clean_up) {
+FOLDER_TEST(two_never_hold_it) {
     enum { CHILDREN = 4 };
     pid_t children[CHILDREN];
     const char *out = temporary_path(*state, "out"), *mark = temporary_path(*state, "mark");
