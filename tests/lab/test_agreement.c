@@ -3,9 +3,7 @@
 
 #include "lab/evaluation/full_agreement.h"
 
-static void assert_real(double value, double expected, const char *what) { // a few roundings of numbers near 1
-    if (!(fabs(value - expected) <= 4e-16)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
-}
+static const double ROUNDING = 4e-16; // a few roundings of numbers near 1
 
 static struct vw_full_agreement compare(const double *a, const double *b, const bool *clean, uint32_t count) {
     struct vw_full_agreement agreement;
@@ -19,21 +17,21 @@ TEST(numbers_worked_out_by_hand) {
     struct vw_full_agreement agreement = compare(a, b, NULL, 5);
     assert_int_equal(agreement.photos, 5);
     assert_int_equal(agreement.clean, 0);
-    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
-    assert_real(agreement.values[VW_AGREEMENT_SPEARMAN], 0.8, "rho");
+    assert_near(agreement.values[VW_AGREEMENT_PEARSON], 0.8, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_SPEARMAN], 0.8, ROUNDING);
     assert_true(isnan(agreement.values[VW_AGREEMENT_CLEAN_PEARSON]) &&
                 isnan(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN]));
     // Positive: {3, 4} and {2, 4}. Alike: 0, 1 and 4. By chance: (2 * 2 + 3 * 3) / 25 = 13 / 25; (15 - 13) / (25 - 13).
-    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1.0 / 3, "Jaccard's index");
-    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
-    assert_real(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 1.0 / 6, "kappa");
+    assert_near(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1.0 / 3, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 1.0 / 6, ROUNDING);
 }
 
 TEST(ties_share_their_rank) {
     // Ranks 1.5 1.5 3 4 and 1 2.5 2.5 4: deviations -1 -1 0.5 1.5 and -1.5 0 0 1.5, products 1.5 0 0 2.25, squares 4.5
     // and 4.5.
     const double a[] = {1, 1, 2, 9}, b[] = {-7, 0, 0, 100};
-    assert_real(compare(a, b, NULL, 4).values[VW_AGREEMENT_SPEARMAN], 3.75 / 4.5, "rho of ties");
+    assert_near(compare(a, b, NULL, 4).values[VW_AGREEMENT_SPEARMAN], 3.75 / 4.5, ROUNDING);
 }
 
 TEST(the_clean_are_compared_alone) {
@@ -42,15 +40,15 @@ TEST(the_clean_are_compared_alone) {
     struct vw_full_agreement agreement = compare(a, b, clean, 5);
     assert_int_equal(agreement.clean, 3);
     assert_true(agreement.values[VW_AGREEMENT_PEARSON] > 0.95); // which the two corrupted photos make
-    assert_real(agreement.values[VW_AGREEMENT_CLEAN_PEARSON], -0.5, "r within the clean");
-    assert_real(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, "rho within the clean");
+    assert_near(agreement.values[VW_AGREEMENT_CLEAN_PEARSON], -0.5, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_CLEAN_SPEARMAN], -0.5, ROUNDING);
 }
 
 TEST(two_extremes_do_not_decide) {
     // Without 50 and -40 (the second run's; 0 in the first): -2 -1 0 1 2 and -1 -2 1 0 2, as above.
     const double a[] = {-2, 50, -1, 0, 1, 0, 2}, b[] = {-1, 60, -2, 1, 0, -40, 2};
     struct vw_full_agreement agreement = compare(a, b, NULL, 7);
-    assert_real(agreement.values[VW_AGREEMENT_TRIMMED_PEARSON], 0.8, "r without two extremes");
+    assert_near(agreement.values[VW_AGREEMENT_TRIMMED_PEARSON], 0.8, ROUNDING);
     assert_true(isnan(compare(a, b, NULL, 4).values[VW_AGREEMENT_TRIMMED_PEARSON]));
     const double equal[] = {1, 1, 1, 1, 3}, other[] = {1, 2, 3, 4, 5}; // no spread: the last is farthest in the first
     assert_true(isnan(compare(equal, other, NULL, 5).values[VW_AGREEMENT_TRIMMED_PEARSON]));
@@ -63,9 +61,9 @@ TEST(coverage_counts_intervals_that_hold_the_mean) {
     const struct vw_score_tables tables = {.run_count = 2, .photo_count = 2};
     struct vw_coverage coverage = vw_agreement_coverage(&tables, &table);
     assert_int_equal(coverage.intervals, 2); // the other photo has a score in one run only
-    assert_real(coverage.share, 1, "the share");
+    assert_near(coverage.share, 1, ROUNDING);
     high[0] = 0.70;
-    assert_real(vw_agreement_coverage(&tables, &table).share, 0.5, "the share of one missed");
+    assert_near(vw_agreement_coverage(&tables, &table).share, 0.5, ROUNDING);
     low[0] = low[2] = NAN;
     assert_true(isnan(vw_agreement_coverage(&tables, &table).share));
 }
@@ -74,8 +72,8 @@ TEST(missing_scores_are_left_out) {
     const double a[] = {NAN, -2, -1, 0, 5, 1, 2, INFINITY}, b[] = {3, -1.5, -2.5, 0.5, NAN, -0.5, 1.5, 1};
     struct vw_full_agreement agreement = compare(a, b, NULL, 8);
     assert_int_equal(agreement.photos, 5);
-    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 0.8, "r");
-    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, "the share of equal sign");
+    assert_near(agreement.values[VW_AGREEMENT_PEARSON], 0.8, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_SAME_SIGN], 0.6, ROUNDING);
 }
 
 TEST(where_nothing_can_be_said) {
@@ -83,15 +81,15 @@ TEST(where_nothing_can_be_said) {
     struct vw_full_agreement agreement = compare(equal, other, NULL, 3);
     assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
     assert_true(isnan(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD])); // no set to agree on
-    assert_real(agreement.values[VW_AGREEMENT_SAME_SIGN], 1, "the share of equal sign");
+    assert_near(agreement.values[VW_AGREEMENT_SAME_SIGN], 1, ROUNDING);
     assert_true(isnan(agreement.values[VW_AGREEMENT_SIGN_KAPPA])); // nothing beyond chance can be told
     agreement = compare(other, positive, NULL, 3);
-    assert_real(agreement.values[VW_AGREEMENT_PEARSON], 1, "r");
-    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 0, "Jaccard's index of all and none");
-    assert_real(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 0, "kappa of all and none");
+    assert_near(agreement.values[VW_AGREEMENT_PEARSON], 1, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 0, ROUNDING);
+    assert_near(agreement.values[VW_AGREEMENT_SIGN_KAPPA], 0, ROUNDING);
     agreement = compare(positive, positive, NULL, 1);
     assert_true(isnan(agreement.values[VW_AGREEMENT_PEARSON]) && isnan(agreement.values[VW_AGREEMENT_SPEARMAN]));
-    assert_real(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1, "Jaccard's index of one photo");
+    assert_near(agreement.values[VW_AGREEMENT_POSITIVE_JACCARD], 1, ROUNDING);
     agreement = compare(lost, positive, NULL, 3);
     assert_int_equal(agreement.photos, 0);
     for (int i = 0; i < VW_AGREEMENT_COUNT; i++) assert_true(isnan(agreement.values[i]));
@@ -108,10 +106,10 @@ TEST(pairs_are_summarised) {
     assert_int_equal(count, 6);
     struct vw_agreement_summary summary = vw_full_agreement_summarise(pairs, count, VW_AGREEMENT_PEARSON);
     assert_int_equal(summary.pairs, 3);
-    assert_real(summary.mean, -1.0 / 3, "the mean");
-    assert_real(summary.lowest, -1, "the lowest");
-    assert_real(summary.highest, 0.5, "the highest");
-    assert_real(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, "the pair of the first and third run");
+    assert_near(summary.mean, -1.0 / 3, ROUNDING);
+    assert_near(summary.lowest, -1, ROUNDING);
+    assert_near(summary.highest, 0.5, ROUNDING);
+    assert_near(pairs[1].values[VW_AGREEMENT_PEARSON], 0.5, ROUNDING);
     summary = vw_full_agreement_summarise(pairs, count, VW_AGREEMENT_CLEAN_PEARSON);
     assert_true(summary.pairs == 0 && isnan(summary.mean) && isnan(summary.lowest) && isnan(summary.highest));
 }

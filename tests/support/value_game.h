@@ -25,6 +25,15 @@ static inline void test_set_psnr(struct vw_step_record *record, double psnr) {
     record->val_l1 = 0.5 - psnr / 100;
 }
 
+// What photos are worth by the rule test_additive, in which none changes another's worth.
+static const double test_worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
+
+static inline double test_additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed) {
+    (void)first;
+    (void)seed;
+    return test_worth_db[order[step]];
+}
+
 // Plays `epochs` epochs in which the photos of `subset` (bit i: photo i) take their turns in an order drawn anew. To be
 // freed.
 static inline struct test_game *test_play_subset(test_rule *rule, uint32_t subset, uint32_t epochs, uint64_t seed) {

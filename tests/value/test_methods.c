@@ -2,7 +2,6 @@
 #include "support/value_game.h"
 
 static const uint64_t seed = 5;
-static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
 enum { EPOCHS = 13, BURN_IN = 1, VALUED = EPOCHS - BURN_IN, ALL = (1 << TEST_TRAIN_COUNT) - 1 };
 
 static struct vw_ledger_score *score(const struct test_game *game, double beta1, uint32_t *count) {
@@ -48,22 +47,16 @@ static double shapley(test_rule *rule, uint32_t photo, uint64_t with_seed) {
     return value;
 }
 
-static double additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
-    (void)first;
-    (void)with_seed;
-    return worth_db[order[step]];
-}
-
 // In a game where no photo changes another's worth, leaving one out, Shapley's value and every method that sums agree:
 // visits * worth.
 TEST(additive_worths_come_back) {
-    AUTO_FREE struct test_game *game = test_play(additive, EPOCHS, seed);
+    AUTO_FREE struct test_game *game = test_play(test_additive, EPOCHS, seed);
     uint32_t count = 0;
     AUTO_FREE struct vw_ledger_score *scores = score(game, 0, &count);
     for (uint32_t photo = 0; photo < TEST_TRAIN_COUNT; photo++) {
-        double worth = worth_db[photo], whole = VALUED * worth;
-        check_near(leave_one_out(additive, photo, seed), whole, "leave-one-out");
-        check_near(shapley(additive, photo, seed), whole, "Shapley's value");
+        double worth = test_worth_db[photo], whole = VALUED * worth;
+        check_near(leave_one_out(test_additive, photo, seed), whole, "leave-one-out");
+        check_near(shapley(test_additive, photo, seed), whole, "Shapley's value");
         const struct {
             const char *method;
             double expected;
@@ -112,7 +105,7 @@ TEST(duplicates_share_their_worth) {
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
     double noise = test_noise(with_seed, step);
-    return (worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) /
+    return (test_worth_db[order[step]] + 0.6 * noise) * (step % 7 == 0 ? 8 : 1) /
            (1 + 0.01 * step); // some outsized, all fading
 }
 

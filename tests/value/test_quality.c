@@ -2,18 +2,11 @@
 #include "support/value_game.h"
 
 enum { EPOCHS = 13, BURN_IN = 1, LATE = EPOCHS - 4 }; // the last third of 12 epochs
-static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
 static const double late_loss[TEST_TRAIN_COUNT] = {0.25, 0.5, 0.25, 0.125, 0.375};
-
-static double additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed) {
-    (void)first;
-    (void)seed;
-    return worth_db[order[step]];
-}
 
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed) {
     (void)first;
-    return worth_db[order[step]] + test_noise(seed, step);
+    return test_worth_db[order[step]] + test_noise(seed, step);
 }
 
 // Plays a game whose losses are reversed before the late epochs.
@@ -41,7 +34,7 @@ static const struct vw_ledger_score *quality_of(const struct vw_ledger_score *sc
 TEST(it_is_the_mean_of_two_ranks) {
     const double expected[TEST_TRAIN_COUNT] = {(4 + 2.5) / 8, (1 + 0) / 8.0, (2 + 2.5) / 8, (0 + 4) / 8.0,
                                                (3 + 1) / 8.0};
-    AUTO_FREE struct test_game *game = play(additive, EPOCHS);
+    AUTO_FREE struct test_game *game = play(test_additive, EPOCHS);
     uint32_t count = 0;
     for (uint32_t step = game->count - 3; step < game->count; step++) { // flagged steps do not count
         test_flag(game, step);
@@ -58,7 +51,7 @@ TEST(it_is_the_mean_of_two_ranks) {
 }
 
 TEST(its_interval_is_drawn_from_the_epochs) {
-    AUTO_FREE struct test_game *steady = play(additive, EPOCHS), *moving = play(noisy, EPOCHS);
+    AUTO_FREE struct test_game *steady = play(test_additive, EPOCHS), *moving = play(noisy, EPOCHS);
     uint32_t count = 0;
     struct vw_ledger_score *same = score(steady, &count), *scores = score(moving, &count),
                            *again = score(moving, &count);

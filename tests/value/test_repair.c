@@ -37,9 +37,7 @@ static void make_game(struct game *game) {
     game->input.image_count = PHOTOS + 1;
 }
 
-static void assert_db(double value, double expected) {
-    if (!(fabs(value - expected) < 1e-9)) fail_msg("%.12g, not %.12g", value, expected);
-}
+static const double ROUNDING_DB = 1e-9;
 
 TEST(test_curves_are_the_responses) {
     static const uint32_t horizons[] = {1, 2, 3, 5, 8, 12, 20, 30};
@@ -52,11 +50,12 @@ TEST(test_curves_are_the_responses) {
     for (uint32_t k = 0; k < 5; k++) { // within the epoch, where the mean over its steps is the trend alone
         uint32_t h = horizons[k];
         double expected = response_db[h - 1];
-        assert_db(photo->excess_db[k], expected);
+        assert_near(photo->excess_db[k], expected, ROUNDING_DB);
         assert_int_equal(photo->visits[k], 4);
-        assert_db(photo->stderr_db[k], 0.1 * fabs(expected) * sqrt(4.0 / 3) / 2); // scales 0.9, 1.1, 0.9, 1.1
-        assert_db(next->excess_db[k], (h < PULSE_STEPS ? response_db[h] : 0) - response_db[0]);
-        assert_db(curves.photos[2].excess_db[k], 0); // far before the pulse
+        assert_near(photo->stderr_db[k], 0.1 * fabs(expected) * sqrt(4.0 / 3) / 2,
+                    ROUNDING_DB); // scales 0.9, 1.1, 0.9, 1.1
+        assert_near(next->excess_db[k], (h < PULSE_STEPS ? response_db[h] : 0) - response_db[0], ROUNDING_DB);
+        assert_near(curves.photos[2].excess_db[k], 0, ROUNDING_DB); // far before the pulse
         assert_int_equal(curves.photos[PHOTOS].visits[k], 0);
         assert_true(isnan(curves.photos[PHOTOS].excess_db[k]));
     }
@@ -75,11 +74,11 @@ TEST(test_kinds_are_means_of_photos) {
     const struct vw_repair_kind *kind = &curves.kinds[1];
     assert_string_equal(kind->ground_truth, "exposure");
     assert_int_equal(kind->photo_count, 2);
-    assert_db(kind->curve.excess_db[0], response_db[0] / 2); // the other one changes nothing
-    assert_db(kind->curve.stderr_db[0], curves.photos[PULSE_PLACE].stderr_db[0] / 2);
+    assert_near(kind->curve.excess_db[0], response_db[0] / 2, ROUNDING_DB); // the other one changes nothing
+    assert_near(kind->curve.stderr_db[0], curves.photos[PULSE_PLACE].stderr_db[0] / 2, ROUNDING_DB);
     assert_int_equal(kind->curve.visits[0], 8);
     double sum = (PHOTOS - 2) * curves.kinds[0].curve.excess_db[0] + 2 * kind->curve.excess_db[0];
-    assert_db(sum, 0); // excesses of an epoch add up to nothing
+    assert_near(sum, 0, ROUNDING_DB); // excesses of an epoch add up to nothing
 }
 
 TEST(test_unknown_values_are_left_out) {

@@ -21,6 +21,8 @@ static const struct vw_ledger_score scores[] = {
     {.image_id = 4, .method = "validation_alone", .value = 9, .visits = 4, .ci_low = 8, .ci_high = 10},
 };
 
+#define SELECT(...) ((struct vw_selection_params){__VA_ARGS__})
+
 static void check_chosen(struct vw_selection_params params, const char *expected, uint32_t scored_count) {
     struct vw_selection selection = {0};
     char text[64] = "";
@@ -36,15 +38,14 @@ static void check_chosen(struct vw_selection_params params, const char *expected
 }
 
 TEST(rules_choose_by_value_and_interval) {
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_POSITIVE}, "2 1 5",
-                 5); // a tie: by image; zero does not help
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_SIGNIFICANT}, "2 5", 5);
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_NOT_HARMFUL}, "2 1 5 3",
+    check_chosen(SELECT(.rule = VW_SELECT_POSITIVE), "2 1 5", 5); // a tie: by image; zero does not help
+    check_chosen(SELECT(.rule = VW_SELECT_SIGNIFICANT), "2 5", 5);
+    check_chosen(SELECT(.rule = VW_SELECT_NOT_HARMFUL), "2 1 5 3",
                  5); // an interval that ends at zero is not below it
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 2}, "2 1", 5);
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_TOP, .amount = 99}, "2 1 5 3 6", 5);
-    check_chosen((struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 1}, "2 1 5 3", 5);
-    check_chosen((struct vw_selection_params){.method = "dv_psnr", .rule = VW_SELECT_DROP, .amount = 4}, "2", 5);
+    check_chosen(SELECT(.rule = VW_SELECT_TOP, .amount = 2), "2 1", 5);
+    check_chosen(SELECT(.rule = VW_SELECT_TOP, .amount = 99), "2 1 5 3 6", 5);
+    check_chosen(SELECT(.rule = VW_SELECT_DROP, .amount = 1), "2 1 5 3", 5);
+    check_chosen(SELECT(.method = "dv_psnr", .rule = VW_SELECT_DROP, .amount = 4), "2", 5);
 }
 
 TEST(percentages_round_to_the_nearest_photo) {
@@ -65,14 +66,12 @@ TEST(percentages_round_to_the_nearest_photo) {
 }
 
 TEST(what_is_unknown_is_never_chosen) {
-    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_POSITIVE}, "5 1", 3);
-    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_NOT_HARMFUL}, "5 1 6",
+    check_chosen(SELECT(.method = "dv_loss", .rule = VW_SELECT_POSITIVE), "5 1", 3);
+    check_chosen(SELECT(.method = "dv_loss", .rule = VW_SELECT_NOT_HARMFUL), "5 1 6",
                  3); // none has an interval
-    check_chosen(
-        (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_TOP, .amount = 100, .percent = true},
-        "5 1 6", 3);
-    check_chosen((struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_DROP, .amount = 1}, "5 1", 3);
-    check_chosen((struct vw_selection_params){.method = "odd", .rule = VW_SELECT_TOP, .amount = 5}, "1", 1);
+    check_chosen(SELECT(.method = "dv_loss", .rule = VW_SELECT_TOP, .amount = 100, .percent = true), "5 1 6", 3);
+    check_chosen(SELECT(.method = "dv_loss", .rule = VW_SELECT_DROP, .amount = 1), "5 1", 3);
+    check_chosen(SELECT(.method = "odd", .rule = VW_SELECT_TOP, .amount = 5), "1", 1);
 }
 
 // Photos 0 to 8, the last of which validates. Medians 10 and spreads 1.4826, so that -3 is a score of 5.5522.
@@ -140,23 +139,21 @@ TEST(refusals_say_what_is_missing) {
     const uint32_t count = VW_ARRAY_COUNT(scores);
     const struct vw_selection_params positive = {.rule = VW_SELECT_POSITIVE};
     check_refused(scores, 0, positive, VW_ERROR_INPUT, "no scores; value the photos first");
-    check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr"}, VW_ERROR_USAGE,
+    check_refused(scores, count, SELECT(.method = "dv_pnsr"), VW_ERROR_USAGE,
                   "\"dv_pnsr\" has no scores; use one of: dv_psnr, dv_loss, odd, validation_alone");
-    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_POSITIVE},
-                  VW_ERROR_INPUT, "none of 1 scores is above zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT},
-                  VW_ERROR_INPUT, "none of 3 scores has an interval above zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "odd", .rule = VW_SELECT_NOT_HARMFUL},
-                  VW_ERROR_INPUT, "the intervals of all 1 scores are below zero");
-    check_refused(scores, count, (struct vw_selection_params){.method = "dv_pnsr", .rule = VW_SELECT_POSITIVE},
-                  VW_ERROR_USAGE, "\"dv_pnsr\" has no scores");
-    check_refused(scores, count, (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_POSITIVE},
+    check_refused(scores, count, SELECT(.method = "odd", .rule = VW_SELECT_POSITIVE), VW_ERROR_INPUT,
+                  "none of 1 scores is above zero");
+    check_refused(scores, count, SELECT(.method = "dv_loss", .rule = VW_SELECT_SIGNIFICANT), VW_ERROR_INPUT,
+                  "none of 3 scores has an interval above zero");
+    check_refused(scores, count, SELECT(.method = "odd", .rule = VW_SELECT_NOT_HARMFUL), VW_ERROR_INPUT,
+                  "the intervals of all 1 scores are below zero");
+    check_refused(scores, count, SELECT(.method = "dv_pnsr", .rule = VW_SELECT_POSITIVE), VW_ERROR_USAGE,
+                  "\"dv_pnsr\" has no scores");
+    check_refused(scores, count, SELECT(.method = "validation_alone", .rule = VW_SELECT_POSITIVE), VW_ERROR_INPUT,
+                  "no train photo has a score");
+    check_refused(scores, count, SELECT(.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1),
                   VW_ERROR_INPUT, "no train photo has a score");
-    check_refused(scores, count,
-                  (struct vw_selection_params){.method = "validation_alone", .rule = VW_SELECT_TOP, .amount = 1},
-                  VW_ERROR_INPUT, "no train photo has a score");
-    check_refused(scores, count, (struct vw_selection_params){.rule = VW_SELECT_DROP, .amount = 5}, VW_ERROR_INPUT,
-                  "all 5 photos");
+    check_refused(scores, count, SELECT(.rule = VW_SELECT_DROP, .amount = 5), VW_ERROR_INPUT, "all 5 photos");
     const struct vw_ledger_score stray = {.image_id = 99, .method = "dv_psnr", .value = 1, .visits = 1};
     check_refused(&stray, 1, positive, VW_ERROR_INPUT, "image 99");
 }

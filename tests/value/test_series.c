@@ -4,11 +4,10 @@
 #include "value/series.h"
 
 static const uint64_t seed = 11;
-static const double worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
 
 static double noisy(const uint32_t *order, uint32_t first, uint32_t step, uint64_t with_seed) {
     (void)first;
-    return worth_db[order[step]] + 0.3 * test_noise(with_seed, step);
+    return test_worth_db[order[step]] + 0.3 * test_noise(with_seed, step);
 }
 
 static struct vw_series make(const struct test_game *game, uint32_t burn_in_epochs, double beta1, enum vw_form form) {
@@ -16,11 +15,6 @@ static struct vw_series make(const struct test_game *game, uint32_t burn_in_epoc
     struct vw_series series;
     ASSERT_OK(vw_series_make(&input, VW_MEASURE_PSNR, form, &series));
     return series;
-}
-
-static void assert_close(double value, double expected, double allowed, const char *what) {
-    if (!(fabs(value - expected) <= allowed))
-        fail_msg("%s is %.17g, not %.17g (seed %u)", what, value, expected, (unsigned)seed);
 }
 
 static double sum_of(const struct vw_series *series, uint32_t image) { // TEST_IMAGE_COUNT: of all
@@ -42,8 +36,7 @@ TEST(steps_add_up_to_last_minus_first) {
         AUTO(vw_series_free) struct vw_series series = make(game, burn_in[i], 0, VW_FORM_STEP);
         assert_int_equal(series.count, (20 - burn_in[i]) * TEST_TRAIN_COUNT);
         assert_int_equal(series.epoch_count, 20 - burn_in[i]);
-        assert_close(sum_of(&series, TEST_IMAGE_COUNT), game->records[game->count - 1].val_psnr - before[i], rounding,
-                     "the sum");
+        assert_near(sum_of(&series, TEST_IMAGE_COUNT), game->records[game->count - 1].val_psnr - before[i], rounding);
     }
 }
 
@@ -59,7 +52,7 @@ TEST(revisits_telescope) {
             if (game->records[step].epoch < 2) first = game->records[step].val_psnr;
             last = game->records[step].val_psnr;
         }
-        assert_close(sum_of(&series, test_train_views[photo]), last - first, rounding, "the sum of a photo's revisits");
+        assert_near(sum_of(&series, test_train_views[photo]), last - first, rounding);
     }
     vw_series_free(&series);
     struct vw_value_input input = test_input_of(game, 0, 0);
@@ -154,7 +147,7 @@ static const double beta1 = 0.9;
 static double mix(const uint32_t *order, uint32_t step, uint64_t with_seed, double noise_db) {
     double sum = 0;
     for (uint32_t s = 1; s <= step; s++)
-        sum += (1 - beta1) * pow(beta1, step - s) * (worth_db[order[s]] + noise_db * test_noise(with_seed, s));
+        sum += (1 - beta1) * pow(beta1, step - s) * (test_worth_db[order[s]] + noise_db * test_noise(with_seed, s));
     return sum;
 }
 
@@ -171,15 +164,22 @@ static double mixed_with_draws(const uint32_t *order, uint32_t first, uint32_t s
 // Undoing the filter amplifies rounding, 1e-14 of some 20 dB, by (1 + b) / (1 - b) = 19.
 static const double amplified_rounding = 1e-12;
 
-// The worth comes back with the noise that its step drew: credits are not noisier than deltas without momentum.
-TEST(draws_stay_with_their_steps) {
-    AUTO_FREE struct test_game *game = test_play(mixed_with_draws, 20, seed);
+// Asserts that the credits of a run of 20 epochs are the photos' worths and `noise_db` of noise, but that they are
+// unknown from step `first` to `last`.
+static void assert_credits(const struct test_game *game, double noise_db, uint32_t first, uint32_t last) {
     AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
     for (uint32_t i = 0; i < series.count; i++) {
         uint32_t step = 1 + TEST_TRAIN_COUNT + i;
-        assert_close(series.visits[i].delta, worth_db[game->order[step]] + 0.5 * test_noise(seed, step),
-                     amplified_rounding, "a credit");
+        double expected = test_worth_db[game->order[step]] + noise_db * test_noise(seed, step);
+        if (step >= first && step <= last) assert_true(isnan(series.visits[i].delta));
+        else assert_near(series.visits[i].delta, expected, amplified_rounding);
     }
+}
+
+// The worth comes back with the noise that its step drew: credits are not noisier than deltas without momentum.
+TEST(draws_stay_with_their_steps) {
+    AUTO_FREE struct test_game *game = test_play(mixed_with_draws, 20, seed);
+    assert_credits(game, 0.5, UINT32_MAX, 0);
 }
 
 TEST(without_momentum_credits_are_deltas) {
@@ -198,19 +198,15 @@ static double mixed_but_for_one(const uint32_t *order, uint32_t first, uint32_t 
     (void)first;
     (void)with_seed;
     double moment = 0;
-    for (uint32_t s = 1; s <= step; s++) moment = s == 31 ? moment : beta1 * moment + (1 - beta1) * worth_db[order[s]];
+    for (uint32_t s = 1; s <= step; s++)
+        moment = s == 31 ? moment : beta1 * moment + (1 - beta1) * test_worth_db[order[s]];
     return step == 31 ? 0 : moment;
 }
 
 TEST(steps_not_taken_have_no_part_in_momentum) {
     AUTO_FREE struct test_game *game = test_play(mixed_but_for_one, 20, seed);
     test_flag(game, 31);
-    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
-    for (uint32_t i = 0; i < series.count; i++) {
-        uint32_t step = 1 + TEST_TRAIN_COUNT + i;
-        if (step == 31) assert_true(isnan(series.visits[i].delta));
-        else assert_close(series.visits[i].delta, worth_db[game->order[step]], amplified_rounding, "a credit");
-    }
+    assert_credits(game, 0, 31, 31);
 }
 
 TEST(what_has_no_value_has_no_credit) {
@@ -228,10 +224,5 @@ TEST(steps_taken_unvalidated_leave_credits_unknown) {
     const uint32_t unvalidated = 31;
     test_set_psnr(&game->records[unvalidated], NAN);
     game->records[unvalidated].validated = false;
-    AUTO(vw_series_free) struct vw_series series = make(game, 1, beta1, VW_FORM_DECONVOLVED);
-    for (uint32_t i = 0; i < series.count; i++) {
-        uint32_t step = 1 + TEST_TRAIN_COUNT + i;
-        if (step >= unvalidated && step <= unvalidated + 2) assert_true(isnan(series.visits[i].delta));
-        else assert_close(series.visits[i].delta, worth_db[game->order[step]], amplified_rounding, "a credit");
-    }
+    assert_credits(game, 0, unvalidated, unvalidated + 2);
 }

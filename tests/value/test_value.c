@@ -32,9 +32,7 @@ static struct vw_ledger_score *score(const struct test_recording *training, uint
     return scores;
 }
 
-static void check_near(double value, double expected, const char *what) {
-    if (!(fabs(value - expected) <= 1e-12)) fail_msg("%s is %.17g, not %.17g", what, value, expected);
-}
+static const double ROUNDING = 1e-12;
 
 TEST(known_worths_come_back) {
     AUTO_FREE struct test_recording *training = train(0, 6, 3);
@@ -49,8 +47,8 @@ TEST(known_worths_come_back) {
         assert_string_equal(scores[i].unit, units[method]);
         assert_int_equal(scores[i].image_id, test_train_views[image]);
         assert_int_equal(scores[i].visits, 5);
-        check_near(scores[i].value, 5 * factors[method] * worth_db[image], scores[i].method);
-        check_near(scores[i].standard_error, 0, "the standard error of equal deltas");
+        assert_near(scores[i].value, 5 * factors[method] * worth_db[image], ROUNDING);
+        assert_near(scores[i].standard_error, 0, ROUNDING);
     }
 }
 
@@ -61,7 +59,7 @@ TEST(burn_in_leaves_epochs_out) {
     for (uint32_t burn_in = 0; burn_in < 4; burn_in++) {
         AUTO_FREE struct vw_ledger_score *scores = score(training, burn_in, &count);
         const struct vw_ledger_score *first = test_find_score(scores, count, "dv_psnr", 1);
-        check_near(first->value, expected[burn_in] * worth_db[0], "dv_psnr of image 1");
+        assert_near(first->value, expected[burn_in] * worth_db[0], ROUNDING);
         assert_int_equal(first->visits, 4 - burn_in);
         assert_int_equal(isnan(first->standard_error), burn_in == 3); // one visit has none
     }
@@ -78,7 +76,7 @@ TEST(what_was_visited_has_a_standard_error) {
     uint32_t count = 0;
     AUTO_FREE struct vw_ledger_score *scores = score(&training, 0, &count);
     const struct vw_ledger_score *third = test_find_score(scores, count, "dv_psnr", 3);
-    check_near(third->value, 9, "dv_psnr");
+    assert_near(third->value, 9, ROUNDING);
     assert_true(third->standard_error > 0 && third->ci_low < 9 && third->ci_high > 9);
     assert_int_equal(third->visits, 3);
     const struct vw_ledger_score *unvisited = test_find_score(scores, count, "dv_psnr", 5);
@@ -235,7 +233,7 @@ FOLDER_TEST(score_quality_tells_auc_and_r) {
     AUTO_FREE char *script = vw_format_text("%s/scripts/lab/score_quality", VW_SOURCE_FOLDER);
     char *command = vw_format_text("'%s' \"%s/it's one\" '%s/two'", script, (const char *)*state, (const char *)*state);
     char *output = output_of(command);
-    check_near(figure(output, "dv_psnr", 0), 1, "the AUC"); // both corrupted photos lie below the three clean ones
+    assert_near(figure(output, "dv_psnr", 0), 1, ROUNDING); // both corrupted photos lie below the three clean ones
     double r = correlation(a, b, TEST_TRAIN_COUNT);         // the first scores are dv_psnr
     if (!(fabs(figure(output, "dv_psnr", 1) - r) <= 6e-5)) fail_msg("r is %.6f, not as in:%s", r, output);
     free(output);
