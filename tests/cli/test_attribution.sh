@@ -28,10 +28,8 @@ for i in 10 11; do echo "view_0$i,chris" >>"$folder/providers.csv"; done
 
 check "--payout without providers is refused" refuses 'no photo to train on has a provider' value "$scene" --out "$out" "${tiny[@]}" \
     --payout 10
-for amount in 0 -5 1.005 1e3 x ''; do
-    check "--payout '$amount' is refused" refuses '--payout takes an amount' value "$scene" --out "$out" "${tiny[@]}" \
-        --providers "$folder/providers.csv" --payout "$amount"
-done
+check "--payout 1.005 is refused" refuses '--payout takes an amount' value "$scene" --out "$out" "${tiny[@]}" \
+    --providers "$folder/providers.csv" --payout 1.005 # test_payout.c has other texts
 check "--payout of a run without scores is refused" refuses '--payout: .*no epoch after --burn-in 4' \
     value "$scene" --out "$out" "${tiny[@]}" --providers "$folder/providers.csv" --payout 10 --burn-in 4
 check "refused runs leave nothing" test ! -e "$out"

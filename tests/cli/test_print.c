@@ -2,10 +2,9 @@
 // path that a command advises.
 #include "support/ledger_fixture.h"
 
-#include <fcntl.h>
-
 #include "base/text.h"
 #include "cli/output/print.h"
+#include "support/printed.h"
 #include "viewworth/log.h"
 
 static const struct {
@@ -65,21 +64,6 @@ TEST(log_lines_are_harmless) {
     vw_log_set_sink(NULL, NULL);
 }
 
-// Returns what `print` writes to stdout; owned by the caller.
-static char *printed(void (*print)(const void *), const void *context) {
-    AUTO_FOLDER char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "stdout");
-    int kept = dup(STDOUT_FILENO), file = open(path, O_RDWR | O_CREAT | O_TRUNC, 0666);
-    fflush(stdout);
-    dup2(file, STDOUT_FILENO);
-    print(context);
-    fflush(stdout);
-    dup2(kept, STDOUT_FILENO);
-    close(kept);
-    close(file);
-    return temporary_read(path, NULL);
-}
-
 static void print_row(const void *name) { vw_print("photo    %s\nworth    %d\n", (const char *)name, 3); }
 
 TEST(a_name_cannot_forge_a_line) {
@@ -89,13 +73,13 @@ TEST(a_name_cannot_forge_a_line) {
                  {"\x1b[2Ja\xe2\x80\xae.png", "photo    ?[2Ja?.png\nworth    3\n"},
                  {"a\nhead     0123", "photo    a?head     0123?worth    3\n"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        AUTO_FREE char *rows = printed(print_row, cases[i].name);
+        AUTO_FREE char *rows = printed_on(stdout, print_row, cases[i].name);
         assert_string_equal(rows, cases[i].rows);
     }
     char long_name[5000]; // longer than any buffer
     memset(long_name, 'x', sizeof long_name - 1);
     long_name[sizeof long_name - 1] = 0;
-    AUTO_FREE char *rows = printed(print_row, long_name);
+    AUTO_FREE char *rows = printed_on(stdout, print_row, long_name);
     assert_int_equal(strlen(rows), strlen("photo    \nworth    3\n") + strlen(long_name));
 }
 
@@ -103,7 +87,7 @@ static void print_json(const void *name) { ASSERT_OK(vw_json_print(json_pack("{s
 
 TEST(json_is_ascii_and_keeps_the_name) {
     const char *name = "d\xc3\xb6ner \xc2\x9b \xe2\x80\xae.png";
-    AUTO_FREE char *text = printed(print_json, name);
+    AUTO_FREE char *text = printed_on(stdout, print_json, name);
     for (const char *next = text; *next; next++) assert_in_range(*next, '\n', '~');
     json_t *read = json_loads(text, 0, NULL);
     assert_string_equal(json_string_value(json_object_get(read, "name")), name);
@@ -137,7 +121,7 @@ TEST(a_shell_takes_an_advised_path_as_one_word) {
                                         "d\xc3\xb6ner",
                                         "a'$(echo 1)'b"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(paths); i++) {
-        char *command = printed(print_advice, paths[i]), word[64] = "";
+        char *command = printed_on(stdout, print_advice, paths[i]), word[64] = "";
         FILE *shell = popen(command, "r");
         assert_non_null(shell);
         assert_int_equal(fread(word, 1, sizeof word - 1, shell), strlen(paths[i]));
@@ -145,10 +129,10 @@ TEST(a_shell_takes_an_advised_path_as_one_word) {
         assert_string_equal(word, paths[i]);
         free(command);
     }
-    char *command = printed(print_advice, "-rf");
+    char *command = printed_on(stdout, print_advice, "-rf");
     assert_string_equal(command, "printf %s ./-rf");
     free(command);
-    command = printed(print_advice, "-r f");
+    command = printed_on(stdout, print_advice, "-r f");
     assert_string_equal(command, "printf %s './-r f'");
     free(command);
 }

@@ -93,15 +93,9 @@ TEST(what_goes_off_beside_a_named_effect_is_not_tried) {
         const char *effects, *not_tried; // the only one that is left to try
     } cases[] = {{"+appearance_encoder,-sky,-unbounded,-wide_box,-occupancy", "appearance"},
                  {"+transient,-sky,-unbounded,-wide_box,-appearance", "occupancy"}};
-    struct vw_scene *scene = detection_sky_scene();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
-        uint32_t count;
-        struct vw_config config = small_config();
-        config.pilot_steps = 8;
-        config.loss = VW_LOSS_L2;
-        strcpy(config.effects, cases[i].effects);
-        ASSERT_OK(vw_effects_decide(test_gpu(), scene, &config, verdicts, &count));
+        uint32_t count = decide_briefly(cases[i].effects, verdicts);
         const struct vw_effect_verdict *not_tried = verdict_of(verdicts, count, cases[i].not_tried);
         assert_true(isnan(not_tried->evidence) && !not_tried->on);
     }

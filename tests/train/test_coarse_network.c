@@ -1,5 +1,5 @@
 // The coarse network of importance samples (--coarse-network own): it learns as a field of the even samples alone does,
-// bit for bit, and the field as with the places that it shows; and through the whole trainer, files and settings.
+// bit for bit, and the field as with the places that it shows. test_fields.c has whole trainings.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -162,49 +162,6 @@ TEST(one_that_is_not_finite_marks_the_step) {
         step_bench_check_skipped(bench, 3);
         test_release(bench);
     }
-}
-
-// ---- The whole trainer ----------------------------------------------------------------------------------------------
-
-static struct vw_config coarse_config(void) {
-    struct vw_config config = test_config_of(VW_FIELD_MLP);
-    config.samples = 8;
-    config.importance_samples = 12;
-    config.coarse_network = VW_COARSE_NETWORK_OWN;
-    return config;
-}
-
-static float *render(struct vw_trainer *trainer) {
-    float *rgb = NULL;
-    ASSERT_OK(vw_trainer_render(trainer, 0, &rgb));
-    return rgb;
-}
-
-// The file holds both networks: another render follows when it is written from a trainer whose coarse one differs.
-TEST(a_saved_field_places_as_the_trained_one) {
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "field.vwf");
-    struct vw_scene *scene = test_scene();
-    const struct vw_config config = coarse_config();
-    struct vw_config shared = config;
-    shared.coarse_network = VW_COARSE_NETWORK_SHARED;
-    struct test_run *run = test_allocate(1, sizeof *run);
-    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 0),
-                      *loaded = test_trainer_create(scene, &config, false, 0),
-                      *wrong = test_trainer_create(scene, &shared, false, 0);
-    size_t bytes = 3 * sizeof(float) * scene->views[0].image.width_px * scene->views[0].image.height_px;
-    test_run_finish(trainer, run);
-    ASSERT_OK(vw_trainer_save_field(trainer, path));
-    ASSERT_OK(vw_trainer_load_field(loaded, path));
-    assert_int_equal(vw_trainer_load_field(wrong, path), VW_ERROR_INPUT);
-    float *of_trained = render(trainer), *of_loaded = render(loaded);
-    assert_memory_equal(of_trained, of_loaded, bytes);
-    float *zeros = test_allocate(1, loaded->model.coarse.size_bytes);
-    ASSERT_OK(vw_buffer_write(loaded->field.params, loaded->model.coarse.offset_bytes, zeros,
-                              loaded->model.coarse.size_bytes));
-    float *elsewhere = render(loaded);
-    assert_memory_not_equal(elsewhere, of_trained, bytes);
-    temporary_folder_remove(folder);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -42,31 +42,6 @@ TEST(the_pixels_of_validation_give_its_errors) {
     }
 }
 
-TEST(all_pixels_give_the_errors_of_a_render) {
-    struct vw_scene *scene = test_scene();
-    struct vw_view_error last[TEST_VALS], measured;
-    struct vw_trainer *trainer = train(scene, "none", last);
-    uint32_t view = trainer->validation.views[1];
-    const struct vw_image *image = &scene->views[view].image;
-    uint32_t pixels = image->width_px * image->height_px;
-    float *rgb = NULL;
-    double squared = 0, absolute = 0;
-    ASSERT_OK(vw_trainer_measure_views(trainer, &view, 1, 100000, &measured));
-    ASSERT_OK(vw_trainer_render(trainer, view, &rgb));
-    for (uint32_t i = 0; i < pixels; i++) {
-        float rgba[4];
-        vw_image_pixel(image, i % image->width_px, i / image->width_px, rgba);
-        for (int c = 0; c < 3; c++) {
-            double missing = (double)rgb[3 * i + (uint32_t)c] - rgba[c];
-            squared += missing * missing / (3.0 * pixels);
-            absolute += fabs(missing) / (3.0 * pixels);
-        }
-    }
-    check_near(measured.mse, squared, 1e-6, "the squared error"); // targets pass through floats on the way
-    check_near(measured.l1, absolute, 1e-6, "the absolute error");
-    free(rgb);
-}
-
 TEST(hidden_pixels_do_not_count) {
     struct vw_scene *scene = test_scene();
     struct vw_view_error last[TEST_VALS], whole, half;

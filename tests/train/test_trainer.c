@@ -37,18 +37,6 @@ TEST(submissions_of_cheap_steps_stay_small) {
         assert_true(pixel_bytes <= SUBMISSIONS_IN_FLIGHT * sizeof(struct vw_pixel) * 64 * vw_config_default.rays);
 }
 
-TEST(the_seed_changes_the_run) {
-    struct vw_scene *scene = test_scene();
-    struct vw_config config = test_config();
-    struct test_run *zero = test_run(scene, &config, true, 4);
-    config.seed = INT64_MAX; // the largest allowed
-    struct test_run *other = test_run(scene, &config, true, 4);
-    assert_int_not_equal(memcmp(zero->params, other->params, 4 * zero->param_words), 0);
-    bool order_differs = false;
-    for (uint32_t i = 1; i < zero->count; i++) order_differs |= zero->records[i].view != other->records[i].view;
-    assert_true(order_differs);
-}
-
 // The first error is the same field's.
 TEST(the_length_of_the_loss_changes_the_run) {
     struct vw_scene *scene = test_scene();
