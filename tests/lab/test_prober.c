@@ -22,13 +22,8 @@ struct probed_run {
 };
 
 static void go_to(struct vw_trainer *trainer, uint64_t step, struct test_run *run) {
-    const struct vw_step_record *records;
-    uint32_t count;
     vw_trainer_stop_after(trainer, step);
-    do {
-        ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
-        test_run_keep(run, records, count);
-    } while (count);
+    test_run_advance(trainer, run);
 }
 
 // Takes a run with probes of noise and of some states.

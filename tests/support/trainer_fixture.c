@@ -79,13 +79,17 @@ void test_run_keep(struct test_run *run, const struct vw_step_record *records, u
     }
 }
 
-void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
+void test_run_advance(struct vw_trainer *trainer, struct test_run *run) {
     const struct vw_step_record *records;
     uint32_t count;
     do {
         ASSERT_OK(vw_trainer_advance(trainer, &records, &count));
         test_run_keep(run, records, count);
     } while (count);
+}
+
+void test_run_finish(struct vw_trainer *trainer, struct test_run *run) {
+    test_run_advance(trainer, run);
     run->param_words = (uint32_t)(trainer->model.param_bytes / 4);
     run->params = test_allocate(run->param_words, 4);
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, run->params, trainer->model.param_bytes));
@@ -112,14 +116,9 @@ struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw
     struct test_run *parts = test_allocate(1, sizeof *parts);
     struct vw_trainer *first = test_trainer_create(scene, config, true, 3),
                       *second = test_trainer_create(scene, config, true, 3);
-    const struct vw_step_record *records;
-    uint32_t count;
     uint64_t step;
     vw_trainer_stop_after(first, 2 * config->epochs);
-    do {
-        ASSERT_OK(vw_trainer_advance(first, &records, &count));
-        test_run_keep(parts, records, count);
-    } while (count);
+    test_run_advance(first, parts);
     ASSERT_OK(vw_trainer_save_checkpoint(first, path));
     ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, parts);

@@ -41,6 +41,8 @@ struct test_run *test_run(const struct vw_scene *scene, const struct vw_config *
 struct test_run *test_run_in_parts(const struct vw_scene *scene, const struct vw_config *config);
 // Adds records as the trainer lends them.
 void test_run_keep(struct test_run *run, const struct vw_step_record *records, uint32_t count);
+// Takes steps until none is handed out: to the end, or where the trainer is held.
+void test_run_advance(struct vw_trainer *trainer, struct test_run *run);
 // Takes the steps that are left and reads the params.
 void test_run_finish(struct vw_trainer *trainer, struct test_run *run);
 // Trains a whole run with a trainer that has taken no step.

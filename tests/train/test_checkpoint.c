@@ -43,28 +43,22 @@ static void take_some(struct vw_trainer *trainer, uint64_t until, struct test_ru
     } while (count);
 }
 
-TEST(a_run_in_parts_is_the_run) {
-    char *folder = temporary_folder_create();
+TEST_CASES(a_run_in_parts_is_the_run, i, VW_ARRAY_COUNT(configs)) {
+    AUTO_FOLDER char *folder = temporary_folder_create();
     const char *path = temporary_path(folder, "checkpoint");
     struct vw_scene *scene = test_scene();
-    for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
-        struct vw_config config = config_of(i);
-        struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_allocate(1, sizeof *parts);
-        for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
-            struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
-            uint64_t step = 0;
-            if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
-            if (part > 0) assert_int_equal(step, parts->records[parts->count - 1].step);
-            if (part < 3) take_some(trainer, 3 * part, parts);
-            else test_run_finish(trainer, parts);
-            if (part < 3) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
-            test_release(trainer);
-        }
-        test_run_assert_same(whole, parts);
-        test_release(whole);
-        test_release(parts);
+    struct vw_config config = config_of(i);
+    struct test_run *whole = test_run(scene, &config, true, 0), *parts = test_allocate(1, sizeof *parts);
+    for (uint32_t part = 0; part < 4; part++) { // each in a trainer of its own
+        struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 1 + part);
+        uint64_t step = 0;
+        if (part > 0) ASSERT_OK(vw_trainer_load_checkpoint(trainer, path, UINT64_MAX, &step));
+        if (part > 0) assert_int_equal(step, parts->records[parts->count - 1].step);
+        if (part < 3) take_some(trainer, 3 * part, parts);
+        else test_run_finish(trainer, parts);
+        if (part < 3) ASSERT_OK(vw_trainer_save_checkpoint(trainer, path));
     }
-    temporary_folder_remove(folder);
+    test_run_assert_same(whole, parts);
 }
 
 // Collecting breaks the rhythm of two submissions in flight at every step: no bit changes.
@@ -79,9 +73,8 @@ TEST(collecting_after_every_submission_changes_nothing) {
 }
 
 // A finished run goes on when more epochs are asked for.
-TEST(a_finished_run_can_be_extended) {
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "checkpoint");
+FOLDER_TEST(a_finished_run_can_be_extended) {
+    const char *path = temporary_path(*state, "checkpoint");
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(), longer = config;
     longer.epochs = 2 * config.epochs;
@@ -94,7 +87,6 @@ TEST(a_finished_run_can_be_extended) {
     ASSERT_OK(vw_trainer_load_checkpoint(second, path, UINT64_MAX, &step));
     test_run_finish(second, parts);
     test_run_assert_same(whole, parts);
-    temporary_folder_remove(folder);
 }
 
 static void assert_refused(struct vw_trainer *trainer, const char *path, uint64_t last_step, const char *words) {
@@ -104,9 +96,8 @@ static void assert_refused(struct vw_trainer *trainer, const char *path, uint64_
     if (!strstr(vw_error_message(), words)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), words);
 }
 
-TEST(what_does_not_fit_is_refused) {
-    char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "checkpoint"), *corrupted = temporary_path(folder, "corrupted");
+FOLDER_TEST(what_does_not_fit_is_refused) {
+    const char *path = temporary_path(*state, "checkpoint"), *corrupted = temporary_path(*state, "corrupted");
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config(), other = config;
     other.seed = 1;
@@ -120,7 +111,7 @@ TEST(what_does_not_fit_is_refused) {
     assert_refused(stranger, path, UINT64_MAX, "another run");
 
     trainer = test_trainer_create(scene, &config, true, 1);
-    assert_refused(trainer, temporary_path(folder, "none"), UINT64_MAX, "no such file");
+    assert_refused(trainer, temporary_path(*state, "none"), UINT64_MAX, "no such file");
     uint64_t step = 7;
     assert_int_equal(vw_trainer_load_checkpoint(trainer, path, 4, &step), VW_ERROR_USAGE);
     assert_int_equal(step, 7);
@@ -140,7 +131,6 @@ TEST(what_does_not_fit_is_refused) {
     struct test_run *after = test_run_of(trainer); // untouched by what was refused
     test_run_assert_same(whole, after);
     free(bytes);
-    temporary_folder_remove(folder);
 }
 
 TEST_GROUP(NULL, test_gpu_close)

@@ -30,8 +30,7 @@ static void draw(const struct vw_scene *scene, const struct vw_config *config, s
     *drawn = (struct drawn_step){0};
     struct vw_trainer *trainer = test_trainer_create(scene, config, true, 64); // all steps in one submission
     drawn->jitter_seed = trainer->model.seed;
-    drawn->run = test_allocate(1, sizeof *drawn->run);
-    test_run_finish(trainer, drawn->run);
+    drawn->run = test_run_of(trainer);
     memcpy(drawn->pixels, vw_buffer_map(trainer->pixels), config->rays * sizeof *drawn->pixels);
     drawn->views = drawn->run->views[0];
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(drawn->order); i++) drawn->order[i] = drawn->run->records[1 + i].view;
@@ -114,9 +113,7 @@ TEST(at_the_base_seed_all_forms_agree) {
     struct test_run *run = test_run(scene, &plain, true, 4);
     for (enum vw_vary vary = VW_VARY_ORDER; vary <= VW_VARY_INIT; vary++) {
         struct vw_config config = varying(vary, BASE_SEED);
-        struct test_run *same = test_run(scene, &config, true, 4);
-        test_run_assert_same(run, same);
-        test_release(same);
+        test_run_assert_same(run, test_run(scene, &config, true, 4));
     }
 }
 

@@ -129,39 +129,24 @@ TEST(a_run_on_halves_gives_the_same_bits_again) {
     assert_true(fabs(last - other->records[other->count - 1].val_psnr) < 1.0); // about as well
 }
 
-static void assert_refused(enum vw_status status, const char *words) {
-    assert_int_equal(status, VW_ERROR_INPUT);
-    if (!strstr(vw_error_message(), words)) fail_msg("\"%s\" does not say \"%s\"", vw_error_message(), words);
-    assert_null(strchr(vw_error_message(), '\n'));
-}
-
 // The files of each precision go to a trainer of the other, whose params stay as they are.
-TEST(files_of_the_other_precision_are_refused) {
-    char *folder = temporary_folder_create();
-    const char *field = temporary_path(folder, "field"), *checkpoint = temporary_path(folder, "checkpoint");
+FOLDER_TEST(files_of_the_other_precision_are_refused) {
+    const char *field = temporary_path(*state, "field"), *checkpoint = temporary_path(*state, "checkpoint");
     struct vw_scene *scene = test_scene();
     for (int i = 0; i < 2; i++) {
         struct vw_config ours = config_of((enum vw_table_precision)i),
                          theirs = config_of((enum vw_table_precision)(1 - i));
         struct vw_trainer *trainer = test_trainer_create(scene, &theirs, true, 0);
-        struct test_run *run = test_allocate(1, sizeof *run), *whole = test_run(scene, &ours, true, 0),
-                        *after = test_allocate(1, sizeof *after);
         uint64_t step = 0;
-        test_run_finish(trainer, run);
+        test_run_of(trainer);
         ASSERT_OK(vw_trainer_save_field(trainer, field));
         ASSERT_OK(vw_trainer_save_checkpoint(trainer, checkpoint));
-        test_release(trainer);
         trainer = test_trainer_create(scene, &ours, true, 0);
-        assert_refused(vw_trainer_load_field(trainer, field), "trained with another configuration");
-        assert_refused(vw_trainer_load_checkpoint(trainer, checkpoint, UINT64_MAX, &step), "of another run");
-        test_run_finish(trainer, after);
-        test_run_assert_same(whole, after);
-        test_release(trainer);
-        test_release(run);
-        test_release(whole);
-        test_release(after);
+        ASSERT_FAILS(vw_trainer_load_field(trainer, field), VW_ERROR_INPUT, "trained with another configuration");
+        ASSERT_FAILS(vw_trainer_load_checkpoint(trainer, checkpoint, UINT64_MAX, &step), VW_ERROR_INPUT,
+                     "of another run");
+        test_run_assert_same(test_run(scene, &ours, true, 0), test_run_of(trainer));
     }
-    temporary_folder_remove(folder);
 }
 
 TEST_GROUP(NULL, test_gpu_close)
