@@ -1,4 +1,4 @@
-// What a function prints.
+// Text that a function prints, caught.
 #ifndef VIEWWORTH_TESTS_SUPPORT_PRINTED_H
 #define VIEWWORTH_TESTS_SUPPORT_PRINTED_H
 

@@ -25,7 +25,7 @@ static inline void test_set_psnr(struct vw_step_record *record, double psnr) {
     record->val_l1 = 0.5 - psnr / 100;
 }
 
-// What photos are worth by the rule test_additive, in which none changes another's worth.
+// Worths of photos by the rule test_additive, in which none changes another's.
 static const double test_worth_db[TEST_TRAIN_COUNT] = {0.5, -0.2, 0.1, -0.3, 0.2};
 
 static inline double test_additive(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed) {
