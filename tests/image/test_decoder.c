@@ -50,10 +50,8 @@ static void check_refused(const char *folder, const char *text, const char *said
     const char *path = photo_that_says(folder, text);
     enum vw_status status = vw_image_load(path, 1, &image);
     if (!status) fail_msg("'%s' is believed", text);
+    ASSERT_CASE_FAILS(text, status, status, path, said);
     assert_null(image.pixels);
-    if (!strstr(vw_error_message(), said)) fail_msg("%s: '%s' does not say '%s'", text, vw_error_message(), said);
-    assert_non_null(strstr(vw_error_message(), path));
-    assert_null(strchr(vw_error_message(), '\n'));
 }
 
 static struct vw_image check_read(const char *folder, const char *text) {
@@ -145,26 +143,33 @@ static const char *write_photo(const char *folder, uint32_t width_px) {
     return path;
 }
 
-TEST_WITHIN(a_file_exchanged_after_its_header_is_refused, make_folder, remove_folder) {
+static struct vw_image_header probe(const char *path) {
     struct vw_image_header header;
+    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
+    return header;
+}
+
+static struct vw_image_load *begin_load(const char *path, struct vw_image_header header) {
     struct vw_image_load *load = NULL;
+    ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
+    return load;
+}
+
+TEST_WITHIN(a_file_exchanged_after_its_header_is_refused, make_folder, remove_folder) {
     struct vw_image image = {0};
     const char *path = write_photo(*state, 8);
-    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
+    const struct vw_image_header header = probe(path);
     write_photo(*state, 64);
-    ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
+    struct vw_image_load *load = begin_load(path, header);
     ASSERT_FAILS(vw_image_load_finish(&load, NULL, NULL, &image), VW_ERROR_IO, "its header changed");
     assert_null(load);
 }
 
 TEST_WITHIN(a_file_that_changes_while_it_is_read_is_refused, make_folder, remove_folder) {
-    struct vw_image_header header;
-    struct vw_image_load *load = NULL;
     struct vw_image image = {0};
     uint8_t sha256[VW_HASH_BYTES];
     const char *path = write_photo(*state, 8);
-    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
-    ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
+    struct vw_image_load *load = begin_load(path, probe(path));
     assert_int_equal(usleep(50000), 0); // decoded by now; a clock tick apart
     FILE *file = fopen(path, "a");
     assert_non_null(file);
@@ -208,8 +213,7 @@ static const char *child_of(long parent) {
 static bool kernel_has_seccomp(void) { return *status_field("self", "Seccomp") != 0; }
 
 static void check_worker(const char *folder, const char *seccomp) {
-    struct vw_image_header header;
-    ASSERT_OK(vw_image_probe(write_photo(folder, 8), VW_IMAGE_OF_PATH, &header));
+    probe(write_photo(folder, 8));
     const char *server = child_of(getpid());
     assert_non_null(server);
     const char *worker = child_of(atol(server));
@@ -230,16 +234,14 @@ TEST_WITHIN(workers_need_no_seccomp, make_folder, remove_folder) {
 // Its own, so that a photo that takes over its worker cannot touch another.
 TEST_WITHIN(every_photo_has_a_worker_of_its_own, make_folder, remove_folder) {
     const char *path = write_photo(*state, 8);
-    struct vw_image_header header;
+    const struct vw_image_header header = probe(path);
     uint8_t sha256[VW_HASH_BYTES];
     long workers[3] = {0};
-    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
     long server = atol(child_of(getpid()));
     workers[0] = atol(child_of(server));
     for (int i = 1; i < 3; i++) {
-        struct vw_image_load *load = NULL;
         struct vw_image image = {0};
-        ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &load));
+        struct vw_image_load *load = begin_load(path, header);
         for (int waited = 0; waited < 200 && workers[i] <= workers[i - 1]; waited++, usleep(10000))
             workers[i] = atol(child_of(server)); // the server may not have started it yet
         ASSERT_OK(vw_image_load_finish(&load, NULL, sha256, &image));
@@ -250,12 +252,11 @@ TEST_WITHIN(every_photo_has_a_worker_of_its_own, make_folder, remove_folder) {
 
 // A process that outlives its parent becomes ours here.
 TEST_WITHIN(no_process_is_left, make_folder, remove_folder) {
-    struct vw_image_header header;
     struct vw_image_load *loads[3] = {0};
     assert_int_equal(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);
     const char *path = write_photo(*state, 8);
-    ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
-    for (int i = 0; i < 3; i++) ASSERT_OK(vw_image_load_begin(path, VW_IMAGE_OF_PATH, &header, 1, &loads[i]));
+    const struct vw_image_header header = probe(path);
+    for (int i = 0; i < 3; i++) loads[i] = begin_load(path, header);
     for (int i = 0; i < 3; i++) vw_image_load_cancel(&loads[i]);
     assert_int_equal(waitpid(-1, NULL, WNOHANG), 0); // the server, alive
     vw_decoder_release();

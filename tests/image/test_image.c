@@ -4,9 +4,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "image/decoder.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
 
 // ---- A minimal TIFF, which can hold every kind of pixel that viewworth reads ----------------------------------------
 
@@ -82,10 +82,13 @@ static const char *write_tiff(const char *folder, const char *name, const struct
     return path;
 }
 
-static struct vw_image load(const char *path, uint32_t downscale) {
-    struct vw_image image;
-    if (vw_image_load(path, downscale, &image)) fail_msg("%s", vw_error_message());
-    return image;
+static void clear_image(void *image) { vw_image_clear(image); }
+
+// Loads an image that the test owns.
+static struct vw_image *load(const char *path, uint32_t downscale) {
+    struct vw_image *image = test_allocate(1, sizeof *image);
+    ASSERT_OK(vw_image_load(path, downscale, image));
+    return test_own(image, clear_image);
 }
 
 static void check_pixel(const struct vw_image *image, uint32_t x_px, uint32_t y_px, const float expected[4],
@@ -113,60 +116,56 @@ FOLDER_TEST(png_round_trips) {
     ASSERT_OK(vw_image_probe(path, VW_IMAGE_OF_PATH, &header));
     assert_int_equal(header.width_px, 2);
     assert_int_equal(header.height_px, 3);
-    struct vw_image image = load(path, 1);
-    assert_int_equal(image.format, VW_PIXEL_UINT8);
-    assert_true(image.has_alpha);
+    struct vw_image *image = load(path, 1);
+    assert_int_equal(image->format, VW_PIXEL_UINT8);
+    assert_true(image->has_alpha);
     for (uint32_t i = 0; i < 6; i++)
-        check_pixel(&image, i % 2, i / 2, pixels + 4 * i, 0.5 / 255 + 1e-6); // straight, even below alpha 0
-    vw_image_clear(&image);
-    assert_null(image.pixels);
+        check_pixel(image, i % 2, i / 2, pixels + 4 * i, 0.5 / 255 + 1e-6); // straight, even below alpha 0
+    vw_image_clear(image);
+    assert_null(image->pixels);
 }
 
 FOLDER_TEST(exr_round_trips) {
     const char *path = temporary_path(*state, "a.exr");
     const float pixels[2 * 4] = {0.9f, 0.5f, 0.02f, 1, 0.8f, 0.1f, 0.3f, 0.25f};
     ASSERT_OK(vw_image_save(path, 2, 1, 4, pixels));
-    AUTO(vw_image_clear) struct vw_image image = load(path, 1);
-    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
-    check_pixel(&image, 0, 0, pixels, 1e-5);
-    check_pixel(&image, 1, 0, pixels + 4, 1e-5);
+    struct vw_image *image = load(path, 1);
+    assert_int_equal(image->format, VW_PIXEL_FLOAT32);
+    check_pixel(image, 0, 0, pixels, 1e-5);
+    check_pixel(image, 1, 0, pixels + 4, 1e-5);
 }
 
 FOLDER_TEST(an_opaque_image_has_no_alpha) {
     const char *path = temporary_path(*state, "a.png");
     const float rgb[3] = {0.2f, 0.4f, 0.6f};
     ASSERT_OK(vw_image_save(path, 1, 1, 3, rgb));
-    struct vw_image image = load(path, 1);
-    assert_false(image.has_alpha);
-    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.4f, 0.6f, 1}, 0.5 / 255);
-    vw_image_clear(&image);
+    struct vw_image *image = load(path, 1);
+    assert_false(image->has_alpha);
+    check_pixel(image, 0, 0, (const float[]){0.2f, 0.4f, 0.6f, 1}, 0.5 / 255);
     const float rgba[4] = {0.2f, 0.4f, 0.6f, 1}; // an alpha channel, but nothing transparent
     ASSERT_OK(vw_image_save(path, 1, 1, 4, rgba));
     image = load(path, 1);
-    assert_false(image.has_alpha);
-    vw_image_clear(&image);
+    assert_false(image->has_alpha);
 }
 
 FOLDER_TEST(grey_becomes_three_channels) {
     const uint8_t one[2] = {51, 102}, two[2] = {51, 102};
     struct tiff tiff = {2, 1, 1, 8, false, ALPHA_NONE, .pixels = one};
-    struct vw_image image = load(write_tiff(*state, "grey.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 1}, 1e-6);
-    check_pixel(&image, 1, 0, (const float[]){0.4f, 0.4f, 0.4f, 1}, 1e-6);
-    vw_image_clear(&image);
+    struct vw_image *image = load(write_tiff(*state, "grey.tif", &tiff), 1);
+    check_pixel(image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 1}, 1e-6);
+    check_pixel(image, 1, 0, (const float[]){0.4f, 0.4f, 0.4f, 1}, 1e-6);
     tiff = (struct tiff){1, 1, 2, 8, false, ALPHA_STRAIGHT, .pixels = two};
     image = load(write_tiff(*state, "grey_alpha.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 0.4f}, 1e-6);
-    assert_true(image.has_alpha);
-    vw_image_clear(&image);
+    check_pixel(image, 0, 0, (const float[]){0.2f, 0.2f, 0.2f, 0.4f}, 1e-6);
+    assert_true(image->has_alpha);
 }
 
 FOLDER_TEST(sixteen_bits_are_kept) {
     const uint16_t pixels[2][4] = {{1, 256, 65534, 65535}, {40000, 20000, 10000, 32768}};
     const struct tiff tiff = {2, 1, 4, 16, false, ALPHA_STRAIGHT, .pixels = pixels};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
-    assert_int_equal(image.format, VW_PIXEL_UINT16);
-    assert_memory_equal(image.pixels, pixels, sizeof pixels); // bit for bit
+    struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    assert_int_equal(image->format, VW_PIXEL_UINT16);
+    assert_memory_equal(image->pixels, pixels, sizeof pixels); // bit for bit
 }
 
 TEST(luminance_weighs_channels_over_the_background) {
@@ -181,8 +180,8 @@ TEST(luminance_weighs_channels_over_the_background) {
 FOLDER_TEST(associated_alpha_is_divided_out) {
     const uint8_t pixels[4] = {64, 32, 0, 128};
     const struct tiff tiff = {1, 1, 4, 8, false, ALPHA_ASSOCIATED, .pixels = pixels};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, (const float[]){0.5f, 0.25f, 0, 128 / 255.0f}, 0.5 / 255 + 1e-6);
+    struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    check_pixel(image, 0, 0, (const float[]){0.5f, 0.25f, 0, 128 / 255.0f}, 0.5 / 255 + 1e-6);
 }
 
 FOLDER_TEST(palettes_are_looked_up) {
@@ -192,9 +191,9 @@ FOLDER_TEST(palettes_are_looked_up) {
     palette[0][200] = 0x1010, palette[1][200] = 0x2020, palette[2][200] = 0x3030;
     const struct tiff tiff = {
         2, 1, 1, 8, false, ALPHA_NONE, .pixels = indices, .photometric = PHOTOMETRIC_PALETTE, .palette = palette[0]};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "palette.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, (const float[]){1, 128 / 255.0f, 0, 1}, 1e-6);
-    check_pixel(&image, 1, 0, (const float[]){16 / 255.0f, 32 / 255.0f, 48 / 255.0f, 1}, 1e-6);
+    struct vw_image *image = load(write_tiff(*state, "palette.tif", &tiff), 1);
+    check_pixel(image, 0, 0, (const float[]){1, 128 / 255.0f, 0, 1}, 1e-6);
+    check_pixel(image, 1, 0, (const float[]){16 / 255.0f, 32 / 255.0f, 48 / 255.0f, 1}, 1e-6);
 }
 
 // Inks darken: red is what cyan and black leave, (1 - C)(1 - K). JPEG files hold the inks' complements, as Adobe writes
@@ -203,16 +202,14 @@ FOLDER_TEST(cmyk_becomes_rgb) {
     const float expected[4] = {0.8f * 0.9f, 0.6f * 0.9f, 0.4f * 0.9f, 1};
     const uint8_t inks[4] = {51, 102, 153, 26};
     struct tiff tiff = {1, 1, 4, 8, false, ALPHA_NONE, .pixels = inks, .photometric = PHOTOMETRIC_CMYK};
-    struct vw_image image = load(write_tiff(*state, "cmyk.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, expected, 1.0 / 255);
-    assert_false(image.has_alpha); // the fourth channel is ink
-    vw_image_clear(&image);
+    struct vw_image *image = load(write_tiff(*state, "cmyk.tif", &tiff), 1);
+    check_pixel(image, 0, 0, expected, 1.0 / 255);
+    assert_false(image->has_alpha); // the fourth channel is ink
     const uint16_t fine_inks[4] = {13107, 26214, 39321, 6554};
     tiff.bits = 16;
     tiff.pixels = fine_inks;
     image = load(write_tiff(*state, "cmyk16.tif", &tiff), 1);
-    check_pixel(&image, 0, 0, expected, 2.0 / 65535);
-    vw_image_clear(&image);
+    check_pixel(image, 0, 0, expected, 2.0 / 65535);
     static const uint8_t jpeg[] = {
         // 8 x 8 pixels of 204 153 102 230
         0xff, 0xd8, 0xff, 0xee, 0x00, 0x0e, 0x41, 0x64, 0x6f, 0x62, 0x65, 0x00, 0x64, 0x00, 0x00, 0x00, 0x00, 0x00,
@@ -229,9 +226,8 @@ FOLDER_TEST(cmyk_becomes_rgb) {
     const char *path = temporary_path(*state, "cmyk.jpg");
     ASSERT_OK(vw_file_write(path, jpeg, sizeof jpeg));
     image = load(path, 1);
-    assert_int_equal(image.width_px, 8);
-    check_pixel(&image, 7, 7, expected, 1.0 / 255);
-    vw_image_clear(&image);
+    assert_int_equal(image->width_px, 8);
+    check_pixel(image, 7, 7, expected, 1.0 / 255);
 }
 
 // Poses belong to the pixels as stored, whichever way up a camera was held.
@@ -239,11 +235,11 @@ FOLDER_TEST(orientation_is_ignored) {
     const uint8_t pixels[3 * 2] = {0, 51, 102, 153, 204, 255};
     for (uint32_t orientation = 1; orientation <= 8; orientation++) {
         const struct tiff tiff = {3, 2, 1, 8, false, ALPHA_NONE, .pixels = pixels, .orientation = orientation};
-        AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "turned.tif", &tiff), 1);
-        assert_int_equal(image.width_px, 3);
+        struct vw_image *image = load(write_tiff(*state, "turned.tif", &tiff), 1);
+        assert_int_equal(image->width_px, 3);
         for (uint32_t i = 0; i < 6; i++) {
             float grey = (float)i / 5;
-            check_pixel(&image, i % 3, i / 3, (const float[]){grey, grey, grey, 1}, 1e-6);
+            check_pixel(image, i % 3, i / 3, (const float[]){grey, grey, grey, 1}, 1e-6);
         }
     }
 }
@@ -258,28 +254,27 @@ FOLDER_TEST(floats_are_encoded_masked_and_clamped) {
     pixels[5][2] = INFINITY;
     pixels[6][0] = 7, pixels[6][1] = 1.5f;
     const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 1);
-    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
-    assert_int_equal(image.masked_count, 3);
-    assert_int_equal(image.clamped_count, 2);
-    assert_false(image.has_alpha); // masked is not transparent
-    check_pixel(&image, 0, 0, (const float[]){(float)srgb(0.5), (float)srgb(0.002), 1, 1}, 1e-6);
-    for (uint32_t x = 3; x < 6; x++) check_pixel(&image, x, 0, (const float[]){0, 0, 0, 0}, 0);
-    for (uint32_t i = 0; i < 100; i++) assert_int_equal(image.unusable[i], i >= 3 && i < 6);
-    check_pixel(&image, 6, 0, (const float[]){1, 1, 1, 1}, 1e-6);
+    struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 1);
+    assert_int_equal(image->format, VW_PIXEL_FLOAT32);
+    assert_int_equal(image->masked_count, 3);
+    assert_int_equal(image->clamped_count, 2);
+    assert_false(image->has_alpha); // masked is not transparent
+    check_pixel(image, 0, 0, (const float[]){(float)srgb(0.5), (float)srgb(0.002), 1, 1}, 1e-6);
+    for (uint32_t x = 3; x < 6; x++) check_pixel(image, x, 0, (const float[]){0, 0, 0, 0}, 0);
+    for (uint32_t i = 0; i < 100; i++) assert_int_equal(image->unusable[i], i >= 3 && i < 6);
+    check_pixel(image, 6, 0, (const float[]){1, 1, 1, 1}, 1e-6);
 }
 
 FOLDER_TEST(too_many_masked_pixels_are_refused) {
     float pixels[100][3];
     for (int i = 0; i < 100; i++) pixels[i][0] = pixels[i][1] = pixels[i][2] = i < 5 ? NAN : 0.5f;
     const struct tiff tiff = {10, 10, 3, 32, true, ALPHA_NONE, .pixels = pixels};
-    struct vw_image image = load(write_tiff(*state, "five.tif", &tiff), 1); // 5 % is allowed
-    assert_int_equal(image.masked_count, 5);
-    vw_image_clear(&image);
+    struct vw_image *image = load(write_tiff(*state, "five.tif", &tiff), 1); // 5 % is allowed
+    assert_int_equal(image->masked_count, 5);
     pixels[50][0] = -1;
+    struct vw_image refused;
     const char *path = write_tiff(*state, "six.tif", &tiff);
-    ASSERT_FAILS(vw_image_load(path, 1, &image), VW_ERROR_INPUT, "six.tif");
-    assert_non_null(strstr(vw_error_message(), "6.0 %"));
+    ASSERT_FAILS(vw_image_load(path, 1, &refused), VW_ERROR_INPUT, "six.tif", "6.0 %");
 }
 
 // ---- Downscaling ----------------------------------------------------------------------------------------------------
@@ -289,15 +284,13 @@ FOLDER_TEST(downscale_keeps_constants) {
     for (int i = 0; i < 37 * 23; i++) pixels[3 * i] = 0.2f, pixels[3 * i + 1] = 1, pixels[3 * i + 2] = 0;
     const char *path = temporary_path(*state, "a.png");
     ASSERT_OK(vw_image_save(path, 37, 23, 3, pixels));
-    struct vw_image image = load(path, 4);
-    assert_int_equal(image.width_px, 9);
-    assert_int_equal(image.height_px, 5);
-    assert_int_equal(image.format, VW_PIXEL_UINT16);
-    for (uint32_t i = 0; i < 45; i++) check_pixel(&image, i % 9, i / 9, (const float[]){0.2f, 1, 0, 1}, 1.0 / 65535);
-    vw_image_clear(&image);
+    struct vw_image *image = load(path, 4);
+    assert_int_equal(image->width_px, 9);
+    assert_int_equal(image->height_px, 5);
+    assert_int_equal(image->format, VW_PIXEL_UINT16);
+    for (uint32_t i = 0; i < 45; i++) check_pixel(image, i % 9, i / 9, (const float[]){0.2f, 1, 0, 1}, 1.0 / 65535);
     image = load(path, 100);
-    assert_int_equal(image.width_px * image.height_px, 1);
-    vw_image_clear(&image);
+    assert_int_equal(image->width_px * image->height_px, 1);
 }
 
 // A ramp along x: each small pixel shows the ramp at its own centre, so nothing shifts and the mean stays.
@@ -308,14 +301,14 @@ FOLDER_TEST(downscale_keeps_ramps) {
         for (int x = 0; x < WIDTH; x++)
             for (int c = 0; c < 3; c++) pixels[y][x][c] = (uint16_t)(1000 + 900 * x);
     const struct tiff tiff = {WIDTH, HEIGHT, 3, 16, false, ALPHA_NONE, .pixels = pixels};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 4);
     double mean = 0;
     for (uint32_t x = 0; x < 16; x++) {
         double centre = (x + 0.5) * 4 - 0.5;
         float expected = (float)((1000 + 900 * centre) / 65535), rgba[4];
         if (x >= 3 && x < 13)
-            check_pixel(&image, x, 1, (const float[]){expected, expected, expected, 1}, 2e-4); // away from the edges
-        vw_image_pixel(&image, x, 1, rgba);
+            check_pixel(image, x, 1, (const float[]){expected, expected, expected, 1}, 2e-4); // away from the edges
+        vw_image_pixel(image, x, 1, rgba);
         mean += rgba[0] / 16;
     }
     assert_near(mean, (1000 + 900 * 31.5) / 65535, 1e-3);
@@ -329,11 +322,11 @@ FOLDER_TEST(downscale_has_no_fringe) {
         for (int x = 0; x < SIDE; x++) pixels[y][x][x < 14 ? 1 : 0] = 1, pixels[y][x][3] = x < 14 ? 1 : 0;
     const char *path = temporary_path(*state, "a.png");
     ASSERT_OK(vw_image_save(path, SIDE, SIDE, 4, &pixels[0][0][0]));
-    AUTO(vw_image_clear) struct vw_image image = load(path, 4);
-    assert_true(image.has_alpha);
+    struct vw_image *image = load(path, 4);
+    assert_true(image->has_alpha);
     for (uint32_t x = 0; x < 8; x++) {
         float rgba[4];
-        vw_image_pixel(&image, x, 4, rgba);
+        vw_image_pixel(image, x, 4, rgba);
         assert_near(rgba[0], 0, 1e-4);
         if (rgba[3] > 0.001f) assert_near(rgba[1], 1, 1e-3);
         if (x == 3) assert_near(rgba[3], 0.5, 0.05); // half covered
@@ -347,14 +340,14 @@ FOLDER_TEST(downscale_ignores_masked_pixels) {
     pixels[64 * 32 + 33][1] = NAN;                                              // one of the 16 of its small pixel
     for (int i = 0; i < 16; i++) pixels[64 * (8 + i / 4) + 8 + i % 4][0] = NAN; // all 16 of another
     const struct tiff tiff = {64, 64, 3, 32, true, ALPHA_NONE, .pixels = pixels};
-    AUTO(vw_image_clear) struct vw_image image = load(write_tiff(*state, "a.tif", &tiff), 4);
-    assert_int_equal(image.format, VW_PIXEL_FLOAT32);
-    assert_int_equal(image.masked_count, 17);
+    struct vw_image *image = load(write_tiff(*state, "a.tif", &tiff), 4);
+    assert_int_equal(image->format, VW_PIXEL_FLOAT32);
+    assert_int_equal(image->masked_count, 17);
     float grey = (float)srgb(0.5);
     for (uint32_t i = 0; i < 16 * 16; i++) {
         bool masked = i % 16 == 2 && i / 16 == 2;
-        assert_int_equal(image.unusable[i], masked);
-        check_pixel(&image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1},
+        assert_int_equal(image->unusable[i], masked);
+        check_pixel(image, i % 16, i / 16, masked ? (const float[]){0, 0, 0, 0} : (const float[]){grey, grey, grey, 1},
                     1e-5);
     }
 }
@@ -363,11 +356,8 @@ FOLDER_TEST(downscale_ignores_masked_pixels) {
 
 static void check_refused(const char *path, enum vw_status expected, const char *said) {
     struct vw_image image = {0};
-    assert_int_equal(vw_image_load(path, 1, &image), expected);
+    ASSERT_FAILS(vw_image_load(path, 1, &image), expected, path, said);
     assert_null(image.pixels);
-    assert_non_null(strstr(vw_error_message(), path));
-    if (!strstr(vw_error_message(), said)) fail_msg("'%s' does not say '%s'", vw_error_message(), said);
-    assert_null(strchr(vw_error_message(), '\n'));
 }
 
 FOLDER_TEST(unreadable_images_are_refused) {
@@ -420,10 +410,4 @@ FOLDER_TEST(an_image_that_cannot_be_saved_is_refused) {
     assert_int_equal(vw_image_save(temporary_path(*state, "no/folder/a.png"), 1, 1, 3, pixel), VW_ERROR_IO);
 }
 
-static int start_decoder(void **state) {
-    (void)state;
-    vw_decoder_hold(); // one start for all tests
-    return 0;
-}
-
-TEST_GROUP(start_decoder, NULL)
+TEST_GROUP(tiny_decoder_hold, NULL)

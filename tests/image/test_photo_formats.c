@@ -4,7 +4,6 @@
 
 #include <unistd.h>
 
-#include "image/decoder.h"
 #include "image/image.h"
 #include "image/photo_formats.h"
 #include "support/temporary_folder.h"
@@ -88,14 +87,10 @@ FOLDER_TEST(other_formats_are_refused) {
         for (size_t j = 0; j < VW_ARRAY_COUNT(names); j++) {
             struct vw_image image = {0};
             const char *path = temporary_path(*state, names[j]);
-            FILE *file = fopen(path, "wb");
-            assert_non_null(file);
-            assert_int_equal(fwrite(files[i].bytes, 1, files[i].count, file), files[i].count);
-            assert_int_equal(fclose(file), 0);
-            if (vw_image_load(path, 1, &image) != VW_ERROR_INPUT) fail_msg("%s is read as %s", files[i].what, names[j]);
+            temporary_write(path, files[i].bytes, files[i].count);
+            ASSERT_CASE_FAILS(files[i].what, vw_image_load(path, 1, &image), VW_ERROR_INPUT, path,
+                              VW_PHOTO_FORMAT_NAMES);
             assert_null(image.pixels);
-            assert_non_null(strstr(vw_error_message(), path));
-            assert_non_null(strstr(vw_error_message(), VW_PHOTO_FORMAT_NAMES));
         }
     }
 }
@@ -125,7 +120,7 @@ FOLDER_TEST(the_photos_of_a_scene_have_a_limit) {
     tiny_scene_refused(&params, VW_ERROR_INPUT, "/1024.png", "limit of 1024 GiB", "--downscale");
     struct vw_scene_params smaller = params;
     smaller.downscale = 2; // 16 bits of a quarter of the pixels
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&smaller);
+    struct vw_scene *scene = tiny_scene_open(&smaller);
     assert_int_equal(scene->views[1024].camera.width_px, 8192);
 }
 
@@ -137,10 +132,4 @@ FOLDER_TEST(a_file_too_large_to_exist_is_refused) {
                  "larger than the limit of 4294967296 bytes");
 }
 
-static int start_decoder(void **state) {
-    (void)state;
-    vw_decoder_hold(); // one start for all tests
-    return 0;
-}
-
-TEST_GROUP(start_decoder, NULL)
+TEST_GROUP(tiny_decoder_hold, NULL)

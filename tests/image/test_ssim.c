@@ -14,6 +14,9 @@ static double ssim_of(const float *a, const float *b, const uint8_t *usable, uin
     return ssim;
 }
 
+// Compares two whole pictures.
+#define SSIM(a, b) ssim_of(a, b, NULL, WIDTH, HEIGHT)
+
 // Draws noise by the generator of Numerical Recipes, so that other programs make the same pictures: the top 24 bits in
 // [0,1).
 static void draw_noise(uint32_t *state, float *values) {
@@ -74,8 +77,8 @@ static double slow_ssim(const float *a, const float *b, const uint8_t *usable, u
 
 TEST(an_image_is_like_itself) {
     struct pictures p = draw_pictures();
-    assert_near(ssim_of(p.noise, p.noise, NULL, WIDTH, HEIGHT), 1, ROUNDING);
-    assert_near(ssim_of(p.ramp, p.ramp, NULL, WIDTH, HEIGHT), 1, ROUNDING);
+    assert_near(SSIM(p.noise, p.noise), 1, ROUNDING);
+    assert_near(SSIM(p.ramp, p.ramp), 1, ROUNDING);
 }
 
 // Without variance the second factor is C2 / C2.
@@ -85,8 +88,7 @@ TEST(constant_images_differ_by_their_means) {
         float a[VALUES], b[VALUES];
         double left = levels[l][0], right = levels[l][1];
         for (int i = 0; i < VALUES; i++) a[i] = levels[l][0], b[i] = levels[l][1];
-        assert_near(ssim_of(a, b, NULL, WIDTH, HEIGHT),
-                    (2 * left * right + 1e-4) / (left * left + right * right + 1e-4), ROUNDING);
+        assert_near(SSIM(a, b), (2 * left * right + 1e-4) / (left * left + right * right + 1e-4), ROUNDING);
     }
 }
 
@@ -95,7 +97,7 @@ TEST(channels_are_averaged) {
     float a[VALUES], b[VALUES];
     for (int i = 0; i < VALUES; i++) a[i] = 0.5f, b[i] = i % 3 == 1 ? 0.25f : 0.5f;
     double green = (2 * 0.5 * 0.25 + 1e-4) / (0.25 + 0.0625 + 1e-4);
-    assert_near(ssim_of(a, b, NULL, WIDTH, HEIGHT), (2 + green) / 3, ROUNDING);
+    assert_near(SSIM(a, b), (2 + green) / 3, ROUNDING);
 }
 
 // scikit-image 0.19.3: skimage.metrics.structural_similarity(a, b, gaussian_weights=True, sigma=1.5,
@@ -103,17 +105,15 @@ TEST(channels_are_averaged) {
 // windows as well.
 TEST(values_of_another_program) {
     struct pictures p = draw_pictures();
-    assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), 0.92875996046330567, 1e-9);
-    assert_near(ssim_of(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), 0.76352575799332845, 1e-9);
-    assert_near(ssim_of(p.noise, p.ramp, NULL, WIDTH, HEIGHT), 0.0055176673707754047, 1e-9);
+    assert_near(SSIM(p.noise, p.blend), 0.92875996046330567, 1e-9);
+    assert_near(SSIM(p.ramp, p.grainy), 0.76352575799332845, 1e-9);
+    assert_near(SSIM(p.noise, p.ramp), 0.0055176673707754047, 1e-9);
 }
 
 TEST(values_of_the_definition) {
     struct pictures p = draw_pictures();
-    assert_near(ssim_of(p.noise, p.blend, NULL, WIDTH, HEIGHT), slow_ssim(p.noise, p.blend, NULL, WIDTH, HEIGHT),
-                ROUNDING);
-    assert_near(ssim_of(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), slow_ssim(p.ramp, p.grainy, NULL, WIDTH, HEIGHT),
-                ROUNDING);
+    assert_near(SSIM(p.noise, p.blend), slow_ssim(p.noise, p.blend, NULL, WIDTH, HEIGHT), ROUNDING);
+    assert_near(SSIM(p.ramp, p.grainy), slow_ssim(p.ramp, p.grainy, NULL, WIDTH, HEIGHT), ROUNDING);
     assert_near(ssim_of(p.ramp, p.grainy, NULL, 11, 11), slow_ssim(p.ramp, p.grainy, NULL, 11, 11),
                 ROUNDING); // a single window
 }

@@ -47,7 +47,7 @@ static bool same_place(const struct vw_view *a, const struct vw_view *b) {
 static void check_same_rays(const char *name, uint32_t same_places) {
     const char *path = real_scene_path(name);
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *colmap = open_as(path, "colmap"), *transforms = open_as(path, "transforms");
+    struct vw_scene *colmap = open_as(path, "colmap"), *transforms = open_as(path, "transforms");
     assert_int_equal(colmap->view_count, transforms->view_count);
     double worst_px = 0;
     uint32_t same = 0;
@@ -95,7 +95,7 @@ static double mean_error_px(const struct vw_scene *scene) {
 static void check_errors(const char *name, uint32_t points, double stated_px, double tolerance_px) {
     const char *path = real_scene_path(name);
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = open_as(path, "colmap");
+    struct vw_scene *scene = open_as(path, "colmap");
     double error_px = mean_error_px(scene);
     printf("%s: %u points, %u observations, mean reprojection error %.4f px (stated: %.3f)\n", name, scene->point_count,
            scene->track_count, error_px, stated_px);

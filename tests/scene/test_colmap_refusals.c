@@ -12,13 +12,7 @@ static const char *const files[] = {"sparse/0/cameras.bin", "sparse/0/images.bin
 
 #define assert_refused(folder, ...)                                                                                    \
     tiny_scene_refused(SCENE_PARAMS(.path = folder, .format = "colmap", .headers_only = true), VW_ERROR_INPUT,         \
-                       __VA_ARGS__, NULL)
-
-static void *read_whole(const char *path, size_t *size_bytes) {
-    void *data;
-    if (vw_file_read(path, 1 << 20, &data, size_bytes)) fail_msg("%s", vw_error_message());
-    return data;
-}
+                       __VA_ARGS__)
 
 FOLDER_TEST(a_cut_at_any_byte_is_refused) {
     const struct colmap_test_model model = colmap_test_scene(*state);
@@ -27,7 +21,7 @@ FOLDER_TEST(a_cut_at_any_byte_is_refused) {
         char path[4096];
         snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
         size_t size_bytes;
-        AUTO_FREE void *data = read_whole(path, &size_bytes);
+        AUTO_FREE void *data = temporary_read(path, &size_bytes);
         assert_true(size_bytes > 100);
         for (size_t kept = 0; kept < size_bytes; kept++) {
             ASSERT_OK(vw_file_write(path, data, kept));
@@ -39,9 +33,7 @@ FOLDER_TEST(a_cut_at_any_byte_is_refused) {
         assert_refused(*state, files[f], "1 bytes follow");
         ASSERT_OK(vw_file_write(path, data, size_bytes));
     }
-    AUTO(vw_scene_close)
-    struct vw_scene *scene =
-        tiny_scene_open(SCENE_PARAMS(.path = *state, .format = "colmap")); // the files are whole again
+    tiny_scene_open(SCENE_PARAMS(.path = *state, .format = "colmap")); // the files are whole again
 }
 
 // Every byte of every file replaced by others: whatever happens, it is a scene or one line, and no sanitizer has
@@ -55,14 +47,12 @@ FOLDER_TEST(any_byte_may_change) {
         char path[4096];
         snprintf(path, sizeof path, "%s", temporary_path(*state, files[f]));
         size_t size_bytes;
-        AUTO_FREE uint8_t *data = read_whole(path, &size_bytes);
+        AUTO_FREE uint8_t *data = temporary_read(path, &size_bytes);
         for (size_t i = 0; i < size_bytes; i++) {
             static const uint8_t flips[] = {0x01, 0x80, 0x7f, 0xff};
             for (size_t k = 0; k < VW_ARRAY_COUNT(flips); k++) {
                 data[i] ^= flips[k];
-                FILE *file = fopen(path, "wb"); // without the sync of vw_file_write, which is slow
-                assert_int_equal(fwrite(data, 1, size_bytes, file), size_bytes);
-                fclose(file);
+                temporary_write(path, data, size_bytes);
                 data[i] ^= flips[k];
                 AUTO(vw_colmap_clear) struct vw_colmap_model read = {0};
                 if (vw_colmap_read(folder, *state, &read)) {
@@ -124,68 +114,48 @@ static void check_refused(const char *folder, const struct colmap_test_model *mo
     }
 }
 
+// Refuses the model `good` once `change` is made to it.
+#define REFUSED(file, field, change)                                                                                   \
+    do {                                                                                                               \
+        struct colmap_test_model model = good;                                                                         \
+        change;                                                                                                        \
+        check_refused(*state, &model, file, field);                                                                    \
+    } while (0)
+
 FOLDER_TEST(bad_numbers_are_refused) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     static const double bad[] = {NAN, INFINITY, -INFINITY, 1e300};
     for (size_t k = 0; k < VW_ARRAY_COUNT(bad); k++) {
-        for (int i = 0; i < 8; i++) {
-            struct colmap_test_model model = good;
-            model.cameras[0].params[i] = bad[k];
-            check_refused(*state, &model, "cameras", "camera 7: field ");
-        }
-        for (int i = 0; i < 7; i++) {
-            struct colmap_test_model model = good;
-            *(i < 4 ? &model.images[1].rotation[i] : &model.images[1].translation[i - 4]) = bad[k];
-            check_refused(*state, &model, "images", i < 4 ? "image 4: field quaternion" : "image 4: field translation");
-        }
-        struct colmap_test_model model = good;
-        model.images[1].features[1][0] = bad[k];
-        check_refused(*state, &model, "images", "image 4: field points2D");
+        for (int i = 0; i < 8; i++) REFUSED("cameras", "camera 7: field ", model.cameras[0].params[i] = bad[k]);
+        for (int i = 0; i < 4; i++)
+            REFUSED("images", "image 4: field quaternion", model.images[1].rotation[i] = bad[k]);
         for (int i = 0; i < 3; i++) {
-            model = good;
-            model.points[1].position[i] = bad[k];
-            check_refused(*state, &model, "points3D", "point 1099511627776: field xyz");
+            REFUSED("images", "image 4: field translation", model.images[1].translation[i] = bad[k]);
+            REFUSED("points3D", "point 1099511627776: field xyz", model.points[1].position[i] = bad[k]);
         }
-        if (isfinite(bad[k])) continue; // COLMAP writes the largest double as the error of points behind cameras
-        model = good;
-        model.points[0].error = bad[k];
-        check_refused(*state, &model, "points3D", "point 5: field error");
+        REFUSED("images", "image 4: field points2D", model.images[1].features[1][0] = bad[k]);
+        // COLMAP writes the largest double as the error of points behind cameras.
+        if (!isfinite(bad[k])) REFUSED("points3D", "point 5: field error", model.points[0].error = bad[k]);
     }
 }
 
 FOLDER_TEST(inconsistent_models_are_refused) {
     const struct colmap_test_model good = colmap_test_scene(*state);
-    struct colmap_test_model model = good;
-    model.cameras[0].params[1] = 0;
-    check_refused(*state, &model, "cameras", "camera 7: field focal_y_px is 0");
-    model = good, model.cameras[1].params[0] = -20;
-    check_refused(*state, &model, "cameras", "camera 3: field focal_x_px is -20");
-    model = good, model.cameras[1].width_px = 0;
-    check_refused(*state, &model, "cameras", "camera 3: fields width and height");
-    model = good, model.cameras[1].height_px = (uint64_t)1 << 33;
-    check_refused(*state, &model, "cameras", "camera 3: fields width and height");
-    model = good, model.cameras[1].id = 7;
-    check_refused(*state, &model, "cameras", "camera 7 appears twice");
-    model = good, model.camera_count = 0;
-    check_refused(*state, &model, "cameras", "no cameras");
-    model = good, model.image_count = 0;
-    check_refused(*state, &model, "images", "no images");
-    model = good, model.images[2].camera_id = 8;
-    check_refused(*state, &model, "images", "image 9: field camera_id is 8");
-    model = good, model.images[2].id = 12;
-    check_refused(*state, &model, "images", "image 12 appears twice");
-    model = good, model.images[2].name = "./b.png";
-    check_refused(*state, &model, "images", "b.png");
-    model = good, model.images[0].rotation[0] *= 1.01;
-    check_refused(*state, &model, "images", "image 12: field quaternion");
-    memset(model.images[0].rotation, 0, sizeof model.images[0].rotation);
-    check_refused(*state, &model, "images", "image 12: field quaternion");
-    model = good, model.points[1].id = 5;
-    check_refused(*state, &model, "points3D", "point 5 appears twice");
-    model = good, model.points[0].tracks[1][0] = 5;
-    check_refused(*state, &model, "points3D", "point 5: field track: image 5 is not");
-    model = good, model.points[0].tracks[1][1] = 2;
-    check_refused(*state, &model, "points3D", "point 5: field track: image 4 has 2");
+    REFUSED("cameras", "camera 7: field focal_y_px is 0", model.cameras[0].params[1] = 0);
+    REFUSED("cameras", "camera 3: field focal_x_px is -20", model.cameras[1].params[0] = -20);
+    REFUSED("cameras", "camera 3: fields width and height", model.cameras[1].width_px = 0);
+    REFUSED("cameras", "camera 3: fields width and height", model.cameras[1].height_px = (uint64_t)1 << 33);
+    REFUSED("cameras", "camera 7 appears twice", model.cameras[1].id = 7);
+    REFUSED("cameras", "no cameras", model.camera_count = 0);
+    REFUSED("images", "no images", model.image_count = 0);
+    REFUSED("images", "image 9: field camera_id is 8", model.images[2].camera_id = 8);
+    REFUSED("images", "image 12 appears twice", model.images[2].id = 12);
+    REFUSED("images", "b.png", model.images[2].name = "./b.png");
+    REFUSED("images", "image 12: field quaternion", model.images[0].rotation[0] *= 1.01);
+    REFUSED("images", "image 12: field quaternion", memset(model.images[0].rotation, 0, sizeof(double[4])));
+    REFUSED("points3D", "point 5 appears twice", model.points[1].id = 5);
+    REFUSED("points3D", "point 5: field track: image 5 is not", model.points[0].tracks[1][0] = 5);
+    REFUSED("points3D", "point 5: field track: image 4 has 2", model.points[0].tracks[1][1] = 2);
 }
 
 FOLDER_TEST(unsupported_camera_models_are_named) {

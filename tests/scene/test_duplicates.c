@@ -150,15 +150,14 @@ TEST(equal_files_are_copies) {
         assert_int_equal(rows[i].validation_count, 1);
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
-    char *folder = temporary_folder_create(), *path = vw_path_join(folder, "duplicates.csv");
+    AUTO_FOLDER char *folder = temporary_folder_create();
+    const char *path = temporary_path(folder, "duplicates.csv");
     ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
     AUTO_FREE void *text = temporary_read(path, NULL);
     assert_string_equal(text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
                               "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
                               "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"
                               "0,view_034,val,,1,,,,,-2.5\n");
-    free(path);
-    temporary_folder_remove(folder);
 }
 
 // A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not
@@ -181,7 +180,7 @@ TEST(groups_do_not_grow_along_a_film) {
 static struct vw_view_distance *measure(const struct vw_scene *scene, uint32_t *count) {
     struct vw_view_distance *distances = NULL;
     ASSERT_OK(vw_scene_view_distances(scene, VW_SPLIT_VAL, &distances, count));
-    return distances;
+    return test_own(distances, free);
 }
 
 TEST(far_validation_views_are_told) {
@@ -196,7 +195,6 @@ TEST(far_validation_views_are_told) {
         assert_true(distances[i].angle_deg > 5 && distances[i].angle_deg < 25);
         assert_false(distances[i].far); // one and two steps of the orbit
     }
-    free(distances);
     scene->views[TRAIN].camera_to_world[2][3] += 3; // 45 degrees up, as seen from the middle
     turn(&scene->views[TRAIN + 1], 180);            // the same place, but looking outward
     scene->views[TRAIN + 2].camera_to_world[2][3] += 0.2;
@@ -204,18 +202,14 @@ TEST(far_validation_views_are_told) {
     assert_true(distances[0].far && distances[1].far && !distances[2].far && !distances[3].far);
     assert_true(distances[0].between_world > 2.5 &&
                 distances[0].angle_deg > 40); // from the training view that is nearest in both
-    free(distances);
 
     for (uint32_t i = 0; i < TRAIN; i += 2) copy_photo(scene, i, i + 1); // copies make the others no farther
     distances = measure(scene, &count);
     assert_false(distances[2].far || distances[3].far);
-    free(distances);
     for (uint32_t i = 0; i < TRAIN; i++) copy_photo(scene, 0, i); // all in one place: the scales have a floor
     distances = measure(scene, &count);
     for (uint32_t i = 0; i < count; i++) assert_true(isfinite(distances[i].ratio));
-    free(distances);
     scene->split_count[VW_SPLIT_TRAIN] = 1;
     distances = measure(scene, &count);
     assert_int_equal(count, 0);
-    free(distances);
 }

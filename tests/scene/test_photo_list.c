@@ -31,14 +31,19 @@ static enum vw_status write_list(const struct vw_scene_params *params, const cha
     enum vw_status status = vw_photo_list_write(&list, &written, &written_opens);
     if (!status && format) assert_string_equal(written, format);
     if (!status) assert_int_equal(written_opens, opens);
-    vw_scene_close(&scene);
     return status;
+}
+
+// Checks that such a list is refused.
+static void check_not_written(const struct vw_scene_params *params, const char *chosen, const char *to,
+                              enum vw_status status, const char *text) {
+    ASSERT_FAILS(write_list(params, chosen, to, NULL, false), status, text);
 }
 
 // Checks the splits of the scene. `expected` has a word per view: its name and t(rain), v(al), T(est) or x(excluded).
 static void check_scene(const struct vw_scene_params *params, const char *expected) {
     char text[1000] = "";
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
+    struct vw_scene *scene = tiny_scene_open(params);
     for (uint32_t v = 0; v < scene->view_count; v++)
         snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s:%c", v > 0 ? " " : "", scene->views[v].name,
                  "tvTx"[scene->views[v].split]);
@@ -88,7 +93,7 @@ FOLDER_TEST(transforms_keep_the_splits_of_lists) {
     ASSERT_OK(write_list(&lists, "ynyyny", to, "transforms", true));
     check_scene(HEADERS(.path = to),
                 "images/00.png:t images/01.png:v images/02.png:t images/03.png:t images/04.png:T images/05.png:t");
-    ASSERT_FAILS(write_list(&lists, "ynyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
+    check_not_written(&lists, "ynyyny", to, VW_ERROR_USAGE, "exists; name a new");
 }
 
 // With a file for each split, photos go to the file of their split, as long as all else in the files is the same.
@@ -106,27 +111,24 @@ FOLDER_TEST(three_files_hold_a_split_each) {
                          true)); // they fit into one, too
     check_scene(HEADERS(.path = temporary_path(scene, "best.json")),
                 "images/01.png:t images/02.png:t images/04.png:v images/05.png:v images/06.png:T");
-    ASSERT_FAILS(write_list(&params, "yyyynnn", *state, NULL, false), VW_ERROR_USAGE, "transforms_train.json: exists");
-    ASSERT_FAILS(write_list(&params, "yyyynnn", scene, NULL, false), VW_ERROR_USAGE, "read as another scene");
-    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(scene, "transforms.json"), NULL, false), VW_ERROR_USAGE,
-                 "another scene");
+    check_not_written(&params, "yyyynnn", *state, VW_ERROR_USAGE, "transforms_train.json: exists");
+    check_not_written(&params, "yyyynnn", scene, VW_ERROR_USAGE, "read as another scene");
+    check_not_written(&params, "yyyynnn", temporary_path(scene, "transforms.json"), VW_ERROR_USAGE, "another scene");
 
-    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "c.tsv"), NULL, false), VW_ERROR_USAGE,
-                 "name a .json file, or a folder");
+    check_not_written(&params, "yyyynnn", temporary_path(*state, "c.tsv"), VW_ERROR_USAGE,
+                      "name a .json file, or a folder");
     const char *beside = temporary_path(*state, "c.d/");
     const char *val = temporary_file(*state, "val.txt", "00.png\n");
     ASSERT_OK(write_list(HEADERS(.path = scene, .val_list = val), "nyynnnn", beside, NULL, false));
     tiny_scene_write(
         scene, &(struct tiny_scene){.file = "transforms_test.json", .first = 4, .count = 3, .keys = "\"fl_x\": 3,"});
-    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(scene, "one.json"), NULL, false), VW_ERROR_INPUT,
-                 "name a folder");
+    check_not_written(&params, "yyyynnn", temporary_path(scene, "one.json"), VW_ERROR_INPUT, "name a folder");
     const char *mixed = temporary_path(*state, "mixed");
     const char *test = temporary_file(*state, "test.txt", "00.png\n06.png\n");
-    ASSERT_FAILS(write_list(HEADERS(.path = scene, .test_list = test), "nyyynnn", mixed, NULL, false), VW_ERROR_INPUT,
-                 "without lists of splits");
+    check_not_written(HEADERS(.path = scene, .test_list = test), "nyyynnn", mixed, VW_ERROR_INPUT,
+                      "without lists of splits");
     assert_false(vw_folder_exists(mixed)); // as it was not there before
-    ASSERT_FAILS(write_list(&params, "yyyynnn", temporary_path(*state, "p/q/r"), NULL, false), VW_ERROR_USAGE,
-                 "a folder that exists");
+    check_not_written(&params, "yyyynnn", temporary_path(*state, "p/q/r"), VW_ERROR_USAGE, "a folder that exists");
     assert_false(vw_folder_exists(temporary_path(*state, "p")));
 }
 
@@ -166,40 +168,15 @@ FOLDER_TEST(paths_lead_from_the_list) {
 
 // ---- PhotoTourism ---------------------------------------------------------------------------------------------------
 
-static void write_dense(const char *folder, const char *tsv) {
-    static const char *const names[] = {"p0.png", "p1.png", "p2.png", "p3.png",
-                                        "p4.png", "p5.png", "p6.png", "sub/p1.png"};
-    struct colmap_test_model model = {
-        .cameras = {{.id = 1,
-                     .model = 1,
-                     .model_name = "PINHOLE",
-                     .width_px = 8,
-                     .height_px = 6,
-                     .param_count = 4,
-                     .params = {7, 7, 4, 3}}},
-        .camera_count = 1,
-        .image_count = VW_ARRAY_COUNT(names),
-    };
-    for (uint32_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        AUTO_FREE char *photo = vw_format_text("dense/images/%s", names[i]);
-        temporary_file(folder, photo, "");
-        tiny_photo_write(temporary_path(folder, photo), i);
-        model.images[i] = (struct colmap_test_image){.id = 10 + i,
-                                                     .camera_id = 1,
-                                                     .name = names[i],
-                                                     .rotation = {0, 1, 0, 0},
-                                                     .translation = {-(double)i, 0, 0}};
-    }
-    colmap_write_text(folder, "dense/sparse", &model);
-    temporary_file(folder, "splits.tsv", tsv);
-}
+static const char *const names[DENSE_PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
+                                                "p4.png", "p5.png", "p6.png", "sub/p1.png"};
 
 static const char rows[] =
     "split\tid\tnote\tfilename\tdataset\r\ntest\t7.0\ta b\tp6.png\td\r\ntrain\t\t\tp1.png\td\r\n"
     "test\t\t\tgone.png\td\r\ntrain\t5\t=x\tp2.png\td\r\ntrain\t6\t\tnot there.png\td\r\ntest\t9\t\tp0.png\td\r\n";
 
 FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
-    write_dense(*state, rows);
+    colmap_write_dense(*state, names, rows);
     const struct vw_scene_params params = {.path = *state, .headers_only = true};
     check_scene(
         &params,
@@ -216,19 +193,18 @@ FOLDER_TEST(a_tsv_holds_the_chosen_photos) {
         HEADERS(.path = *state, .train_list = to),
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    ASSERT_FAILS(write_list(&params, "nynnyyny", to, NULL, false), VW_ERROR_USAGE, "exists; name a new");
+    check_not_written(&params, "nynnyyny", to, VW_ERROR_USAGE, "exists; name a new");
     assert_int_equal(rename(to, temporary_path(*state, "splits.tsv")), 0); // in the place of the scene's own
     check_scene(
         HEADERS(.path = *state, .pool = "list"),
         "dense/images/p0.png:T dense/images/p1.png:t dense/images/p2.png:x dense/images/p3.png:x dense/images/p4.png:t "
         "dense/images/p5.png:t dense/images/p6.png:v dense/images/sub/p1.png:t");
-    ASSERT_FAILS(write_list(&params, "nynnyyny", temporary_path(*state, "list.tsv"), NULL, false), VW_ERROR_USAGE,
-                 "may have only one TSV");
+    check_not_written(&params, "nynnyyny", temporary_path(*state, "list.tsv"), VW_ERROR_USAGE, "may have only one TSV");
 }
 
 // Photos that lists move from one split to another: none trains that validates or tests.
 FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
-    write_dense(*state, rows);
+    colmap_write_dense(*state, names, rows);
     const char *train = temporary_file(*state, "train.txt", "p0.png\np2.png\np3.png\n"),
                *val = temporary_file(*state, "val.txt", "p1.png\n");
     const char *to = temporary_path(*state, "list.txt");
@@ -240,7 +216,7 @@ FOLDER_TEST(a_tsv_keeps_the_splits_of_lists) {
 }
 
 FOLDER_TEST(a_tsv_serves_as_a_list) {
-    write_dense(*state, rows);
+    colmap_write_dense(*state, names, rows);
     const char *tsv =
         temporary_file(*state, "lists/a.tsv", "filename\tsplit\np3.png\ttest\np4.png\ttrain\np5.png\ttrain\n");
     const char *none = temporary_file(*state, "lists/b.tsv", "filename\tsplit\np4.png\ttrain\n");
@@ -279,17 +255,16 @@ FOLDER_TEST(an_image_list_spells_names_as_the_model_does) {
 // A folder that holds transforms.json is read as that format before all others, so lists of other formats must not take
 // its name.
 FOLDER_TEST(lists_of_other_formats_leave_the_scene_as_it_is) {
-    static const char *const names[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
+    static const char *const taken[] = {"transforms.json", "transforms_train.json", "transforms_val.json",
                                         "transforms_test.json"};
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);
     AUTO_FREE char *tourism = vw_path_join(*state, "tourism");
-    write_dense(tourism, rows);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+    colmap_write_dense(tourism, names, rows);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(taken); i++) {
         const struct vw_scene_params colmap = {.path = *state, .headers_only = true};
-        ASSERT_FAILS(write_list(&colmap, "yyn", temporary_path(*state, names[i]), NULL, false), VW_ERROR_USAGE,
-                     "another scene");
-        ASSERT_FAILS(write_list(HEADERS(.path = tourism), "nynnyyny", temporary_path(tourism, names[i]), NULL, false),
+        check_not_written(&colmap, "yyn", temporary_path(*state, taken[i]), VW_ERROR_USAGE, "another scene");
+        ASSERT_FAILS(write_list(HEADERS(.path = tourism), "nynnyyny", temporary_path(tourism, taken[i]), NULL, false),
                      VW_ERROR_USAGE, "another scene");
     }
     const char *elsewhere =

@@ -7,58 +7,8 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-enum { PHOTOS = 8 };
-static const char *const names[PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
-                                          "p4.png", "p5.png", "p6.png", "p7.png"};
-
-// Cameras side by side at (i, 0, 0) that look along -z, and two points that the first three see.
-static struct colmap_test_model make_model(void) {
-    struct colmap_test_model model = {
-        .cameras = {{.id = 1,
-                     .model = 1,
-                     .model_name = "PINHOLE",
-                     .width_px = TINY_WIDTH_PX,
-                     .height_px = TINY_HEIGHT_PX,
-                     .param_count = 4,
-                     .params = {7, 7, 4, 3}}},
-        .camera_count = 1,
-        .image_count = PHOTOS,
-        .points = {{.id = 1, .position = {1, 0, -10}, .track_count = 2, .tracks = {{10, 0}, {11, 0}}},
-                   {.id = 2, .position = {0, 1, -20}, .track_count = 3, .tracks = {{10, 1}, {11, 1}, {12, 0}}}},
-        .point_count = 2,
-    };
-    for (uint32_t i = 0; i < PHOTOS; i++)
-        model.images[i] = (struct colmap_test_image){.id = 10 + i,
-                                                     .camera_id = 1,
-                                                     .name = names[i],
-                                                     .rotation = {0, 1, 0, 0},
-                                                     .translation = {-(double)i, 0, 0},
-                                                     .feature_count = 2,
-                                                     .features = {{4, 3}, {5, 2}}};
-    return model;
-}
-
-static void write_photos(const char *folder, const char *photo_folder) {
-    for (uint32_t i = 0; i < PHOTOS; i++) {
-        char name[64];
-        snprintf(name, sizeof name, "%s/%s", photo_folder, names[i]);
-        tiny_photo_write(temporary_path(folder, name), i);
-    }
-}
-
-static void write_dense(const char *folder, const char *tsv) {
-    struct colmap_test_model model = make_model();
-    write_photos(folder, "dense/images");
-    colmap_write_text(folder, "dense/sparse", &model);
-    temporary_file(folder, "splits.tsv", tsv);
-}
-
-// Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
-static void check_splits(const struct vw_scene *scene, const char *expected) {
-    char splits[100] = "";
-    for (uint32_t v = 0; v < scene->view_count; v++) splits[v] = "tvTx"[scene->views[v].split];
-    assert_string_equal(splits, expected);
-}
+static const char *const names[DENSE_PHOTOS] = {"p0.png", "p1.png", "p2.png", "p3.png",
+                                                "p4.png", "p5.png", "p6.png", "p7.png"};
 
 static bool has_note(const struct vw_scene *scene, const char *text) {
     for (uint32_t i = 0; i < scene->note_count; i++)
@@ -71,8 +21,8 @@ static const char rows[] =
     "8\ttrain\tgone too.png\n1\ttrain\tp2.png\n";
 
 FOLDER_TEST(splits_come_from_the_tsv) {
-    write_dense(*state, rows);
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    colmap_write_dense(*state, names, rows);
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_string_equal(scene->format, "phototourism");
     assert_string_equal(scene->views[1].name, "dense/images/p1.png");
     check_splits(scene, "tvttTtvt"); // test rows in file order: p6 and p1 validate, p4 tests
@@ -86,38 +36,31 @@ FOLDER_TEST(splits_come_from_the_tsv) {
 }
 
 FOLDER_TEST(pool_list_excludes_unlisted_photos) {
-    write_dense(*state, rows);
+    colmap_write_dense(*state, names, rows);
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list"));
     check_splits(scene, "tvtxTxvx");
     assert_true(has_note(scene, "3 registered photos are not in the TSV and are excluded"));
-    vw_scene_close(&scene);
-    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "all"));
-    check_splits(scene, "tvttTtvt");
-    vw_scene_close(&scene);
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "all")), "tvttTtvt");
     const char *train = temporary_file(*state, "train.txt", "p3.png\np5.png\n"); // lists win, also over the pool
-    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list", .train_list = train));
-    check_splits(scene, "xvxtTtvx");
-    vw_scene_close(&scene);
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list", .train_list = train)), "xvxtTtvx");
 }
 
 FOLDER_TEST(a_tsv_without_test_rows_is_split_by_index) {
-    write_dense(*state, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
+    colmap_write_dense(*state, names, "filename\tsplit\np0.png\ttrain\np2.png\ttrain\np5.png\ttrain\np7.png\ttrain\n");
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     check_splits(scene, "vtttTttt");
     assert_true(has_note(scene, "no test row"));
-    vw_scene_close(&scene);
-    scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list"));
-    check_splits(scene, "vxtxxtxt"); // every eighth of those listed
-    vw_scene_close(&scene);
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "list")),
+                 "vxtxxtxt"); // every eighth of those listed
 }
 
 FOLDER_TEST(bad_scenes_are_refused) {
     const struct vw_scene_params params = {.path = *state, .format = "phototourism"};
-    write_dense(*state, "filename\tsplit\np0.png\tval\n");
+    colmap_write_dense(*state, names, "filename\tsplit\np0.png\tval\n");
     tiny_scene_refused(&params, VW_ERROR_INPUT, "splits.tsv:2", "neither train nor test");
     temporary_file(*state, "splits.tsv", rows);
     temporary_file(*state, "other.tsv", "name\tscore\n"); // another kind of TSV is nobody's business
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(&params);
+    tiny_scene_open(&params);
     temporary_file(*state, "other.tsv", "filename\tsplit\n");
     tiny_scene_refused(&params, VW_ERROR_INPUT, *state, "2 TSV files");
     unlink(temporary_path(*state, "other.tsv"));
@@ -134,7 +77,7 @@ FOLDER_TEST(bad_scenes_are_refused) {
 // A TSV that links out of the folder is not read, not even to see what it is.
 FOLDER_TEST(the_tsv_stays_in_the_folder) {
     AUTO_FOLDER char *elsewhere = temporary_folder_create();
-    write_dense(*state, rows);
+    colmap_write_dense(*state, names, rows);
     assert_int_equal(rename(temporary_path(*state, "splits.tsv"), temporary_path(elsewhere, "a.tsv")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.tsv"), temporary_path(*state, "splits.tsv")), 0);
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "phototourism"), VW_ERROR_INPUT, "no TSV");
@@ -142,10 +85,10 @@ FOLDER_TEST(the_tsv_stays_in_the_folder) {
 
 // ---- Precedence -----------------------------------------------------------------------------------------------------
 
-// Writes transforms.json with the cameras of make_model(), moved by `shift` and rolled by `turn`.
+// Writes transforms.json with the cameras of colmap_dense_model(), moved by `shift` and rolled by `turn`.
 static void write_transforms(const char *folder, double focal_px, double shift, double turn) {
     char *json = vw_format_text("{\"fl_x\": %.17g, \"frames\": [", focal_px);
-    for (uint32_t i = 0; i < PHOTOS; i++) {
+    for (uint32_t i = 0; i < DENSE_PHOTOS; i++) {
         char *longer = vw_format_text("%s%s{\"file_path\": \"images/p%u\", \"transform_matrix\": "
                                       "[[%.17g,%.17g,0,%.17g],[%.17g,%.17g,0,0],[0,0,1,0],[0,0,0,1]]}",
                                       json, i ? "," : "", i, cos(turn), -sin(turn), i + shift, sin(turn), cos(turn));
@@ -158,15 +101,14 @@ static void write_transforms(const char *folder, double focal_px, double shift, 
 }
 
 static void check_format(const char *folder, const char *asked, const char *got) {
-    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .format = asked, .headers_only = true));
     assert_string_equal(scene->format, got);
 }
 
 FOLDER_TEST(formats_have_a_precedence) {
-    struct colmap_test_model model = make_model();
-    write_dense(*state, rows);
-    write_photos(*state, "images");
+    struct colmap_test_model model = colmap_dense_model(names);
+    colmap_write_dense(*state, names, rows);
+    colmap_write_photos(*state, "images", names);
     colmap_write_binary(*state, "sparse/0", &model);
     write_transforms(*state, 7, 0, 0);
     check_format(*state, NULL, "transforms");
@@ -181,15 +123,15 @@ FOLDER_TEST(formats_have_a_precedence) {
 // ---- Points beside transforms.json ----------------------------------------------------------------------------------
 
 static struct vw_scene *open_with_points(const char *folder, double focal_px, double shift, double turn) {
-    struct colmap_test_model model = make_model();
-    write_photos(folder, "images");
+    struct colmap_test_model model = colmap_dense_model(names);
+    colmap_write_photos(folder, "images", names);
     colmap_write_text(folder, "sparse/0", &model);
     write_transforms(folder, focal_px, shift, turn);
     return tiny_scene_open(SCENE_PARAMS(.path = folder));
 }
 
 FOLDER_TEST(points_are_evidence) {
-    AUTO(vw_scene_close) struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
+    struct vw_scene *scene = open_with_points(*state, 7, 1e-4, 1e-4);
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 2);
     assert_near(scene->points[1].position_world[2], -20, 1e-12);
@@ -201,39 +143,32 @@ FOLDER_TEST(points_of_other_cameras_are_no_evidence) {
     struct vw_scene *scene = open_with_points(*state, 7, 0.1, 0);
     assert_int_equal(scene->point_count, 0);
     assert_true(has_note(scene, "its camera of images/p0 differs"));
-    vw_scene_close(&scene);
-    scene = open_with_points(*state, 7.1, 0, 0);
-    assert_int_equal(scene->point_count, 0);
-    vw_scene_close(&scene);
-    scene = open_with_points(*state, 7, 0, 0.01);
-    assert_int_equal(scene->point_count, 0);
-    vw_scene_close(&scene);
+    assert_int_equal(open_with_points(*state, 7.1, 0, 0)->point_count, 0);
+    assert_int_equal(open_with_points(*state, 7, 0, 0.01)->point_count, 0);
 }
 
 FOLDER_TEST(points_of_other_photos_are_no_evidence) {
-    struct colmap_test_model model = make_model();
-    for (uint32_t i = 1; i < PHOTOS; i++) model.images[i].name = names[i - 1]; // p7 is in the model no more
+    struct colmap_test_model model = colmap_dense_model(names);
+    for (uint32_t i = 1; i < DENSE_PHOTOS; i++) model.images[i].name = names[i - 1]; // p7 is in the model no more
     model.images[0].name = "other.png";
-    for (uint32_t i = 0; i < PHOTOS; i++) model.images[i].translation[0] = i ? -(double)(i - 1) : -100;
-    write_photos(*state, "images");
+    for (uint32_t i = 0; i < DENSE_PHOTOS; i++) model.images[i].translation[0] = i ? -(double)(i - 1) : -100;
+    colmap_write_photos(*state, "images", names);
     colmap_write_text(*state, "sparse/0", &model);
     write_transforms(*state, 7, 0, 0);
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count,
                      1); // p0 alone sees the first, p0 and p1 the second: image 10 is not in the scene
-    vw_scene_close(&scene);
-    for (uint32_t i = 0; i < PHOTOS; i++)
+    for (uint32_t i = 0; i < DENSE_PHOTOS; i++)
         model.images[i].name = &"x0.png\0x1.png\0x2.png\0x3.png\0x4.png\0x5.png\0x6.png\0x7.png"[7 * i];
     colmap_write_text(*state, "sparse/0", &model);
     scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->point_count, 0);
     assert_true(has_note(scene, "other photos"));
-    vw_scene_close(&scene);
 }
 
 // A broken model is refused also where only its points would be used.
 FOLDER_TEST(broken_points_are_refused) {
-    AUTO(vw_scene_close) struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
+    open_with_points(*state, 7, 0, 0);
     temporary_file(*state, "sparse/0/points3D.txt", "1 2 3 nan 0 0 0 0\n");
     tiny_folder_refused(*state, "points3D.txt");
 }
@@ -241,11 +176,9 @@ FOLDER_TEST(broken_points_are_refused) {
 FOLDER_TEST(downscale_moves_tracks) {
     struct vw_scene *scene = open_with_points(*state, 7, 0, 0);
     float x_px = scene->tracks[0].x_px, y_px = scene->tracks[0].y_px;
-    vw_scene_close(&scene);
     scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .downscale = 4)); // 8 x 6 becomes 2 x 1
     assert_near(scene->tracks[0].x_px, x_px / 4, 1e-6);
     assert_near(scene->tracks[0].y_px, y_px / 6, 1e-6);
-    vw_scene_close(&scene);
 }
 
 // ---- Real data ------------------------------------------------------------------------------------------------------
@@ -264,9 +197,7 @@ TEST(sacre_coeur_is_read) {
             assert_int_equal(scene->views[v].split, VW_SPLIT_TEST);
     }
     assert_true(scene->point_count > 1000);
-    vw_scene_close(&scene);
     scene = tiny_scene_open(SCENE_PARAMS(.path = path)); // transforms.json wins; sparse/ has its cameras
     assert_string_equal(scene->format, "transforms");
     assert_int_equal(scene->point_count, 1645);
-    vw_scene_close(&scene);
 }

@@ -43,7 +43,7 @@ static uint32_t count_files(const char *folder) {
 }
 
 TEST_WITHIN(pixels_are_there_only_once_they_are_asked_for, make_folder, remove_folder) {
-    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
+    struct vw_scene *scene = open_in(*state, 0);
     const uint32_t wanted[] = {5, 2, 5};
     for (uint32_t v = 0; v < PHOTOS; v++) assert_null(scene->views[v].image.pixels);
     assert_int_equal(scene->views[0].image.width_px, TINY_WIDTH_PX); // the size is known without pixels
@@ -70,12 +70,10 @@ TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder)
         assert_memory_equal(pixels, in_memory->views[v].image.pixels, PHOTO_BYTES);
     }
     assert_int_equal(count_files(temporary_path(*state, "cache/viewworth")), 0); // also while it is in use
-    vw_scene_close(&in_memory);
-    vw_scene_close(&in_file);
 }
 
 TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder) {
-    AUTO(vw_scene_close) struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
+    struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
     const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
     ASSERT_OK(vw_scene_open(&params, &corrupted));
     ASSERT_OK(vw_scene_decode_all(corrupted));
@@ -96,12 +94,11 @@ TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &least), 0);
     enum vw_status status = vw_scene_open(SCENE_PARAMS(.path = *state), &scene);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &kept), 0);
-    ASSERT_FAILS(status, VW_ERROR_IO, "cache/viewworth");
-    assert_non_null(strstr(vw_error_message(), "--memory"));
+    ASSERT_FAILS(status, VW_ERROR_IO, "cache/viewworth", "--memory");
 }
 
 TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder) {
-    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
+    struct vw_scene *scene = open_in(*state, 0);
     const uint32_t replaced = 3, intact = 4;
     tiny_photo_write(temporary_path(*state, "images/03.png"), 11);
     ASSERT_OK(vw_scene_decode(scene, &intact, 1));
@@ -118,21 +115,21 @@ TEST_WITHIN(a_file_that_cannot_be_decoded_is_an_error_when_it_is_needed, make_fo
     size_t size_bytes = 0;
     AUTO_FREE void *bytes = temporary_read(path, &size_bytes);
     ASSERT_OK(vw_file_write(path, bytes, size_bytes - 20));
-    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
+    struct vw_scene *scene = open_in(*state, 1);
     ASSERT_FAILS(vw_scene_decode(scene, &broken, 1), VW_ERROR_IO, "cannot decode the image");
 }
 
 TEST_WITHIN(photos_with_alpha_are_decoded_at_once, make_folder, remove_folder) {
     const float clear[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0};
     ASSERT_OK(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, clear));
-    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 1);
+    struct vw_scene *scene = open_in(*state, 1);
     assert_true(scene->has_alpha);
     assert_non_null(scene->views[1].image.pixels);
     assert_null(scene->views[2].image.pixels);
 }
 
 TEST_WITHIN(reading_pixels_that_are_not_there_ends_the_program, make_folder, remove_folder) {
-    AUTO(vw_scene_close) struct vw_scene *scene = open_in(*state, 0);
+    struct vw_scene *scene = open_in(*state, 0);
     float rgba[4];
     int result = 0;
     fflush(NULL);

@@ -67,10 +67,7 @@ TEST(bad_recipes_are_refused) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         AUTO_FREE char *text = replaced(recipe_text, cases[i].from, cases[i].to);
         struct vw_scene *scene = NULL;
-        enum vw_status status = open_text(text, headers, &scene);
-        if (status != VW_ERROR_INPUT || !strstr(vw_error_message(), cases[i].message))
-            fail_msg("case %zu, %s: status %d, \"%s\" does not hold \"%s\"", i, cases[i].to, status,
-                     status ? vw_error_message() : "", cases[i].message);
+        ASSERT_CASE_FAILS(cases[i].to, open_text(text, headers, &scene), VW_ERROR_INPUT, cases[i].message);
         assert_null(scene);
     }
 }
@@ -82,7 +79,6 @@ TEST(pixels_need_a_device) {
 }
 
 TEST(views_are_named_and_posed) {
-    AUTO(vw_scene_close)
     struct vw_scene *scene =
         open_changed(headers, "\"count\": 24", "\"count\": 24, \"provider\": \"anna\"", NULL, NULL);
     assert_int_equal(scene->view_count, 24);
@@ -108,25 +104,18 @@ TEST(a_path_may_name_its_split) {
     const char *two_paths =
         "\"split\": \"val\", \"count\": 3, \"field_of_view_deg\": 50}, {\"path\": \"orbit\", \"centre\": [0, 0, 0], "
         "\"radius\": 2, \"split\": \"train\", \"count\": 21";
-    AUTO(vw_scene_close) struct vw_scene *scene = open_changed(headers, "\"count\": 24", two_paths, NULL, NULL);
+    struct vw_scene *scene = open_changed(headers, "\"count\": 24", two_paths, NULL, NULL);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 3);
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 21);
     assert_int_equal(scene->views[2].split, VW_SPLIT_VAL);
 }
 
 TEST(downscale_divides_the_camera) {
-    AUTO(vw_scene_close)
     struct vw_scene *scene =
         open_changed((struct vw_scene_params){.headers_only = true, .downscale = 5}, NULL, NULL, NULL, NULL);
     const struct vw_camera *camera = &scene->views[0].camera;
     assert_true(camera->width_px == 6 && camera->height_px == 4);
     assert_near(camera->focal_x_px, 3 / tan(25 * M_PI / 180), 1e-9);
-}
-
-static uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {
-    uint32_t count = 0;
-    for (uint32_t v = 0; v < scene->view_count; v++) count += !strcmp(scene->views[v].ground_truth, ground_truth);
-    return count;
 }
 
 TEST(the_ground_truth_lists_defects) {
@@ -135,7 +124,7 @@ TEST(the_ground_truth_lists_defects) {
                           "\"strength\": 2, \"every\": 4}, "
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"share\": 0.11}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 8, \"share\": 0.06}]";
-    AUTO(vw_scene_close) struct vw_scene *scene = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    struct vw_scene *scene = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
     assert_string_equal(scene->views[1].ground_truth, "exposure");
     assert_string_equal(scene->views[23].ground_truth, "exposure");
     assert_int_equal(count_truth(scene, "exposure"), 2);
@@ -151,9 +140,8 @@ TEST(the_ground_truth_lists_defects) {
 // A share falls on the same views every time, and on others with another seed.
 TEST(the_seed_chooses_defective_views) {
     const char *defects = "\"defects\": [{\"kind\": \"noise\", \"strength\": 0.2, \"share\": 0.5}]";
-    AUTO(vw_scene_close) struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
-    AUTO(vw_scene_close) struct vw_scene *again = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
-    AUTO(vw_scene_close)
+    struct vw_scene *first = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    struct vw_scene *again = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
     struct vw_scene *other = open_changed(headers, "\"defects\": []", defects, "\"seed\": 3", "\"seed\": 4");
     uint32_t different = 0;
     for (uint32_t v = 0; v < 24; v++) {
@@ -173,19 +161,16 @@ static double angle_between(const double a[3][4], const double b[3][4]) {
 
 TEST(a_wrong_pose_turns_only_its_views) {
     const char *defects = "\"defects\": [{\"kind\": \"wrong_pose\", \"strength\": 8, \"views\": [2, 5, 11]}]";
-    AUTO(vw_scene_close) struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
-    AUTO(vw_scene_close) struct vw_scene *right = open_changed(headers, NULL, NULL, NULL, NULL);
+    struct vw_scene *wrong = open_changed(headers, "\"defects\": []", defects, NULL, NULL);
+    struct vw_scene *right = open_changed(headers, NULL, NULL, NULL, NULL);
     for (uint32_t v = 0; v < 24; v++) {
         const struct vw_view *a = &wrong->views[v], *b = &right->views[v];
-        double sight = 0; // cosine between the lines of sight
-        for (int i = 0; i < 3; i++) sight += a->camera_to_world[i][2] * b->camera_to_world[i][2];
         if (strcmp(a->ground_truth, "wrong_pose")) {
             assert_memory_equal(a->camera_to_world, b->camera_to_world, sizeof a->camera_to_world);
             continue;
         }
         assert_near(angle_between(a->camera_to_world, b->camera_to_world), 8, 1e-6);
-        assert_near(sight, cos(8 * M_PI / 180), 1e-9);
-        for (int i = 0; i < 3; i++) assert_true(a->camera_to_world[i][3] == b->camera_to_world[i][3]);
+        check_turned(a, b);
     }
     assert_int_equal(count_truth(wrong, "wrong_pose"), 3);
 }
@@ -202,10 +187,7 @@ TEST(our_own_recipes_are_read) {
         {"exposure", 30, 0, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(scenes); i++) {
-        AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", scenes[i].name);
-        AUTO(vw_scene_close) struct vw_scene *scene = NULL;
-        if (vw_scene_open(&(struct vw_scene_params){.path = path, .headers_only = true}, &scene))
-            fail_msg("%s", vw_error_message());
+        const struct vw_scene *scene = own_recipe_open(scenes[i].name, headers);
         assert_string_equal(scene->format, "recipe");
         assert_int_equal(scene->view_count, scenes[i].views);
         assert_int_equal(scene->view_count - count_truth(scene, "clean"), scenes[i].corrupted);

@@ -12,14 +12,6 @@ static struct vw_scene *draw(const char *from, const char *to, const char *from2
     return open_changed(on_gpu(), from, to, from2, to2);
 }
 
-static struct vw_scene *draw_own(const char *name) {
-    AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
-    struct vw_scene *scene = NULL;
-    if (vw_scene_open(&(struct vw_scene_params){.path = path, .gpu = test_gpu()}, &scene))
-        fail_msg("%s", vw_error_message());
-    return scene;
-}
-
 static void pixel_of(const struct vw_scene *scene, uint32_t view, double x_px, double y_px, float rgba[4]) {
     vw_image_pixel(&scene->views[view].image, (uint32_t)x_px, (uint32_t)y_px, rgba);
 }
@@ -86,7 +78,7 @@ static void check_rim(const struct vw_scene *scene) {
 }
 
 TEST(a_sphere_has_its_outline) {
-    AUTO(vw_scene_close) struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
+    struct vw_scene *scene = draw(NULL, NULL, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
 }
@@ -94,7 +86,7 @@ TEST(a_sphere_has_its_outline) {
 TEST(a_distorted_lens_bends_the_sphere) {
     const char *lens =
         "\"field_of_view_deg\": 50, \"distortion\": {\"k1\": -0.3, \"k2\": 0.1, \"p1\": 0.02, \"p2\": -0.03}";
-    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
+    struct vw_scene *scene = draw("\"field_of_view_deg\": 50", lens, NULL, NULL);
     check_silhouette(scene);
     check_rim(scene);
 }
@@ -145,7 +137,6 @@ TEST(points_lie_on_the_shapes) {
          from_cylinder},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        AUTO(vw_scene_close)
         struct vw_scene *scene = draw(RECIPE_SPHERE, cases[i].shape, "\"background\": [0, 0, 0]", LIT_BACKGROUND);
         assert_true(scene->point_count > 200);
         double highest = -1, lowest = 1;
@@ -167,7 +158,7 @@ TEST(light_and_shadow_fall) {
         "\"sun\": {\"direction\": [0, 0, 2], \"intensity\": 0.6, \"ambient\": 0.8}, \"background\": [0, 0, 0]";
     const char *ground = RECIPE_SPHERE
         ", {\"kind\": \"plane\", \"centre\": [0, 0, -0.4], \"radius\": 0.95, \"texture\": " RECIPE_GREY "}";
-    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"background\": [0, 0, 0]", lit, RECIPE_SPHERE, ground);
+    struct vw_scene *scene = draw("\"background\": [0, 0, 0]", lit, RECIPE_SPHERE, ground);
     uint32_t shaded = 0, sunny = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
         const struct vw_point *point = &scene->points[p];
@@ -184,7 +175,7 @@ TEST(textures_differ) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(kinds); i++) {
         AUTO_FREE char *texture = vw_format_text(
             "{\"kind\": \"%s\", \"colour\": [0.2, 0, 1], \"second_colour\": [0.8, 0, 1], \"cell\": 0.25}", kinds[i]);
-        AUTO(vw_scene_close) struct vw_scene *scene = draw(RECIPE_GREY, texture, NULL, NULL);
+        struct vw_scene *scene = draw(RECIPE_GREY, texture, NULL, NULL);
         uint32_t low = 0, high = 0, between = 0;
         for (uint32_t p = 0; p < scene->point_count; p++) {
             const float *rgb = scene->points[p].rgb;
@@ -197,7 +188,7 @@ TEST(textures_differ) {
 }
 
 TEST(a_recipe_renders_the_same_bits_twice) {
-    AUTO(vw_scene_close) struct vw_scene *first = draw_own("courtyard"), *second = draw_own("courtyard");
+    struct vw_scene *first = own_recipe_open("courtyard", on_gpu()), *second = own_recipe_open("courtyard", on_gpu());
     assert_memory_equal(first->hash, second->hash, sizeof first->hash);
     for (uint32_t v = 0; v < first->view_count; v++)
         assert_memory_equal(first->views[v].sha256, second->views[v].sha256, sizeof first->views[v].sha256);
@@ -214,8 +205,9 @@ TEST(a_scene_far_from_the_origin_looks_the_same) {
         replaced(moved, "\"centre\": [0, 0, 0], \"half_extent\"", "\"centre\": [1e6, -2e6, 3e6], \"half_extent\"");
     AUTO_FREE char *text =
         replaced(boxed, "\"centre\": [0, 0, 0], \"radius\": 3", "\"centre\": [1e6, -2e6, 3e6], \"radius\": 3");
-    AUTO(vw_scene_close) struct vw_scene *here = draw(NULL, NULL, NULL, NULL), *there = NULL;
-    if (open_text(text, on_gpu(), &there)) fail_msg("%s", vw_error_message());
+    struct vw_scene *here = draw(NULL, NULL, NULL, NULL), *there = NULL;
+    ASSERT_OK(open_text(text, on_gpu(), &there));
+    test_own_scene(there);
     uint32_t different = 0;
     for (uint32_t v = 0; v < 24; v++) {
         const uint8_t *a = here->views[v].image.pixels, *b = there->views[v].image.pixels;
@@ -252,10 +244,8 @@ TEST(defects_have_their_strength) {
                           "{\"kind\": \"occluder\", \"strength\": 0.4, \"views\": [3]}, "
                           "{\"kind\": \"striped_box\", \"strength\": 0.5, \"views\": [6]}, "
                           "{\"kind\": \"wrong_pose\", \"strength\": 10, \"views\": [5]}]";
-    AUTO(vw_scene_close)
     struct vw_scene *scene =
         draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", "\"defects\": []", defects);
-    AUTO(vw_scene_close)
     struct vw_scene *clean = draw("\"background\": [0, 0, 0]", "\"background\": [0.5, 0.5, 0.5]", NULL, NULL);
     const uint32_t values = 32 * 24 * 4;
     double sum = 0, sum2 = 0;
@@ -296,15 +286,12 @@ TEST(exposure_varies_by_view) {
     }
     assert_near(sqrt(gains / 24), 0.2, 0.2 * 3 / sqrt(2 * 24.0));
     assert_near(sqrt(tints / 24), 0.05, 0.05 * 3 / sqrt(2 * 48.0));
-    vw_scene_close(&scene);
-    vw_scene_close(&again);
 }
 
 // A blur keeps the light and, across the sphere's rim, lowers the steepest slope to that of a Gaussian's: 1 / (sd *
 // sqrt(2 pi)).
 TEST(blur_widens_edges) {
     const char *defects = "\"defects\": [{\"kind\": \"blur\", \"strength\": 2, \"views\": [6]}]";
-    AUTO(vw_scene_close)
     struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL), *clean = draw(NULL, NULL, NULL, NULL);
     const uint8_t *blurred = scene->views[6].image.pixels, *sharp = clean->views[6].image.pixels;
     double blurred_sum = 0, sharp_sum = 0;
@@ -331,16 +318,14 @@ TEST(a_transparent_background_becomes_alpha) {
         partly += p[3] > 0 && p[3] < 255;
     }
     assert_true(opaque > 50 && partly > 10);
-    vw_scene_close(&scene);
     scene = draw(NULL, NULL, NULL, NULL);
     assert_false(scene->has_alpha || scene->views[0].image.has_alpha);
-    vw_scene_close(&scene);
 }
 
 // Tracks are where the true cameras see the points, in at least two views, and clean photos show the point's colour
 // there.
 TEST(tracks_end_at_the_points) {
-    AUTO(vw_scene_close) struct vw_scene *scene = draw_own("courtyard");
+    struct vw_scene *scene = own_recipe_open("courtyard", on_gpu());
     uint32_t compared = 0, alike = 0, tracks = 0;
     for (uint32_t p = 0; p < scene->point_count; p++) {
         const struct vw_point *point = &scene->points[p];
@@ -375,7 +360,7 @@ TEST(tracks_end_at_the_points) {
 // Points that an occluder or a shape hides are not seen.
 TEST(hidden_points_have_no_track) {
     const char *defects = "\"defects\": [{\"kind\": \"occluder\", \"strength\": 0.95, \"views\": [3]}]";
-    AUTO(vw_scene_close) struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
+    struct vw_scene *scene = draw("\"defects\": []", defects, NULL, NULL);
     uint32_t by_view[24] = {0};
     for (uint32_t p = 0; p < scene->point_count; p++)
         for (uint32_t t = 0; t < scene->points[p].track_count; t++) {

@@ -10,15 +10,6 @@
 
 // ---- The box --------------------------------------------------------------------------------------------------------
 
-static struct vw_box box_of(const char *folder, const struct tiny_scene *tiny, const char *source) {
-    tiny_scene_write(folder, tiny);
-    AUTO(vw_scene_close)
-    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
-    struct vw_box box = scene->box;
-    if (!strstr(scene->box_source, source)) fail_msg("box_source '%s' does not say '%s'", scene->box_source, source);
-    return box;
-}
-
 static void check_box(const struct vw_box *box, double x, double y, double z, double half_extent, double tolerance) {
     assert_near(box->centre_world[0], x, tolerance);
     assert_near(box->centre_world[1], y, tolerance);
@@ -26,34 +17,37 @@ static void check_box(const struct vw_box *box, double x, double y, double z, do
     assert_near(box->half_extent_world, half_extent, tolerance);
 }
 
-FOLDER_TEST(inward_cameras_have_a_box_around_their_axes) {
-    double half_extent = 1.1 * 4 * tan(0.35);
-    struct vw_box box = box_of(*state, &(struct tiny_scene){0}, "closest to all optical axes");
-    check_box(&box, 0, 0, 0, half_extent, 1e-12);
-    box = box_of(*state, &(struct tiny_scene){.offset_world = {1e6, -2e6, 3e6}}, "closest to all optical axes");
-    check_box(&box, 1e6, -2e6, 3e6, half_extent, 1e-8); // doubles near 3e6 resolve 5e-10
-    box = box_of(*state, &(struct tiny_scene){.scale_world = 1e6}, "closest to all optical axes");
-    check_box(&box, 0, 0, 0, 1e6 * half_extent, 1e-6);
-}
-
-FOLDER_TEST(the_box_of_instant_ngp_is_read) {
-    struct vw_box box = box_of(*state, &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4");
-    check_box(&box, 0, 0, 0, 2 / 0.33, 1e-12);
-    box = box_of(
-        *state,
-        &(struct tiny_scene){.keys = "\"fl_x\": 8, \"aabb_scale\": 2, \"scale\": 0.5, \"offset\": [0.25, 0.5, 1],"},
-        "aabb_scale 2");
-    check_box(&box, 0.5, 0, -1, 2, 1e-12); // 0.5 * world + offset covers -0.5 ... 1.5
-}
-
-FOLDER_TEST(a_box_of_other_coordinates_is_ignored) {
-    const char *keys = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
-    double half_extent = 1.1 * 4 * tan(0.35);
-    struct vw_box box =
-        box_of(*state, &(struct tiny_scene){.keys = keys, .offset_world = {1e6}}, "closest to all optical axes");
-    check_box(&box, 1e6, 0, 0, half_extent, 1e-8);
-    box = box_of(*state, &(struct tiny_scene){.keys = keys, .scale_world = 1e3}, "closest to all optical axes");
-    check_box(&box, 0, 0, 0, 1e3 * half_extent, 1e-8);
+FOLDER_TEST(boxes_follow_cameras_and_keys) {
+    static const char axes[] = "closest to all optical axes", scaled[] = "\"camera_angle_x\": 0.7, \"aabb_scale\": 4,";
+    const double half_extent = 1.1 * 4 * tan(0.35);
+    const struct {
+        struct tiny_scene tiny;
+        const char *source;
+        double x, y, z, half_extent, tolerance;
+    } cases[] = {
+        // Cameras that look inward have a box around their axes.
+        {{0}, axes, 0, 0, 0, half_extent, 1e-12},
+        {{.offset_world = {1e6, -2e6, 3e6}}, axes, 1e6, -2e6, 3e6, half_extent, 1e-8}, // doubles near 3e6 resolve 5e-10
+        {{.scale_world = 1e6}, axes, 0, 0, 0, 1e6 * half_extent, 1e-6},
+        // The box of instant-ngp is read: 0.5 * world + offset covers -0.5 ... 1.5.
+        {{.keys = "\"fl_x\": 8, \"aabb_scale\": 4,"}, "aabb_scale 4", 0, 0, 0, 2 / 0.33, 1e-12},
+        {{.keys = "\"fl_x\": 8, \"aabb_scale\": 2, \"scale\": 0.5, \"offset\": [0.25, 0.5, 1],"},
+         "aabb_scale 2",
+         0.5,
+         0,
+         -1,
+         2,
+         1e-12},
+        // It is ignored in a scene of other coordinates.
+        {{.keys = scaled, .offset_world = {1e6}}, axes, 1e6, 0, 0, half_extent, 1e-8},
+        {{.keys = scaled, .scale_world = 1e3}, axes, 0, 0, 0, 1e3 * half_extent, 1e-8},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        tiny_scene_write(*state, &cases[i].tiny);
+        const struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .headers_only = true));
+        if (!strstr(scene->box_source, cases[i].source)) fail_msg("case %zu: source '%s'", i, scene->box_source);
+        check_box(&scene->box, cases[i].x, cases[i].y, cases[i].z, cases[i].half_extent, cases[i].tolerance);
+    }
 }
 
 // Returns the box of four cameras on a square of side 2 that look along -z, or away from its centre if `outward`.
@@ -75,7 +69,6 @@ static struct vw_box box_of_square(const char *folder, bool outward) {
     temporary_file(folder, "transforms.json", json);
     for (int i = 0; i < 4; i++) free(frames[i]);
     free(json);
-    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
     assert_non_null(strstr(scene->box_source, "no common point"));
     struct vw_box box = scene->box;
@@ -95,7 +88,6 @@ FOLDER_TEST(axes_without_a_common_point_have_a_box) {
 FOLDER_TEST(a_downscale_fits_the_camera) {
     tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"fl_x\": 12, \"fl_y\": 9, \"cx\": 5, \"cy\": 2,"});
     for (int headers_only = 0; headers_only < 2; headers_only++) {
-        AUTO(vw_scene_close)
         struct vw_scene *scene =
             tiny_scene_open(SCENE_PARAMS(.path = *state, .downscale = 3, .headers_only = headers_only));
         const struct vw_camera *camera = &scene->views[0].camera;
@@ -114,19 +106,16 @@ FOLDER_TEST(the_background_follows_alpha) {
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_false(scene->has_alpha);
     assert_true(scene->background[0] == 0 && scene->background[1] == 0 && scene->background[2] == 0);
-    vw_scene_close(&scene);
     float pixels[TINY_WIDTH_PX * TINY_HEIGHT_PX * 4] = {0}; // all transparent
     ASSERT_OK(vw_image_save(temporary_path(*state, "images/01.png"), TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, pixels));
     scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_true(scene->has_alpha);
     assert_true(scene->background[0] == 1 && scene->background[1] == 1 && scene->background[2] == 1);
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(excluded_views_are_not_decoded) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/02.png\n");
-    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train));
     assert_int_equal(scene->views[3].split, VW_SPLIT_EXCLUDED);
     ASSERT_OK(vw_scene_decode_all(scene));
@@ -138,57 +127,38 @@ FOLDER_TEST(excluded_views_are_not_decoded) {
 
 // ---- The hash -------------------------------------------------------------------------------------------------------
 
-static void hash_of(const struct vw_scene_params *params, char hex[VW_HASH_HEX_BYTES]) {
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
-    vw_hash_to_hex(scene->hash, hex);
-}
-
-static void check_hash_differs(const struct vw_scene_params *params, const char *from) {
-    char hex[VW_HASH_HEX_BYTES];
-    hash_of(params, hex);
-    assert_string_not_equal(hex, from);
-}
-
 FOLDER_TEST(the_hash_names_all_that_is_read) {
-    char first[VW_HASH_HEX_BYTES], again[VW_HASH_HEX_BYTES];
     struct vw_scene_params params = {.path = *state};
     tiny_scene_write(*state, &(struct tiny_scene){0});
-    hash_of(&params, first);
+    const uint8_t *first = tiny_scene_open(&params)->hash;
+#define ASSERT_SAME_HASH(params) assert_memory_equal(tiny_scene_open(params)->hash, first, VW_HASH_BYTES)
+#define ASSERT_OTHER_HASH(params) assert_memory_not_equal(tiny_scene_open(params)->hash, first, VW_HASH_BYTES)
 
-    char *elsewhere = temporary_folder_create(); // the folder does not matter
+    AUTO_FOLDER char *elsewhere = temporary_folder_create(); // the folder does not matter
     tiny_scene_write(elsewhere, &(struct tiny_scene){0});
-    hash_of(SCENE_PARAMS(.path = elsewhere), again);
-    assert_string_equal(first, again);
-    temporary_folder_remove(elsewhere);
-
-    params.downscale = 2;
-    check_hash_differs(&params, first);
-    params.downscale = 1; // the default, spelled out
-    hash_of(&params, again);
-    assert_string_equal(first, again);
-
-    params.val_list = temporary_file(*state, "val.txt", "images/01.png\n"); // a split
-    check_hash_differs(&params, first);
-    params.val_list = NULL;
-
-    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"k1\": 1e-12,"}); // a camera
-    check_hash_differs(&params, first);
-    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"k3\": 1e-12,"});
-    check_hash_differs(&params, first);
-    tiny_scene_write(*state, &(struct tiny_scene){.keys = "\"camera_angle_x\": 0.7, \"is_fisheye\": true,"});
-    check_hash_differs(&params, first);
-    tiny_scene_write(*state, &(struct tiny_scene){.offset_world = {1e-12}}); // a pose
-    check_hash_differs(&params, first);
+    ASSERT_SAME_HASH(SCENE_PARAMS(.path = elsewhere));
+    ASSERT_SAME_HASH(SCENE_PARAMS(.path = *state, .downscale = 1)); // the default, spelled out
+    ASSERT_OTHER_HASH(SCENE_PARAMS(.path = *state, .downscale = 2));
+    const char *val = temporary_file(*state, "val.txt", "images/01.png\n"); // a split
+    ASSERT_OTHER_HASH(SCENE_PARAMS(.path = *state, .val_list = val));
+    static const struct tiny_scene others[] = {{.keys = "\"camera_angle_x\": 0.7, \"k1\": 1e-12,"},
+                                               {.keys = "\"camera_angle_x\": 0.7, \"k3\": 1e-12,"},
+                                               {.keys = "\"camera_angle_x\": 0.7, \"is_fisheye\": true,"},
+                                               {.offset_world = {1e-12}}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(others); i++) {
+        tiny_scene_write(*state, &others[i]);
+        ASSERT_OTHER_HASH(&params);
+    }
     tiny_scene_write(*state, &(struct tiny_scene){0});
-    hash_of(&params, again);
-    assert_string_equal(first, again);
+    ASSERT_SAME_HASH(&params);
     tiny_photo_write(temporary_path(*state, "images/06.png"), 7); // pixels
-    check_hash_differs(&params, first);
+    ASSERT_OTHER_HASH(&params);
 }
 
 FOLDER_TEST(headers_only_reads_no_pixels) {
     tiny_scene_write(*state, &(struct tiny_scene){0});
-    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .headers_only = true));
+    struct vw_scene *scene = NULL;
+    ASSERT_OK(vw_scene_open(SCENE_PARAMS(.path = *state, .headers_only = true), &scene));
     const uint8_t zero[VW_HASH_BYTES] = {0};
     assert_memory_equal(scene->hash, zero, VW_HASH_BYTES);
     assert_memory_equal(scene->views[0].sha256, zero, VW_HASH_BYTES);
@@ -208,7 +178,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
         snprintf(name, sizeof name, "images/0%d.exr", i);
         ASSERT_OK(vw_image_save(temporary_path(*state, name), TINY_WIDTH_PX, TINY_HEIGHT_PX, 3, pixels));
     }
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "1 photos: 0.347 %")); // 2 of 3 * 48 pixels * 4 channels
 }
@@ -218,7 +188,7 @@ FOLDER_TEST(a_clamped_share_is_noted) {
 TEST(fox_is_read) {
     const char *path = real_scene_path("fox");
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->view_count, 50);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 7);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 6);
@@ -240,7 +210,7 @@ TEST(fox_is_read) {
 TEST(chair_synthetic_is_read) {
     const char *path = real_scene_path("chair_synthetic");
     if (!path) skip();
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = path));
     assert_int_equal(scene->split_count[VW_SPLIT_TRAIN], 100);
     assert_int_equal(scene->split_count[VW_SPLIT_VAL], 20);
     assert_int_equal(scene->split_count[VW_SPLIT_TEST], 20);

@@ -4,29 +4,16 @@
 #include "support/temporary_folder.h"
 #include "support/tiny_scene.h"
 
-// Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
-static void check_splits(const struct vw_scene_params *params, const char *expected) {
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(params);
-    char splits[100] = "";
-    uint32_t count[4] = {0};
-    for (uint32_t v = 0; v < scene->view_count; v++) {
-        splits[v] = "tvTx"[scene->views[v].split];
-        count[scene->views[v].split]++;
-    }
-    assert_string_equal(splits, expected);
-    assert_memory_equal(count, scene->split_count, sizeof count);
-}
-
 FOLDER_TEST(every_eighth_view_validates) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 18});
-    check_splits(SCENE_PARAMS(.path = *state), "vtttTtttvtttTtttvt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "vtttTtttvtttTtttvt");
 }
 
 FOLDER_TEST(two_are_left_to_train) {
     static const char *const expected[] = {"tt", "vtt", "vttt", "vtttT"};
     for (uint32_t count = 2; count <= 5; count++) {
         tiny_scene_write(*state, &(struct tiny_scene){.count = count});
-        check_splits(SCENE_PARAMS(.path = *state), expected[count - 2]);
+        check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), expected[count - 2]);
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 1});
     tiny_folder_refused(*state, *state, "a single photo", "at least 2");
@@ -36,15 +23,16 @@ FOLDER_TEST(three_files_split_the_views) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 5, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 2});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
-    check_splits(SCENE_PARAMS(.path = *state), "tttvvTT");
-    check_splits(SCENE_PARAMS(.path = temporary_path(*state, "transforms_val.json")), "tt"); // one file is read alone
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "tttvvTT");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = temporary_path(*state, "transforms_val.json"))),
+                 "tt"); // one file is read alone
 }
 
 FOLDER_TEST(half_of_test_validates) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
-    check_splits(SCENE_PARAMS(.path = *state), "vtt"); // train alone has no opinion
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "vtt"); // train alone has no opinion
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_test.json", .first = 3, .count = 5});
-    check_splits(SCENE_PARAMS(.path = *state), "tttvvvTT");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state)), "tttvvvTT");
 }
 
 FOLDER_TEST(a_view_in_two_split_files_is_refused) {
@@ -58,16 +46,18 @@ FOLDER_TEST(lists_win) {
     const char *train = temporary_file(*state, "train.txt", "\n  images/00.png \r\n\n./images/02.png\t\nimages/02.png");
     const char *val = temporary_file(*state, "val.txt", "images/04.png\n");
     const char *test = temporary_file(*state, "test.txt", "images/07.png\n");
-    check_splits(SCENE_PARAMS(.path = *state, .train_list = train, .val_list = val, .test_list = test), "txtxvxxT");
-    check_splits(SCENE_PARAMS(.path = *state, .train_list = train), "txtxTxxx"); // the rule fills what has no list
-    check_splits(SCENE_PARAMS(.path = *state, .val_list = val), "ttttvttt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train, .val_list = val, .test_list = test)),
+                 "txtxvxxT");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train)),
+                 "txtxTxxx"); // the rule fills what has no list
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .val_list = val)), "ttttvttt");
 }
 
 // Lists may name a photo by its bare name where no other has it.
 FOLDER_TEST(lists_may_use_bare_names) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 8});
     const char *val = temporary_file(*state, "val.txt", "04.png\n./05.png\n");
-    check_splits(SCENE_PARAMS(.path = *state, .val_list = val), "ttttvvtt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .val_list = val)), "ttttvvtt");
     tiny_photo_write(temporary_path(*state, "other/04.png"), 4);
     temporary_file(
         *state, "transforms.json",
@@ -77,14 +67,14 @@ FOLDER_TEST(lists_may_use_bare_names) {
         "{\"file_path\": \"images/05.png\", \"transform_matrix\": [[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .val_list = val), VW_ERROR_INPUT, "val.txt:1", "04.png");
     val = temporary_file(*state, "val.txt", "other/04.png\n");
-    check_splits(SCENE_PARAMS(.path = *state, .val_list = val), "tvt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .val_list = val)), "tvt");
 }
 
 FOLDER_TEST(lists_win_over_files) {
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_train.json", .first = 0, .count = 3});
     tiny_scene_write(*state, &(struct tiny_scene){.file = "transforms_val.json", .first = 3, .count = 3});
     const char *train = temporary_file(*state, "train.txt", "images/01.png\nimages/03.png\n");
-    check_splits(SCENE_PARAMS(.path = *state, .train_list = train), "xtxtvv"); // claimed from val
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .train_list = train)), "xtxtvv"); // claimed from val
 }
 
 FOLDER_TEST(a_split_without_photos_is_refused) {
@@ -96,7 +86,7 @@ FOLDER_TEST(a_split_without_photos_is_refused) {
 
 FOLDER_TEST(only_phototourism_has_a_pool) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
-    check_splits(SCENE_PARAMS(.path = *state, .pool = "all"), "vttt");
+    check_splits(tiny_scene_open(SCENE_PARAMS(.path = *state, .pool = "all")), "vttt");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .pool = "list"), VW_ERROR_USAGE, "--pool list", "transforms");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .pool = "some"), VW_ERROR_USAGE, "--pool some");
 }
@@ -126,7 +116,6 @@ FOLDER_TEST(providers_are_read) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
     const char *csv =
         temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
-    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .providers = csv));
     assert_string_equal(scene->views[0].provider, "anna");
     assert_string_equal(scene->views[1].provider, "");

@@ -10,7 +10,6 @@
 // Returns the camera of the first view of a scene with these keys.
 static struct vw_camera camera_of(const char *folder, const char *keys, const char *frame_keys) {
     tiny_scene_write(folder, &(struct tiny_scene){.count = 3, .keys = keys, .frame_keys = frame_keys});
-    AUTO(vw_scene_close)
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = folder, .headers_only = true));
     struct vw_camera camera = scene->views[0].camera;
     return camera;
@@ -27,20 +26,22 @@ static void check_camera(const struct vw_camera *camera, double focal_x, double 
 }
 
 FOLDER_TEST(every_focal_key_is_read) {
-    struct vw_camera camera = camera_of(*state, "\"camera_angle_x\": 1,", NULL);
-    check_camera(&camera, 4 / tan(0.5), 4 / tan(0.5), 4, 3);
-    camera = camera_of(*state, "\"camera_angle_x\": 1, \"camera_angle_y\": 0.5,", NULL);
-    check_camera(&camera, 4 / tan(0.5), 3 / tan(0.25), 4, 3);
-    camera = camera_of(*state, "\"x_fov\": 90,", NULL);
-    check_camera(&camera, 4, 4, 4, 3);
-    camera = camera_of(*state, "\"x_fov\": 90, \"y_fov\": 60,", NULL);
-    check_camera(&camera, 4, 3 * sqrt(3), 4, 3);
-    camera = camera_of(*state, "\"fl_x\": 7.5, \"camera_angle_x\": 1, \"x_fov\": 90,", NULL); // a focal length wins
-    check_camera(&camera, 7.5, 7.5, 4, 3);
-    camera = camera_of(*state, "\"fl_x\": 7, \"fl_y\": 8, \"cx\": 3.5, \"cy\": 2.25, \"w\": 8.0, \"h\": 6,", NULL);
-    check_camera(&camera, 7, 8, 3.5, 2.25);
-    camera = camera_of(*state, "\"fl_y\": 9,", NULL);
-    check_camera(&camera, 9, 9, 4, 3);
+    const struct {
+        const char *keys;
+        double focal_x, focal_y, centre_x, centre_y;
+    } cases[] = {
+        {"\"camera_angle_x\": 1,", 4 / tan(0.5), 4 / tan(0.5), 4, 3},
+        {"\"camera_angle_x\": 1, \"camera_angle_y\": 0.5,", 4 / tan(0.5), 3 / tan(0.25), 4, 3},
+        {"\"x_fov\": 90,", 4, 4, 4, 3},
+        {"\"x_fov\": 90, \"y_fov\": 60,", 4, 3 * sqrt(3), 4, 3},
+        {"\"fl_x\": 7.5, \"camera_angle_x\": 1, \"x_fov\": 90,", 7.5, 7.5, 4, 3}, // a focal length wins
+        {"\"fl_x\": 7, \"fl_y\": 8, \"cx\": 3.5, \"cy\": 2.25, \"w\": 8.0, \"h\": 6,", 7, 8, 3.5, 2.25},
+        {"\"fl_y\": 9,", 9, 9, 4, 3},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        struct vw_camera camera = camera_of(*state, cases[i].keys, NULL);
+        check_camera(&camera, cases[i].focal_x, cases[i].focal_y, cases[i].centre_x, cases[i].centre_y);
+    }
 }
 
 FOLDER_TEST(distortion_keys_are_read) {
@@ -81,7 +82,7 @@ FOLDER_TEST(frame_keys_win) {
 FOLDER_TEST(intrinsics_of_another_size_are_scaled) {
     tiny_scene_write(*state,
                      &(struct tiny_scene){.keys = "\"fl_x\": 70, \"cx\": 41, \"cy\": 29, \"w\": 80, \"h\": 60,"});
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     check_camera(&scene->views[5].camera, 7, 7, 4.1, 2.9);
     assert_int_equal(scene->note_count, 1);
     assert_non_null(strstr(scene->notes[0], "8 photos: intrinsics scaled"));
@@ -94,12 +95,10 @@ FOLDER_TEST(extensions_may_be_missing) {
         *state, &(struct tiny_scene){.count = 3, .name_prefix = "././images/", .name_suffix = ""}); // Blender's way
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_string_equal(scene->views[1].name, "images/01");
-    vw_scene_close(&scene);
     assert_int_equal(rename(temporary_path(*state, "images/01.png"), temporary_path(*state, "images/01.PNG")), 0);
     scene = tiny_scene_open(SCENE_PARAMS(.path = temporary_path(*state, "transforms.json")));
     assert_int_equal(scene->view_count, 3);
     assert_string_equal(scene->format, "transforms");
-    vw_scene_close(&scene);
 }
 
 FOLDER_TEST(the_pose_is_read) {
@@ -109,7 +108,7 @@ FOLDER_TEST(the_pose_is_read) {
         "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
         "[[0, 0, 2, 5], [2, 0, 0, 6], [0, 2, 0, 7], [0, 0, 0, 1]]}, " // a rotation times 2
         "{\"file_path\": \"images/01.png\", \"transform_matrix\": [[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0]]}]}");
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     const double expected[3][4] = {{0, 0, 1, 5}, {1, 0, 0, 6}, {0, 1, 0, 7}};
     for (int i = 0; i < 12; i++)
         assert_near(scene->views[0].camera_to_world[i / 4][i % 4], expected[i / 4][i % 4], 1e-15);
@@ -130,13 +129,12 @@ FOLDER_TEST(bad_poses_are_refused) {
     };
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     for (size_t i = 0; i < VW_ARRAY_COUNT(matrices); i++) {
-        char *json =
+        AUTO_FREE char *json =
             vw_format_text("{\"fl_x\": 7, \"frames\": [{\"file_path\": \"images/00.png\", \"transform_matrix\": "
                            "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}, "
                            "{\"file_path\": \"images/01.png\", \"transform_matrix\": %s}]}",
                            matrices[i][0]);
         temporary_file(*state, "transforms.json", json);
-        free(json);
         tiny_folder_refused(*state, "transforms.json: frame 1 (images/01.png)", "transform_matrix", matrices[i][1]);
     }
 }
@@ -179,17 +177,21 @@ FOLDER_TEST(unreadable_files_are_refused) {
     tiny_folder_refused("/no/such/scene", "/no/such/scene", "no such scene");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "transforms"), VW_ERROR_INPUT, "transforms.json");
     tiny_scene_refused(SCENE_PARAMS(.path = *state, .format = "bundler"), VW_ERROR_USAGE, "bundler");
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"frames\": [}");
-    tiny_folder_refused(*state, "transforms.json:2:13:", "JSON");
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7,\n \"fl_y\": NaN}");
-    tiny_folder_refused(*state, "transforms.json:2:");
-    static const char *const no_frames[] = {"[]", "{}", "{\"frames\": []}", "{\"frames\": 3}"};
-    for (size_t i = 0; i < VW_ARRAY_COUNT(no_frames); i++) {
-        temporary_file(*state, "transforms.json", no_frames[i]);
-        tiny_folder_refused(*state, "transforms.json", "frames");
+    static const char *const cases[][3] = {
+        {"{\"fl_x\": 7,\n \"frames\": [}", "transforms.json:2:13:", "JSON"},
+        {"{\"fl_x\": 7,\n \"fl_y\": NaN}", "transforms.json:2:", ""},
+        {"{\"fl_x\": 1e999, \"frames\": []}", "transforms.json:1:", ""},
+        {"[]", "transforms.json", "frames"},
+        {"{}", "transforms.json", "frames"},
+        {"{\"frames\": []}", "transforms.json", "frames"},
+        {"{\"frames\": 3}", "transforms.json", "frames"},
+        {"{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}", "frame 0", "file_path"},
+        {"{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}", "a?b?[2J", "control characters"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        temporary_file(*state, "transforms.json", cases[i][0]);
+        tiny_folder_refused(*state, cases[i][1], cases[i][2]);
     }
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": 3}]}");
-    tiny_folder_refused(*state, "frame 0", "file_path");
 }
 
 // Nothing that a file holds may crash the reader, fill the memory or break the one line of a message.
@@ -202,17 +204,13 @@ FOLDER_TEST(hostile_files_are_refused) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
     assert_int_equal(truncate(temporary_path(*state, "transforms.json"), 1 << 30), 0);
     tiny_folder_refused(*state, "transforms.json", "larger than");
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 7, \"frames\": [{\"file_path\": \"a\\nb\\u001b[2J\"}]}");
-    tiny_folder_refused(*state, "a?b?[2J", "control characters");
-    temporary_file(*state, "transforms.json", "{\"fl_x\": 1e999, \"frames\": []}");
-    tiny_folder_refused(*state, "transforms.json:1:");
 }
 
 FOLDER_TEST(missing_photos_are_skipped) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 5});
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/03.png")), 0);
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
     assert_int_equal(scene->view_count, 3);
     assert_string_equal(scene->views[1].name, "images/02.png");
     assert_int_equal(scene->note_count, 1);
@@ -234,15 +232,14 @@ FOLDER_TEST(photos_stay_in_the_folder) {
         tiny_folder_refused(*state, "frame 0", "file_path leaves the scene folder");
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 2});
-    char *elsewhere = temporary_folder_create();
+    AUTO_FOLDER char *elsewhere = temporary_folder_create();
     tiny_photo_write(temporary_path(elsewhere, "a.png"), 0);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink(temporary_path(elsewhere, "a.png"), temporary_path(*state, "images/01.png")), 0);
     tiny_folder_refused(*state, "frame 1", "through a link");
-    temporary_folder_remove(elsewhere);
     assert_int_equal(unlink(temporary_path(*state, "images/01.png")), 0);
     assert_int_equal(symlink("00.png", temporary_path(*state, "images/01.png")), 0); // inside is fine
-    AUTO(vw_scene_close) struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state));
+    tiny_scene_open(SCENE_PARAMS(.path = *state));
 }
 
 // The scene file too: what it links to would show in messages.

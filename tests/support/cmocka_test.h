@@ -76,14 +76,22 @@ static inline void free_at_end(void *variable) {
         if (status_of_call) fail_msg("%s gave %d: %s", #call, (int)status_of_call, vw_error_message());                \
     } while (0)
 
-// Fails the test unless the call gives the error and its message contains the text.
-#define ASSERT_FAILS(call, error, text) assert_fails_at((call), (error), (text), #call, __FILE__, __LINE__)
+// Fails the test unless the call gives the error, with a message of one line that contains all of the texts.
+#define ASSERT_FAILS(call, error, ...) assert_fails_at(#call, __FILE__, __LINE__, (call), (error), __VA_ARGS__, NULL)
+// The same in a table: `name` says which of its cases failed.
+#define ASSERT_CASE_FAILS(name, call, error, ...)                                                                      \
+    assert_fails_at((name), __FILE__, __LINE__, (call), (error), __VA_ARGS__, NULL)
 
-static inline void assert_fails_at(enum vw_status status, enum vw_status error, const char *text, const char *call,
-                                   const char *file, int line) {
-    const char *message = status ? vw_error_message() : "";
-    if (status == error && strstr(message, text)) return;
-    print_error("%s gave %d: %s, not %d: %s\n", call, (int)status, message, (int)error, text);
+__attribute__((sentinel)) static inline void assert_fails_at(const char *call, const char *file, int line,
+                                                             enum vw_status status, enum vw_status error, ...) {
+    const char *message = status ? vw_error_message() : "", *missing = strchr(message, '\n') ? "a single line" : NULL;
+    va_list texts;
+    va_start(texts, error);
+    for (const char *text = va_arg(texts, const char *); text && !missing; text = va_arg(texts, const char *))
+        if (!strstr(message, text)) missing = text;
+    va_end(texts);
+    if (status == error && !missing) return;
+    print_error("%s gave %d: %s, not %d: %s\n", call, (int)status, message, (int)error, missing ? missing : "");
     _fail(file, line);
 }
 

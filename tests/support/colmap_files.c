@@ -138,3 +138,32 @@ void colmap_write_text(const char *scene_folder, const char *model_folder, const
     }
     assert_int_equal(fclose(file), 0);
 }
+
+struct colmap_test_model colmap_dense_model(const char *const names[DENSE_PHOTOS]) {
+    struct colmap_test_model model = {
+        .cameras = {{1, 1, "PINHOLE", TINY_WIDTH_PX, TINY_HEIGHT_PX, 4, {7, 7, 4, 3}}},
+        .camera_count = 1,
+        .image_count = DENSE_PHOTOS,
+        .points = {{.id = 1, .position = {1, 0, -10}, .track_count = 2, .tracks = {{10, 0}, {11, 0}}},
+                   {.id = 2, .position = {0, 1, -20}, .track_count = 3, .tracks = {{10, 1}, {11, 1}, {12, 0}}}},
+        .point_count = 2,
+    };
+    for (uint32_t i = 0; i < DENSE_PHOTOS; i++)
+        model.images[i] = (struct colmap_test_image){
+            10 + i, 1, names[i], {0, 1, 0, 0}, {-(double)i, 0, 0}, .feature_count = 2, .features = {{4, 3}, {5, 2}}};
+    return model;
+}
+
+void colmap_write_photos(const char *scene_folder, const char *photo_folder, const char *const names[DENSE_PHOTOS]) {
+    for (uint32_t i = 0; i < DENSE_PHOTOS; i++) {
+        AUTO_FREE char *name = vw_format_text("%s/%s", photo_folder, names[i]);
+        tiny_photo_write(temporary_path(scene_folder, name), i);
+    }
+}
+
+void colmap_write_dense(const char *scene_folder, const char *const names[DENSE_PHOTOS], const char *tsv) {
+    const struct colmap_test_model model = colmap_dense_model(names);
+    colmap_write_photos(scene_folder, "dense/images", names);
+    colmap_write_text(scene_folder, "dense/sparse", &model);
+    temporary_file(scene_folder, "splits.tsv", tsv);
+}

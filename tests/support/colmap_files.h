@@ -46,4 +46,12 @@ struct colmap_test_model colmap_test_scene(const char *scene_folder);
 void colmap_write_binary(const char *scene_folder, const char *model_folder, const struct colmap_test_model *model);
 void colmap_write_text(const char *scene_folder, const char *model_folder, const struct colmap_test_model *model);
 
+// PhotoTourism folders: cameras side by side at (i, 0, 0) that look along -z, with image ids from 10 on, for photos of
+// these names, and two points that the first three see.
+enum { DENSE_PHOTOS = 8 };
+struct colmap_test_model colmap_dense_model(const char *const names[DENSE_PHOTOS]);
+void colmap_write_photos(const char *scene_folder, const char *photo_folder, const char *const names[DENSE_PHOTOS]);
+// Writes photos and model below scene_folder/dense, and splits.tsv.
+void colmap_write_dense(const char *scene_folder, const char *const names[DENSE_PHOTOS], const char *tsv);
+
 #endif

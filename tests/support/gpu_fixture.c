@@ -19,6 +19,28 @@ struct vw_gpu *test_gpu_open(struct vw_gpu_params params) {
     return test_own(gpu, close_gpu);
 }
 
+static void destroy_buffer(void *buffer) { vw_buffer_destroy(&(struct vw_buffer *){buffer}); }
+static void destroy_pass(void *pass) { vw_pass_destroy(&(struct vw_pass *){pass}); }
+static void destroy_submission(void *submission) { vw_submission_destroy(&(struct vw_submission *){submission}); }
+
+struct vw_buffer *test_buffer(struct vw_gpu *gpu, struct vw_buffer_params params) {
+    struct vw_buffer *buffer = NULL;
+    ASSERT_OK(vw_buffer_create(gpu, &params, &buffer));
+    return test_own(buffer, destroy_buffer);
+}
+
+struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params) {
+    struct vw_pass *pass = NULL;
+    ASSERT_OK(vw_pass_create(gpu, &params, &pass));
+    return test_own(pass, destroy_pass);
+}
+
+struct vw_submission *test_submission(struct vw_gpu *gpu) {
+    struct vw_submission *submission = NULL;
+    ASSERT_OK(vw_submission_create(gpu, &submission));
+    return test_own(submission, destroy_submission);
+}
+
 int test_gpu_close(void **state) {
     (void)state;
     test_release_to(0); // buffers before their device

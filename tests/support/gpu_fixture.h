@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_TESTS_SUPPORT_GPU_FIXTURE_H
 #define VIEWWORTH_TESTS_SUPPORT_GPU_FIXTURE_H
 
+#include "gpu/compute.h"
 #include "viewworth/gpu.h"
 
 // Opens the preferred device at the first call; fails the test when there is none.
@@ -9,6 +10,11 @@ struct vw_gpu *test_gpu(void);
 
 // Opens a device that the test owns; what validation says of it fails the test when it is released.
 struct vw_gpu *test_gpu_open(struct vw_gpu_params params);
+
+// Create what the test owns.
+struct vw_buffer *test_buffer(struct vw_gpu *gpu, struct vw_buffer_params params);
+struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params);
+struct vw_submission *test_submission(struct vw_gpu *gpu);
 
 // Tears down a cmocka group: releases all that is owned, and fails when validation complained about anything since the
 // device was opened.

@@ -199,6 +199,31 @@ static inline char *test_ledger_record(const char *folder, const char *name, con
     return path;
 }
 
+static inline void test_count_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
+    (void)step, (void)image_id, (void)error;
+    ++*(uint64_t *)context;
+}
+
+// Reads all that is in a ledger, then verifies it.
+static inline enum vw_status test_ledger_read(const char *path, uint64_t *step_count) {
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    const struct vw_ledger_image *images = NULL;
+    AUTO_FREE struct vw_step_record *records = NULL;
+    AUTO_FREE struct vw_ledger_score *scores = NULL;
+    AUTO_FREE struct vw_ledger_retraining *retrainings = NULL;
+    uint64_t view_count = 0;
+    uint32_t image_count = 0, score_count = 0, retraining_count = 0;
+    enum vw_status status = vw_ledger_open(path, &ledger);
+    if (!status) status = vw_ledger_get_images(ledger, &images, &image_count);
+    if (!status) status = vw_ledger_get_steps(ledger, &records, step_count);
+    if (!status) status = vw_ledger_get_scores(ledger, &scores, &score_count);
+    if (!status) status = vw_ledger_get_retrainings(ledger, &retrainings, &retraining_count);
+    if (!status) status = vw_ledger_each_view(ledger, test_count_view, &view_count);
+    if (!status) status = vw_ledger_verify(ledger);
+    if (!status) assert_true(view_count >= *step_count); // every step is whole
+    return status;
+}
+
 static inline const struct vw_ledger_score *test_find_score(const struct vw_ledger_score *scores, uint32_t count,
                                                             const char *method, uint32_t image_id) {
     for (uint32_t i = 0; i < count; i++)

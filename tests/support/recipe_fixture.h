@@ -3,6 +3,7 @@
 #define VIEWWORTH_TESTS_SUPPORT_RECIPE_FIXTURE_H
 
 #include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
 #include "viewworth/scene.h"
 
 #define RECIPE_GREY "{\"kind\": \"plain\", \"colour\": [0.5, 0.5, 0.5]}"
@@ -37,16 +38,15 @@ static enum vw_status open_text(const char *text, struct vw_scene_params params,
     return status;
 }
 
-// Opens recipe_text with up to two replacements (NULL: none), and fails the test when that fails.
+// Opens recipe_text with up to two replacements (NULL: none), and fails the test when that fails. The test owns the
+// scene.
 static struct vw_scene *open_changed(struct vw_scene_params params, const char *from, const char *to, const char *from2,
                                      const char *to2) {
     struct vw_scene *scene = NULL;
-    char *text = from ? replaced(recipe_text, from, to) : vw_copy_text(recipe_text);
-    char *text2 = from2 ? replaced(text, from2, to2) : vw_copy_text(text);
+    AUTO_FREE char *text = from ? replaced(recipe_text, from, to) : vw_copy_text(recipe_text);
+    AUTO_FREE char *text2 = from2 ? replaced(text, from2, to2) : vw_copy_text(text);
     if (open_text(text2, params, &scene)) fail_msg("%s in\n%s", vw_error_message(), text2);
-    free(text);
-    free(text2);
-    return scene;
+    return test_own_scene(scene);
 }
 
 #endif

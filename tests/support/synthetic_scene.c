@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "support/gpu_fixture.h"
+#include "support/tiny_scene.h"
 
 static uint8_t to_byte(double value) { return (uint8_t)lrint(255.0 * fmin(fmax(value, 0.0), 1.0)); }
 
@@ -58,8 +59,6 @@ static void set_view(struct vw_view *view, uint32_t index, uint32_t count,
     vw_sha256(view->image.pixels, 4 * (size_t)params->width_px * params->height_px, view->sha256);
 }
 
-static void close_scene(void *scene) { vw_scene_close(&(struct vw_scene *){scene}); }
-
 struct vw_scene *synthetic_scene(const struct synthetic_scene_params *params) {
     struct vw_scene *scene = vw_allocate(1, sizeof *scene);
     double scale = params->world_scale != 0.0 ? params->world_scale : 1.0;
@@ -76,12 +75,12 @@ struct vw_scene *synthetic_scene(const struct synthetic_scene_params *params) {
     for (int i = 0; i < 3; i++) scene->background[i] = params->alpha ? 1.0f : 0.0f;
     scene->has_alpha = params->alpha;
     vw_sha256(params, sizeof *params, scene->hash);
-    return test_own(scene, close_scene);
+    return test_own_scene(scene);
 }
 
 struct vw_scene *test_scene_open(struct vw_scene_params params) {
     struct vw_scene *scene = NULL;
     if (!params.gpu) params.gpu = test_gpu();
     ASSERT_OK(vw_scene_open(&params, &scene));
-    return test_own(scene, close_scene);
+    return test_own_scene(scene);
 }

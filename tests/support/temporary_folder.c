@@ -48,6 +48,11 @@ const char *temporary_file(const char *folder, const char *name, const char *tex
     return path;
 }
 
+void temporary_write(const char *path, const void *bytes, size_t size_bytes) {
+    FILE *file = fopen(path, "wb");
+    if (!file || fwrite(bytes, 1, size_bytes, file) != size_bytes || fclose(file)) stop("write", path);
+}
+
 void *temporary_read(const char *path, size_t *size_bytes) {
     size_t read_bytes = 0;
     void *data = NULL;
@@ -55,6 +60,14 @@ void *temporary_read(const char *path, size_t *size_bytes) {
     if (size_bytes) *size_bytes = read_bytes;
     return data;
 }
+
+struct kept_file temporary_keep(const char *path) {
+    struct kept_file kept = {.path = test_own(vw_copy_text(path), free)};
+    kept.bytes = test_own(temporary_read(path, &kept.size_bytes), free);
+    return kept;
+}
+
+void temporary_put_back(const struct kept_file *kept) { temporary_write(kept->path, kept->bytes, kept->size_bytes); }
 
 const char *real_scene_path(const char *name) {
     const char *scenes = getenv("VIEWWORTH_SCENES");

@@ -25,8 +25,20 @@ static inline void temporary_folder_end(char **folder) { temporary_folder_remove
 const char *temporary_path(const char *folder, const char *name);
 // Writes a text to folder/name, creating folders on the way, and returns the path as temporary_path() does.
 const char *temporary_file(const char *folder, const char *name, const char *text);
+// Writes bytes without the sync of vw_file_write(), which is slow.
+void temporary_write(const char *path, const void *bytes, size_t size_bytes);
 // Reads a file whole; to be freed. A zero byte follows it. `size_bytes` may be NULL.
 void *temporary_read(const char *path, size_t *size_bytes);
+
+// A file as it was, kept until the test ends.
+struct kept_file {
+    const char *path;
+    const void *bytes;
+    size_t size_bytes;
+};
+struct kept_file temporary_keep(const char *path);
+// Writes the file as it was again.
+void temporary_put_back(const struct kept_file *kept);
 
 // Returns the folder of the real-data scene `name` ($VIEWWORTH_SCENES, else ../shared/scenes beside the sources); NULL,
 // with a message, when absent.

@@ -13,6 +13,12 @@ static void hold_decoder(void) {
     held = true;
 }
 
+int tiny_decoder_hold(void **state) {
+    (void)state;
+    hold_decoder();
+    return 0;
+}
+
 void tiny_photo_write(const char *path, uint32_t index) {
     float pixels[TINY_HEIGHT_PX * TINY_WIDTH_PX * 3];
     hold_decoder();
@@ -57,21 +63,47 @@ const char *tiny_scene_write(const char *folder, const struct tiny_scene *tiny) 
     return path;
 }
 
+static void close_scene(void *scene) { vw_scene_close(&(struct vw_scene *){scene}); }
+
+struct vw_scene *test_own_scene(struct vw_scene *scene) {
+    return test_own(scene, close_scene);
+}
+
 struct vw_scene *tiny_scene_open(const struct vw_scene_params *params) {
     struct vw_scene *scene = NULL;
     hold_decoder();
-    if (vw_scene_open(params, &scene)) fail_msg("%s", vw_error_message());
-    return scene;
+    ASSERT_OK(vw_scene_open(params, &scene));
+    return test_own_scene(scene);
 }
 
-void tiny_scene_refused_by(const struct vw_scene_params *params, enum vw_status status, ...) {
-    struct vw_scene *scene = NULL;
-    assert_int_equal(vw_scene_open(params, &scene), status);
-    assert_null(scene);
-    assert_null(strchr(vw_error_message(), '\n'));
-    va_list texts;
-    va_start(texts, status);
-    for (const char *text = va_arg(texts, const char *); text; text = va_arg(texts, const char *))
-        if (!strstr(vw_error_message(), text)) fail_msg("'%s' does not say '%s'", vw_error_message(), text);
-    va_end(texts);
+void check_splits(const struct vw_scene *scene, const char *expected) {
+    char splits[100] = "";
+    uint32_t count[4] = {0};
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        splits[v] = "tvTx"[scene->views[v].split];
+        count[scene->views[v].split]++;
+    }
+    assert_string_equal(splits, expected);
+    assert_memory_equal(count, scene->split_count, sizeof count);
+}
+
+uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth) {
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) count += !strcmp(scene->views[v].ground_truth, ground_truth);
+    return count;
+}
+
+void check_turned(const struct vw_view *a, const struct vw_view *b) {
+    double cosine = 0;
+    for (int i = 0; i < 3; i++) {
+        cosine += a->camera_to_world[i][2] * b->camera_to_world[i][2];
+        assert_true(a->camera_to_world[i][3] == b->camera_to_world[i][3]);
+    }
+    assert_near(acos(cosine) * 180 / M_PI, 8, 1e-9);
+}
+
+struct vw_scene *own_recipe_open(const char *name, struct vw_scene_params params) {
+    AUTO_FREE char *path = vw_format_text(VW_SOURCE_FOLDER "/scenes/%s.json", name);
+    params.path = path;
+    return tiny_scene_open(&params);
 }

@@ -25,15 +25,30 @@ const char *tiny_scene_write(const char *folder, const struct tiny_scene *tiny);
 // Writes a photo of one colour, which depends on `index`.
 void tiny_photo_write(const char *path, uint32_t index);
 
-// Opens a scene or fails the test with its message.
+// Registers a scene to be closed when the test ends, and returns it.
+struct vw_scene *test_own_scene(struct vw_scene *scene);
+// Checks the splits of the scene. `expected` has a letter per view: t(rain), v(al), T(est), x(excluded).
+void check_splits(const struct vw_scene *scene, const char *expected);
+// Returns how many views have that defect, or are "clean".
+uint32_t count_truth(const struct vw_scene *scene, const char *ground_truth);
+// Checks that two views have the same place and lines of sight that differ by 8 degrees.
+void check_turned(const struct vw_view *a, const struct vw_view *b);
+// Opens a scene that the test owns, or fails the test with its message; the second, a recipe that comes with viewworth.
 struct vw_scene *tiny_scene_open(const struct vw_scene_params *params);
+struct vw_scene *own_recipe_open(const char *name, struct vw_scene_params params);
+// Sets up a group: starts the decoder once for all of its tests.
+int tiny_decoder_hold(void **state);
 // Params of a scene, by their fields.
 #define SCENE_PARAMS(...) (&(struct vw_scene_params){__VA_ARGS__})
 
 // Fails the test unless opening is refused with this status and a message of one line that holds every text.
-#define tiny_scene_refused(params, status, ...) tiny_scene_refused_by(params, status, __VA_ARGS__, NULL)
+#define tiny_scene_refused(params, status, ...)                                                                        \
+    do {                                                                                                               \
+        struct vw_scene *refused = NULL;                                                                               \
+        ASSERT_FAILS(vw_scene_open(params, &refused), status, __VA_ARGS__);                                            \
+        assert_null(refused);                                                                                          \
+    } while (0)
 // The same of a folder that is wrong as input.
 #define tiny_folder_refused(folder, ...) tiny_scene_refused(SCENE_PARAMS(.path = (folder)), VW_ERROR_INPUT, __VA_ARGS__)
-void tiny_scene_refused_by(const struct vw_scene_params *params, enum vw_status status, ...) __attribute__((sentinel));
 
 #endif
