@@ -154,9 +154,8 @@ int getentropy(void *buffer, size_t size_bytes) {
 }
 
 FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
-    char *victim = vw_path_join(*state, "victim"), *path = vw_path_join(*state, "file");
-    char *guess = vw_path_join(*state, ".viewworth-00000000000000000000000000000000.part");
-    ASSERT_OK(vw_file_write(victim, "precious", 8));
+    const char *victim = temporary_file(*state, "victim", "precious"), *path = temporary_path(*state, "file");
+    const char *guess = temporary_path(*state, ".viewworth-00000000000000000000000000000000.part");
     assert_int_equal(symlink(victim, path), 0);
     assert_int_equal(symlink(victim, guess), 0);
     guessed = true;
@@ -168,10 +167,6 @@ FOLDER_TEST(a_hostile_link_is_replaced_and_not_followed) {
     struct stat info;
     assert_int_equal(lstat(path, &info), 0);
     assert_true(S_ISREG(info.st_mode));
-    for (char **name = (char *[]){victim, path, guess, NULL}; *name; name++) {
-        unlink(*name);
-        free(*name);
-    }
 }
 
 // Stands in for that of the C library, to refuse like a file system that cannot rename without replacing.
@@ -193,7 +188,6 @@ static void check_created_file(const char *folder) {
     assert_int_equal(symlink("nowhere", path), 0);
     assert_int_equal(vw_file_create(path, "x", 1), VW_ERROR_USAGE);
     assert_int_equal(count_entries(folder), 1);
-    unlink(path);
 }
 
 FOLDER_TEST(a_created_file_replaces_nothing) { check_created_file(*state); }
@@ -209,17 +203,10 @@ FOLDER_TEST(leftovers_of_killed_writers_go_and_all_else_stays) {
                                         ".viewworth-0123456789abcdef0123456789abcdef.part2",
                                         ".viewworth-0123456789abcdef0123456789abcde.part",
                                         ".viewworth-0123456789abcdef0123456789abcdeg.part", "scores.csv"};
-    char *paths[VW_ARRAY_COUNT(names)];
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        paths[i] = vw_path_join(*state, names[i]);
-        ASSERT_OK(vw_file_create(paths[i], "x", 1));
-    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) temporary_file(*state, names[i], "x");
     vw_folder_remove_leftovers(*state);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
-        assert_int_equal(vw_file_exists(paths[i]), i > 0);
-        unlink(paths[i]);
-        free(paths[i]);
-    }
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
+        assert_int_equal(vw_file_exists(temporary_path(*state, names[i])), i > 0);
 }
 
 TEST(messages_are_one_line) {
@@ -229,8 +216,8 @@ TEST(messages_are_one_line) {
     assert_string_equal(vw_error_message(), "frame??1: a?b?[2J?\xc3\xa4: wrong");
 }
 
-TEST(pipes_and_folders_are_no_files) {
-    AUTO_FOLDER char *folder = temporary_folder_create();
+FOLDER_TEST(pipes_and_folders_are_no_files) {
+    const char *folder = *state;
     assert_true(vw_file_exists(temporary_file(folder, "file", "")));
     assert_false(vw_file_exists(folder));
     assert_int_equal(mkfifo(temporary_path(folder, "pipe"), 0666), 0);

@@ -53,9 +53,8 @@ static void assert_read(const char *folder, const char *name, const char *expect
 static void assert_not_read(const char *folder, const char *name, const char *why) {
     void *data = NULL;
     size_t size_bytes = 0;
-    assert_int_equal(vw_file_read_inside(folder, name, LIMIT_BYTES, &data, &size_bytes), VW_ERROR_INPUT);
-    if (!strstr(vw_error_message(), why) || !strstr(vw_error_message(), name))
-        fail_msg("%s: \"%s\" does not say: %s", name, vw_error_message(), why);
+    ASSERT_CASE_FAILS(name, vw_file_read_inside(folder, name, LIMIT_BYTES, &data, &size_bytes), VW_ERROR_INPUT, name,
+                      why);
     assert_null(data);
     assert_false(vw_file_exists_inside(folder, name));
 }
@@ -110,8 +109,7 @@ static void assert_opens(const char *folder, const char *name, const char *expec
 
 static void assert_stays_closed(const char *folder, const char *name, const char *why) {
     int descriptor = -1;
-    assert_int_equal(vw_file_open_inside(folder, name, &descriptor), VW_ERROR_INPUT);
-    if (!strstr(vw_error_message(), why)) fail_msg("%s: \"%s\" does not say: %s", name, vw_error_message(), why);
+    ASSERT_CASE_FAILS(name, vw_file_open_inside(folder, name, &descriptor), VW_ERROR_INPUT, why);
     assert_int_equal(descriptor, -1);
 }
 

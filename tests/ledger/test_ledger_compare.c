@@ -10,18 +10,17 @@ static struct test_recording *take_steps(void) {
 }
 
 // Returns a finished run of all steps.
-static struct vw_ledger *record_all(const char *folder, char **path) {
-    *path = vw_path_join(folder, "ledger.db");
+static struct vw_ledger *record_all(const char *path) {
     AUTO_FREE struct test_recording *recording = take_steps();
-    struct vw_ledger *ledger = test_ledger_create(*path);
+    struct vw_ledger *ledger = test_ledger_create(path);
     ASSERT_OK(vw_ledger_append(ledger, recording->records, RECORD_COUNT, test_validation_views));
     test_ledger_finish(ledger, "finished");
     return ledger;
 }
 
 FOLDER_TEST(the_same_steps_compare_equal) {
-    AUTO_FREE char *path = NULL;
-    struct vw_ledger *ledger = record_all(*state, &path);
+    const char *path = temporary_path(*state, "ledger.db");
+    struct vw_ledger *ledger = record_all(path);
     AUTO_FREE struct test_recording *again = take_steps();
     AUTO_FREE char *final_hash = sql_ask(path, SQL_FINAL_HASH);
     for (uint32_t first = 0; first <= RECORD_COUNT; first++)
@@ -80,8 +79,7 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
 
 FOLDER_TEST(each_change_of_a_step_is_found) {
     const uint32_t steps[] = {3, 9, 18};
-    AUTO_FREE char *path = NULL;
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(*state, &path);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(temporary_path(*state, "ledger.db"));
     for (size_t s = 0; s < VW_ARRAY_COUNT(steps); s++)
         for (uint32_t which = 0;; which++) {
             AUTO_FREE struct test_recording *again = take_steps();
@@ -91,11 +89,9 @@ FOLDER_TEST(each_change_of_a_step_is_found) {
             if (field) {
                 // From some steps before it on; a change of the views' ids shows at once, as it is one of all steps.
                 uint32_t first = views[1] == test_validation_views[1] ? steps[s] - 2 : steps[s];
-                enum vw_status status = vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views);
                 AUTO_FREE char *name = vw_format_text("step %u", steps[s]);
-                if (status != VW_ERROR_MISMATCH)
-                    fail_msg("another %s of step %u gave %d", field, steps[s], (int)status);
-                if (!strstr(vw_error_message(), name)) fail_msg("%s is not named: %s", name, vw_error_message());
+                ASSERT_CASE_FAILS(field, vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views),
+                                  VW_ERROR_MISMATCH, name);
             }
             if (!field) break;
         }
@@ -103,8 +99,7 @@ FOLDER_TEST(each_change_of_a_step_is_found) {
 
 // Values that the ledger does not keep, because the step has none, cannot differ.
 FOLDER_TEST(steps_without_a_value_compare_by_what_is_kept) {
-    AUTO_FREE char *path = NULL;
-    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(*state, &path);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = record_all(temporary_path(*state, "ledger.db"));
     AUTO_FREE struct test_recording *again = take_steps();
     again->records[7].val_psnr = again->records[7].train_loss = -1; // flagged
     again->records[8].val_psnr = NAN;                               // a view of it is not finite
@@ -135,17 +130,16 @@ FOLDER_TEST(another_chain_is_found) {
     };
     AUTO_FREE struct test_recording *again = take_steps();
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        AUTO_FREE char *path = NULL;
-        struct vw_ledger *ledger = record_all(*state, &path);
+        const char *path = temporary_path(*state, "ledger.db");
+        struct vw_ledger *ledger = record_all(path);
         vw_ledger_close(&ledger);
         sql_change(path, cases[i].sql);
         ASSERT_OK(vw_ledger_open(path, &ledger));
         uint32_t first = cases[i].first;
-        enum vw_status status =
-            vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views);
-        if (status != VW_ERROR_MISMATCH) fail_msg("%s: gave %d", cases[i].sql, (int)status);
-        if (!strstr(vw_error_message(), cases[i].word))
-            fail_msg("%s is not named: %s", cases[i].word, vw_error_message());
+        ASSERT_CASE_FAILS(
+            cases[i].sql,
+            vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, test_validation_views),
+            VW_ERROR_MISMATCH, cases[i].word);
         vw_ledger_close(&ledger);
         unlink(path);
     }

@@ -1,6 +1,6 @@
 // Files that another program left beside a ledger or store: a journal that would make SQLite delete or overwrite
 // something is refused before SQLite sees it, and so are links and the files of another journal mode. Journals that a
-// killed process leaves are rolled back: see test_ledger_resume.c and test_ledger_power_cut.c.
+// killed process leaves are rolled back: see test_ledger_reading.c and test_ledger_power_cut.c.
 #include "support/ledger_sql.h"
 
 #include <sys/stat.h>
@@ -51,28 +51,16 @@ static void put_name(struct journal *journal, const char *name) {
 }
 
 struct place {
-    char *folder, *path, *journal_path, *victim_path;
-    void *ledger;
-    size_t ledger_bytes;
+    const char *folder, *path, *journal_path, *victim_path;
+    struct kept_file ledger;
 };
 
 static struct place make_place(const char *folder) {
-    struct place place = {.folder = vw_path_join(folder, "out")};
-    ASSERT_OK(vw_folder_create(place.folder));
-    place.path = test_ledger_record(place.folder, "ledger.db", &test_four_epochs, 6);
-    place.journal_path = vw_path_join(place.folder, "ledger.db-journal");
-    place.victim_path = vw_path_join(folder, "victim.txt");
-    ASSERT_OK(vw_file_write(place.victim_path, "my thesis", 9));
-    ASSERT_OK(vw_file_read(place.path, 1 << 24, &place.ledger, &place.ledger_bytes));
-    return place;
-}
-
-static void free_place(struct place *place) {
-    free(place->folder);
-    free(place->path);
-    free(place->journal_path);
-    free(place->victim_path);
-    free(place->ledger);
+    const char *out = temporary_path(folder, "out");
+    ASSERT_OK(vw_folder_create(out));
+    AUTO_FREE char *path = test_ledger_record(out, "ledger.db", &test_four_epochs, 6);
+    return (struct place){out, temporary_path(out, "ledger.db"), temporary_path(out, "ledger.db-journal"),
+                          temporary_file(folder, "victim.txt", "my thesis"), temporary_keep(path)};
 }
 
 static void assert_same_file(const char *path, const void *bytes, size_t size_bytes) {
@@ -87,18 +75,15 @@ static void assert_harmless(const struct place *place, const char *what) {
     struct vw_ledger *ledger = NULL;
     (void)vw_ledger_open(place->path, &ledger);
     vw_ledger_close(&ledger);
-    enum vw_status status = vw_ledger_open_to_append(place->path, &ledger);
-    vw_ledger_close(&ledger);
+    ASSERT_CASE_FAILS(what, vw_ledger_open_to_append(place->path, &ledger), VW_ERROR_INPUT, place->path, "remove");
     assert_same_file(place->victim_path, "my thesis", 9);
-    assert_same_file(place->path, place->ledger, place->ledger_bytes);
-    if (status != VW_ERROR_INPUT || !strstr(vw_error_message(), place->path) || !strstr(vw_error_message(), "remove"))
-        fail_msg("%s: %d, %s", what, (int)status, status ? vw_error_message() : "taken");
+    assert_same_file(place->path, place->ledger.bytes, place->ledger.size_bytes);
 }
 
 FOLDER_TEST(a_journal_that_names_a_file_deletes_nothing) {
     struct place place = make_place(*state);
     struct journal whole = {.size_bytes = 0}, end_only = {.size_bytes = 0};
-    put_header(&whole, (uint32_t)(place.ledger_bytes / PAGE_BYTES), SECTOR_BYTES, PAGE_BYTES);
+    put_header(&whole, (uint32_t)(place.ledger.size_bytes / PAGE_BYTES), SECTOR_BYTES, PAGE_BYTES);
     put_name(&whole, place.victim_path);
     ASSERT_OK(vw_file_write(place.journal_path, whole.bytes, whole.size_bytes));
     assert_harmless(&place, "journal that names a file");
@@ -106,12 +91,11 @@ FOLDER_TEST(a_journal_that_names_a_file_deletes_nothing) {
     end_only.bytes[0] = 'x'; // or SQLite takes it for an ended one
     ASSERT_OK(vw_file_write(place.journal_path, end_only.bytes, end_only.size_bytes));
     assert_harmless(&place, "name without a header");
-    free_place(&place);
 }
 
 FOLDER_TEST(journals_of_others_are_refused) {
     struct place place = make_place(*state);
-    uint32_t pages = (uint32_t)(place.ledger_bytes / PAGE_BYTES);
+    uint32_t pages = (uint32_t)(place.ledger.size_bytes / PAGE_BYTES);
     const struct {
         uint32_t pages, sector_bytes, page_bytes;
     } headers[] = {{pages, SECTOR_BYTES, 8192},
@@ -143,7 +127,6 @@ FOLDER_TEST(journals_of_others_are_refused) {
     unlink(place.journal_path);
     struct vw_ledger *ledger = test_ledger_open_to_append(place.path);
     vw_ledger_close(&ledger);
-    free_place(&place);
 }
 
 FOLDER_TEST(a_write_ahead_log_beside_is_refused) {
@@ -158,7 +141,6 @@ FOLDER_TEST(a_write_ahead_log_beside_is_refused) {
         assert_same_file(path, "x", 1);
         unlink(path);
     }
-    free_place(&place);
 }
 
 FOLDER_TEST(a_linked_ledger_is_refused) {
@@ -168,7 +150,6 @@ FOLDER_TEST(a_linked_ledger_is_refused) {
     assert_int_equal(symlink(place.path, link_path), 0);
     assert_int_equal(vw_ledger_open(link_path, &ledger), VW_ERROR_INPUT);
     ASSERT_FAILS(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT, "is a link");
-    free_place(&place);
 }
 
 // To SQLite such a name is a URI, which may name another file and how it is opened.

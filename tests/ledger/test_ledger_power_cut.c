@@ -125,10 +125,9 @@ static void watch_files(void) {
 struct scene {
     const char *folder;
     struct test_recording *recording;
-    char *path, *journal_path, *chain; // the chain of a run that was never disturbed
-    void *before;                      // the ledger before the append
-    size_t before_bytes;
-    bool spills; // pages reach the database before the commit
+    const char *path, *journal_path, *chain; // the chain of a run that was never disturbed
+    struct kept_file before;                 // the ledger before the append
+    bool spills;                             // pages reach the database before the commit
     uint32_t cuts;
 };
 
@@ -149,7 +148,7 @@ static void append_and_die(const struct scene *scene) {
 // Restores the ledger and lets a child append to it up to an operation. Gives whether it was killed.
 static bool append_in_child(const struct scene *scene, uint32_t dies_in) {
     unlink(scene->journal_path);
-    ASSERT_OK(vw_file_write(scene->path, scene->before, scene->before_bytes));
+    temporary_put_back(&scene->before);
     *observed = (struct observation){.dies_in = dies_in};
     pid_t child = fork();
     assert_true(child >= 0);
@@ -183,27 +182,21 @@ static void assert_unharmed(const struct scene *scene, uint32_t operation, const
     assert_false(vw_file_exists(scene->journal_path));
 }
 
-static void *read_file(const char *path, size_t *size_bytes) {
-    void *bytes = NULL;
-    *size_bytes = 0;
-    if (vw_file_exists(path)) ASSERT_OK(vw_file_read(path, 10000000, &bytes, size_bytes));
-    return bytes;
-}
-
 // Puts back what the database held before, in every page (`every` 1) or every second (2).
 static void lose_pages(const struct scene *scene, unsigned char *bytes, size_t size_bytes, size_t every) {
     for (size_t page = 0; page * PAGE_BYTES < size_bytes; page += every) {
         size_t first = page * PAGE_BYTES, count = size_bytes - first < PAGE_BYTES ? size_bytes - first : PAGE_BYTES;
-        if (first < scene->before_bytes) memcpy(bytes + first, (const char *)scene->before + first, count);
+        if (first < scene->before.size_bytes) memcpy(bytes + first, (const char *)scene->before.bytes + first, count);
         else memset(bytes + first, 0, count);
     }
 }
 
 // Tries all that a cut may leave of the files that the killed child left.
 static void cut_power(struct scene *scene, uint32_t operation) {
-    size_t journal_bytes, left_bytes;
-    AUTO_FREE void *journal = read_file(scene->journal_path, &journal_bytes),
-                   *left = read_file(scene->path, &left_bytes);
+    size_t journal_bytes = 0, left_bytes;
+    AUTO_FREE void *left = temporary_read(scene->path, &left_bytes);
+    AUTO_FREE void *journal =
+        vw_file_exists(scene->journal_path) ? temporary_read(scene->journal_path, &journal_bytes) : NULL;
     AUTO_FREE unsigned char *database = vw_allocate(left_bytes, 1);
     int64_t kept = observed->journal_kept_bytes, written = (int64_t)journal_bytes,
             shortest = kept > 0 ? kept : -1; // -1: no journal
@@ -215,9 +208,9 @@ static void cut_power(struct scene *scene, uint32_t operation) {
                 vw_format_text("journal of %lld bytes cut to %lld, %zu", (long long)written, (long long)ends[i], every);
             memcpy(database, left, left_bytes);
             if (every) lose_pages(scene, database, left_bytes, every);
-            ASSERT_OK(vw_file_write(scene->path, database, left_bytes));
+            temporary_write(scene->path, database, left_bytes);
             unlink(scene->journal_path);
-            if (ends[i] >= 0) ASSERT_OK(vw_file_write(scene->journal_path, journal ? journal : "", (size_t)ends[i]));
+            if (ends[i] >= 0) temporary_write(scene->journal_path, journal ? journal : "", (size_t)ends[i]);
             assert_unharmed(scene, operation, cut);
             scene->cuts++;
         }
@@ -225,27 +218,19 @@ static void cut_power(struct scene *scene, uint32_t operation) {
 
 static void set_scene(struct scene *scene) {
     AUTO_FREE char *whole = vw_path_join(scene->folder, "whole.db");
-    scene->recording = test_record(&test_four_epochs);
+    scene->recording = test_own(test_record(&test_four_epochs), free);
     test_corruption(scene->recording);
-    scene->path = vw_path_join(scene->folder, "ledger.db");
-    scene->journal_path = vw_path_join(scene->folder, "ledger.db-journal");
+    scene->path = test_own(vw_path_join(scene->folder, "ledger.db"), free);
+    scene->journal_path = test_own(vw_path_join(scene->folder, "ledger.db-journal"), free);
     struct vw_ledger *ledger = test_ledger_create(whole);
     ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, RECORD_COUNT, test_validation_views));
     vw_ledger_close(&ledger);
-    scene->chain = sql_ask(whole, SQL_CHAIN);
+    scene->chain = test_own(sql_ask(whole, SQL_CHAIN), free);
     ledger = test_ledger_create(scene->path);
     ASSERT_OK(vw_ledger_append(ledger, scene->recording->records, FIRST_COUNT, test_validation_views));
     test_ledger_finish(ledger, "finished");
     vw_ledger_close(&ledger);
-    ASSERT_OK(vw_file_read(scene->path, 10000000, &scene->before, &scene->before_bytes));
-}
-
-static void clear_scene(struct scene *scene) {
-    free(scene->before);
-    free(scene->chain);
-    free(scene->journal_path);
-    free(scene->path);
-    free(scene->recording);
+    scene->before = temporary_keep(scene->path);
 }
 
 static void cut_everywhere(const char *folder, bool spills) {
@@ -262,7 +247,6 @@ static void cut_everywhere(const char *folder, bool spills) {
     }
     print_message("%s cache: %u cuts in %u operations of an append\n", spills ? "small" : "usual", scene.cuts,
                   operations);
-    clear_scene(&scene);
 }
 
 FOLDER_TEST(a_cut_before_the_commit_changes_nothing) { cut_everywhere(*state, false); }

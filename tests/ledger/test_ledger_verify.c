@@ -13,38 +13,19 @@ static const char *const states[] = {"running", "interrupted", "finished"}; // o
 // A ledger as it was recorded, from which fresh copies are made.
 struct original {
     const char *status;
-    char *path; // path of the copies
-    void *bytes;
-    size_t size_bytes;
+    struct kept_file file;
 };
 
 static struct original record_original(const char *folder, const char *status) {
-    struct original original = {.status = status, .path = vw_path_join(folder, "ledger.db")};
+    AUTO_FREE char *path = vw_path_join(folder, "ledger.db");
     struct test_trainer trainer = test_four_epochs;
     trainer.epochs = 2;
-    struct vw_ledger *ledger = test_ledger_create(original.path);
+    unlink(path);
+    struct vw_ledger *ledger = test_ledger_create(path);
     test_ledger_append(ledger, &trainer, STEP_COUNT);
     if (strcmp(status, "running") != 0) test_ledger_finish(ledger, status);
     vw_ledger_close(&ledger);
-    ASSERT_OK(vw_file_read(original.path, 1000000, &original.bytes, &original.size_bytes));
-    return original;
-}
-
-static void forget_original(struct original *original) {
-    unlink(original->path);
-    free(original->path);
-    free(original->bytes);
-}
-
-static void copy_bytes(const char *path, const void *bytes, size_t size_bytes) {
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(bytes, 1, size_bytes, file), size_bytes);
-    assert_int_equal(fclose(file), 0);
-}
-
-static void copy_original(const struct original *original) {
-    copy_bytes(original->path, original->bytes, original->size_bytes);
+    return (struct original){status, temporary_keep(path)};
 }
 
 // Opens and verifies a ledger.
@@ -57,19 +38,18 @@ static enum vw_status verify(const char *path) {
 
 // Checks that verification finds the change and names the file; the message of a mismatch contains `word`.
 static void assert_found(const struct original *original, const char *what, const char *word) {
-    enum vw_status status = verify(original->path);
+    enum vw_status status = verify(original->file.path);
     const char *message = vw_error_message();
     if (status != VW_ERROR_MISMATCH && status != VW_ERROR_INPUT)
         fail_msg("%s ledger: %s: gave %d", original->status, what, (int)status);
-    if (!strstr(message, original->path) || (status == VW_ERROR_MISMATCH && !strstr(message, word)))
+    if (!strstr(message, original->file.path) || (status == VW_ERROR_MISMATCH && !strstr(message, word)))
         fail_msg("%s ledger: %s: the message does not name %s or the file: %s", original->status, what, word, message);
 }
 
 FOLDER_TEST(the_untouched_ledger_verifies) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
-        struct original original = record_original(*state, states[i]);
-        ASSERT_OK(verify(original.path));
-        forget_original(&original);
+        const struct original original = record_original(*state, states[i]);
+        ASSERT_OK(verify(original.file.path));
     }
     AUTO_FREE char *path = vw_path_join(*state, "empty.db");
     struct vw_ledger *ledger = test_ledger_create(path);
@@ -124,13 +104,14 @@ static uint32_t list_columns(const char *path, struct column *columns, uint32_t 
     return count;
 }
 
-// Returns the primary key of a table as "(a, b)"; to be freed.
-static char *key_of(const char *path, const char *table) {
+// Returns the condition that holds for one row of a table, in the order of its primary key; to be freed.
+static char *row_at(const char *path, const char *table, int64_t row) {
     AUTO_FREE char *sql = vw_format_text(
-        "SELECT '(' || group_concat(name) || ')' FROM (SELECT name FROM pragma_table_info('%s') WHERE pk ORDER BY pk)",
-        table);
-    char *key = sql_ask(path, sql);
-    return key;
+        "SELECT group_concat(name) FROM (SELECT name FROM pragma_table_info('%s') WHERE pk ORDER BY pk)", table);
+    AUTO_FREE char *key = sql_ask(path, sql);
+    char *condition = vw_format_text("(%s) = (SELECT %s FROM %s ORDER BY %s LIMIT 1 OFFSET %lld)", key, key, table, key,
+                                     (long long)row);
+    return condition;
 }
 
 static int64_t count_rows(const char *path, const char *table) {
@@ -163,23 +144,23 @@ static bool tamper(const char *path, const char *table, const char *sql) {
 
 // Tries all edits of a column in the first, a middle and the last row; gives how many there were.
 static uint32_t edit_column(const struct original *original, const struct column *column) {
-    copy_original(original);
-    AUTO_FREE char *key = key_of(original->path, column->table);
-    int64_t last = count_rows(original->path, column->table) - 1;
+    temporary_put_back(&original->file);
+    int64_t last = count_rows(original->file.path, column->table) - 1;
     uint32_t done = 0;
-    for (int64_t place = 0; place < 3 && last >= 0; place++)
+    for (int64_t place = 0; place < 3 && last >= 0; place++) {
+        temporary_put_back(&original->file);
+        AUTO_FREE char *condition = row_at(original->file.path, column->table, place * last / 2);
         for (size_t e = 0; e < VW_ARRAY_COUNT(edits); e++) {
             AUTO_FREE char *value = vw_format_text(edits[e], column->name);
-            AUTO_FREE char *sql = vw_format_text(
-                "UPDATE %s SET %s = %s WHERE %s = (SELECT %.*s FROM %s ORDER BY %.*s LIMIT 1 OFFSET %lld)",
-                column->table, column->name, value, key, (int)strlen(key) - 2, key + 1, column->table,
-                (int)strlen(key) - 2, key + 1, (long long)(place * last / 2));
-            copy_original(original);
-            if (tamper(original->path, column->table, sql)) {
+            AUTO_FREE char *sql =
+                vw_format_text("UPDATE %s SET %s = %s WHERE %s", column->table, column->name, value, condition);
+            temporary_put_back(&original->file);
+            if (tamper(original->file.path, column->table, sql)) {
                 assert_found(original, sql, column->table);
                 done++;
             }
         }
+    }
     return done;
 }
 
@@ -192,7 +173,7 @@ FOLDER_TEST(every_edit_is_found) {
         if (!is_edited(i)) continue;
         struct original original = record_original(*state, states[i]);
         bool has_scores = strcmp(states[i], "finished") == 0;
-        uint32_t column_count = list_columns(original.path, columns, VW_ARRAY_COUNT(columns)), edit_count = 0;
+        uint32_t column_count = list_columns(original.file.path, columns, VW_ARRAY_COUNT(columns)), edit_count = 0;
         for (uint32_t c = 0; c < column_count; c++) {
             uint32_t done = edit_column(&original, &columns[c]);
             bool at_the_end = !strcmp(columns[c].table, "score") || !strcmp(columns[c].table, "retraining");
@@ -202,7 +183,6 @@ FOLDER_TEST(every_edit_is_found) {
             edit_count += done;
         }
         print_message("%s ledger: %u edits of %u columns found\n", states[i], edit_count, column_count);
-        forget_original(&original);
     }
 }
 
@@ -213,19 +193,16 @@ FOLDER_TEST(every_removed_row_is_found) {
         if (!is_edited(i)) continue;
         struct original original = record_original(*state, states[i]);
         for (size_t t = 0; t < TABLE_COUNT; t++) {
-            copy_original(&original);
-            AUTO_FREE char *key = key_of(original.path, tables[t]);
-            int64_t count = count_rows(original.path, tables[t]);
+            temporary_put_back(&original.file);
+            int64_t count = count_rows(original.file.path, tables[t]);
             for (int64_t row = 0; row < count; row++) {
-                copy_original(&original);
-                AUTO_FREE char *sql = vw_format_text(
-                    "DELETE FROM %s WHERE %s = (SELECT %.*s FROM %s ORDER BY %.*s LIMIT 1 OFFSET %lld)", tables[t], key,
-                    (int)strlen(key) - 2, key + 1, tables[t], (int)strlen(key) - 2, key + 1, (long long)row);
-                assert_true(tamper(original.path, tables[t], sql));
+                temporary_put_back(&original.file);
+                AUTO_FREE char *condition = row_at(original.file.path, tables[t], row);
+                AUTO_FREE char *sql = vw_format_text("DELETE FROM %s WHERE %s", tables[t], condition);
+                assert_true(tamper(original.file.path, tables[t], sql));
                 assert_found(&original, sql, tables[t]);
             }
         }
-        forget_original(&original);
     }
 }
 
@@ -299,12 +276,11 @@ FOLDER_TEST(rows_moved_and_added_are_found) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(states); i++) {
         struct original original = record_original(*state, states[i]);
         for (size_t c = 0; c < VW_ARRAY_COUNT(cases); c++) {
-            copy_original(&original);
-            sql_change(original.path, cases[c].sql);
+            temporary_put_back(&original.file);
+            sql_change(original.file.path, cases[c].sql);
             if (cases[c].found_in_running || i > 0) assert_found(&original, cases[c].what, cases[c].word);
-            else ASSERT_OK(verify(original.path));
+            else ASSERT_OK(verify(original.file.path));
         }
-        forget_original(&original);
     }
 }
 
@@ -317,14 +293,13 @@ FOLDER_TEST(scores_moved_are_found) {
     };
     struct original original = record_original(*state, "finished");
     for (size_t i = 0; i < VW_ARRAY_COUNT(moves); i++) {
-        copy_original(&original);
-        sql_change(original.path, moves[i]);
+        temporary_put_back(&original.file);
+        sql_change(original.file.path, moves[i]);
         assert_found(&original, moves[i], "score row was edited, removed, added or moved");
     }
-    copy_original(&original);
-    sql_change(original.path, "UPDATE score SET rowid = rowid + 7; VACUUM"); // the same order
-    ASSERT_OK(verify(original.path));
-    forget_original(&original);
+    temporary_put_back(&original.file);
+    sql_change(original.file.path, "UPDATE score SET rowid = rowid + 7; VACUUM"); // the same order
+    ASSERT_OK(verify(original.file.path));
 }
 
 // ---- Files that only look like a ledger -----------------------------------------------------------------------------
@@ -361,67 +336,64 @@ FOLDER_TEST(tables_without_constraints_are_refused) {
         "NULL", "'x'", "x''", "x'00ff'", "-9223372036854775808", "9223372036854775806", "1e308 * 10", "-0.5"};
     struct original original = record_original(*state, "finished");
     struct column columns[100];
-    uint32_t column_count = list_columns(original.path, columns, VW_ARRAY_COUNT(columns));
+    uint32_t column_count = list_columns(original.file.path, columns, VW_ARRAY_COUNT(columns));
     for (uint32_t c = 0; c < column_count; c++)
         for (size_t v = 0; v < VW_ARRAY_COUNT(values); v++) {
             const char *table = columns[c].table;
-            copy_original(&original);
+            temporary_put_back(&original.file);
             AUTO_FREE char *sql =
                 vw_format_text("CREATE TABLE loose AS SELECT * FROM %s; DROP TABLE %s; ALTER TABLE loose RENAME TO %s;"
                                "UPDATE %s SET %s = %s;",
                                table, table, table, table, columns[c].name, values[v]);
-            sql_change(original.path, sql);
+            sql_change(original.file.path, sql);
             // An edit to NULL of what was NULL everywhere is none.
             bool may_verify = strcmp(values[v], "NULL") == 0;
-            enum vw_status status = verify(original.path);
+            enum vw_status status = verify(original.file.path);
             if (!may_verify || status) assert_found(&original, sql, "");
-            use(original.path);
+            use(original.file.path);
         }
-    forget_original(&original);
 }
 
 FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
     struct original original = record_original(*state, "finished");
     // A view in the place of a table could have no end.
     for (size_t t = 0; t < TABLE_COUNT; t++) {
-        copy_original(&original);
+        temporary_put_back(&original.file);
         AUTO_FREE char *sql = vw_format_text(
             "CREATE TABLE kept AS SELECT * FROM %s; DROP TABLE %s; CREATE VIEW %s AS"
             " WITH RECURSIVE many(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM many) SELECT kept.* FROM kept, many",
             tables[t], tables[t], tables[t]);
-        sql_run(original.path, sql);
-        assert_int_equal(verify(original.path), VW_ERROR_INPUT);
-        use(original.path);
+        sql_run(original.file.path, sql);
+        assert_int_equal(verify(original.file.path), VW_ERROR_INPUT);
+        use(original.file.path);
     }
-    forget_original(&original);
 }
 
 // One flipped bit anywhere in the file: what verifies is still the same ledger. Rerun a failure by its number.
 FOLDER_TEST(flipped_bits_do_no_harm) {
     enum { FLIPS = 400 };
     struct original original = record_original(*state, "finished");
-    AUTO_FREE unsigned char *bytes = vw_allocate(original.size_bytes, 1);
-    AUTO_FREE char *final_hash = sql_ask(original.path, SQL_FINAL_HASH);
+    AUTO_FREE unsigned char *bytes = vw_allocate(original.file.size_bytes, 1);
+    AUTO_FREE char *final_hash = sql_ask(original.file.path, SQL_FINAL_HASH);
     uint32_t found = 0;
     for (uint32_t i = 0; i < FLIPS; i++) {
         uint32_t words[4];
         vw_random_words(5, VW_RANDOM_JITTER, i, 0, 0, words);
-        size_t place = words[0] % original.size_bytes;
-        memcpy(bytes, original.bytes, original.size_bytes);
+        size_t place = words[0] % original.file.size_bytes;
+        memcpy(bytes, original.file.bytes, original.file.size_bytes);
         bytes[place] ^= (unsigned char)(1u << words[1] % 8);
-        copy_bytes(original.path, bytes, original.size_bytes);
+        temporary_write(original.file.path, bytes, original.file.size_bytes);
         struct vw_ledger *ledger = NULL;
         char head[VW_HASH_HEX_BYTES];
-        if (vw_ledger_open(original.path, &ledger) || vw_ledger_verify(ledger)) {
+        if (vw_ledger_open(original.file.path, &ledger) || vw_ledger_verify(ledger)) {
             found++;
         } else {
             vw_ledger_chain_head(ledger, head);
             if (strcmp(head, final_hash) != 0) fail_msg("flip %u, of byte %zu: another head verifies", i, place);
         }
         vw_ledger_close(&ledger);
-        use(original.path);
+        use(original.file.path);
     }
     print_message("%u of %u flipped bits found, the others changed no row\n", found, (uint32_t)FLIPS);
     assert_true(found > 0);
-    forget_original(&original);
 }

@@ -105,10 +105,8 @@ FOLDER_TEST(an_edited_retraining_is_not_recalled) {
         ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
         ASSERT_OK(vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome));
         sql_change(path, edits[i]);
-        if (vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome) != VW_ERROR_MISMATCH)
-            fail_msg("%s went unnoticed", edits[i]);
-        assert_non_null(strstr(vw_error_message(), path));
-        assert_non_null(strstr(vw_error_message(), HEX_A));
+        ASSERT_CASE_FAILS(edits[i], vw_retraining_store_find(retrainings, HEX_A, &found, &found_outcome),
+                          VW_ERROR_MISMATCH, path, HEX_A);
         sql_change(path, "DELETE FROM retraining"); // the remedy
     }
 }
@@ -148,28 +146,16 @@ FOLDER_TEST(what_is_no_file_of_retrainings_is_refused) {
     struct vw_retraining_store *retrainings = open_retrainings(*state);
     ASSERT_OK(vw_retraining_store_add(retrainings, HEX_A, HEX_B, &retraining, &outcome, reached, 2));
     vw_retraining_store_close(&retrainings);
-    void *bytes = temporary_read(path, &size_bytes);
-    unsigned char *damaged = bytes;
+    AUTO_FREE unsigned char *damaged = temporary_read(path, &size_bytes);
     memset(damaged + 100, 0x5a, 200); // the schema's page, after the header
     refuse(path, damaged, size_bytes);
-    free(bytes);
     const char text[] = "these are not retrainings, though the file is there and is longer than the magic bytes";
     refuse(path, text, sizeof text);
+    refuse(path, "", 0); // the file appears with its tables, so that no killed program leaves an empty one
 }
 
 FOLDER_TEST(a_ledger_is_no_file_of_retrainings) {
-    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
-    struct vw_ledger *ledger = NULL;
+    AUTO_FREE char *path = test_ledger_record(*state, "retrainings.db", &test_four_epochs, 6);
     struct vw_retraining_store *retrainings = NULL;
-    struct vw_ledger_run run = test_run("{}");
-    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
-    vw_ledger_close(&ledger);
     assert_int_equal(vw_retraining_store_open(path, &retrainings), VW_ERROR_INPUT);
-}
-
-// The file of a process that was killed between creating the file and its first transaction.
-// The file appears with its tables, so that no killed program leaves an empty one.
-FOLDER_TEST(an_empty_file_is_refused) {
-    AUTO_FREE char *path = vw_path_join(*state, "retrainings.db");
-    refuse(path, "", 0);
 }

@@ -57,10 +57,8 @@ FOLDER_TEST(what_was_edited_is_not_taken) {
         double value;
         keep(sweeps, HEX_A, "train_ms", 1);
         sql_change(path, edits[i]);
-        if (vw_sweeps_find(sweeps, HEX_A, "train_ms", &found, &value) != VW_ERROR_MISMATCH)
-            fail_msg("%s went unnoticed", edits[i]);
-        assert_non_null(strstr(vw_error_message(), path));
-        assert_non_null(strstr(vw_error_message(), "train_ms"));
+        ASSERT_CASE_FAILS(edits[i], vw_sweeps_find(sweeps, HEX_A, "train_ms", &found, &value), VW_ERROR_MISMATCH, path,
+                          "train_ms");
         sql_change(path, "DELETE FROM measurement"); // the remedy
     }
 }
@@ -101,9 +99,6 @@ FOLDER_TEST(what_is_no_such_file_is_refused) {
     assert_int_equal(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT);
     assert_null(sweeps);
     unlink(path);
-    struct vw_ledger *ledger = NULL;
-    struct vw_ledger_run run = test_run("{}");
-    ASSERT_OK(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger));
-    vw_ledger_close(&ledger);
+    vw_ledger_close(&(struct vw_ledger *){test_ledger_create(path)});
     ASSERT_FAILS(vw_sweeps_open(path, &sweeps), VW_ERROR_INPUT, path);
 }
