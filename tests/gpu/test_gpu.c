@@ -26,26 +26,20 @@ struct scale_push {
 };
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
-    struct vw_buffer *buffer = NULL;
-    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
-    return buffer;
+    return test_buffer(gpu, (struct vw_buffer_params){.name = name, .size_bytes = size_bytes});
 }
 
 static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
                      uint64_t invocations) {
-    struct vw_submission *submission = NULL;
-    ASSERT_OK(vw_submission_create(gpu, &submission));
+    struct vw_submission *submission = test_submission(gpu);
     vw_submission_begin(submission);
     vw_submission_dispatch(submission, pass, push, push_bytes, invocations);
     ASSERT_OK(vw_submission_submit(submission));
     ASSERT_OK(vw_submission_wait(submission));
-    vw_submission_destroy(&submission);
 }
 
 static struct vw_gpu *open_clamped(const struct vw_gpu_limits *clamp) {
-    struct vw_gpu *gpu = NULL;
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = clamp}, &gpu));
-    return gpu;
+    return test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = clamp});
 }
 
 // ---- Devices --------------------------------------------------------------------------------------------------------
@@ -118,7 +112,6 @@ TEST(a_clamp_only_lowers) {
     assert_int_equal(limits->texel_offset_alignment_bytes, vw_gpu_floor_limits.texel_offset_alignment_bytes);
     assert_int_equal(limits->storage_buffers, vw_gpu_floor_limits.storage_buffers);
     assert_false(limits->int64 || limits->int64_atomics || limits->timestamps);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 TEST(messages_tell_memory_from_loss) {
@@ -132,10 +125,12 @@ TEST(messages_tell_memory_from_loss) {
 }
 
 TEST(a_validation_complaint_fails_submit_and_close) {
-    struct vw_gpu *gpu = open_clamped(NULL);
-    struct vw_buffer *value = make_buffer(gpu, "value", 4);
+    struct vw_gpu *gpu = NULL;
+    struct vw_buffer *value = NULL;
     struct vw_pass *pass = NULL;
     struct vw_submission *submission = NULL;
+    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true}, &gpu));
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "value", .size_bytes = 4}, &value));
     print_message("one validation message is expected here:\n");
     ASSERT_OK(vw_pass_create(gpu,
                              &(struct vw_pass_params){.shader = &halve_double,
@@ -173,17 +168,13 @@ TEST(new_buffers_are_zero_and_only_host_memory_maps) {
 TEST(write_and_read_cross_the_staging_buffer) {
     const uint64_t count = 5 << 20, size = count * 4;
     struct vw_buffer *buffer = make_buffer(test_gpu(), "large", size + 3);
-    uint32_t *there = vw_allocate(count, 4), *back = vw_allocate(count, 4);
-    assert_true(there && back);
+    uint32_t *there = test_allocate(count, 4), *back = test_allocate(count, 4);
     for (uint32_t i = 0; i < count; i++) there[i] = i * 2654435761u;
     ASSERT_OK(vw_buffer_write(buffer, 3, there, size));
     ASSERT_OK(vw_buffer_read(buffer, 3, back, size));
     assert_memory_equal(there, back, size);
     ASSERT_FAILS(vw_buffer_write(buffer, 4, there, size), VW_ERROR_DEVICE, "buffer large");
     ASSERT_FAILS(vw_buffer_read(buffer, UINT64_MAX, back, 4), VW_ERROR_DEVICE, "buffer large");
-    free(there);
-    free(back);
-    vw_buffer_destroy(&buffer);
 }
 
 TEST(a_huge_buffer_is_out_of_memory) {
@@ -218,16 +209,12 @@ static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
                                           .specialization_count = offset ? 3 : 0,
                                           .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
-    struct vw_pass *pass = NULL;
-    ASSERT_OK(vw_pass_create(gpu, &params, &pass));
+    struct vw_pass *pass = test_pass(gpu, params);
     assert_string_equal(vw_pass_name(pass), "scale_values");
     run_pass(gpu, pass, &(struct scale_push){VALUES - 1, 3}, sizeof(struct scale_push), VALUES);
     ASSERT_OK(vw_buffer_read(target, 0, results, sizeof results));
     for (uint32_t i = 0; i < VALUES - 1; i++) assert_int_equal(results[i], 3 * i * i + offset);
     assert_int_equal(results[VALUES - 1], 0);
-    vw_pass_destroy(&pass);
-    vw_buffer_destroy(&source);
-    vw_buffer_destroy(&target);
 }
 
 TEST(a_pass_computes) { check_scaling(test_gpu(), 0); }
@@ -237,7 +224,6 @@ TEST(specialization_words_reach_the_shader) { check_scaling(test_gpu(), 1234567)
 TEST(floor_limits_still_run_a_pass) {
     struct vw_gpu *gpu = open_clamped(&vw_gpu_floor_limits);
     check_scaling(gpu, 0);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 // Fills `values` with what gather_texels reads from a buffer of `count` words holding i + 100, bound with `size_bytes`.
@@ -249,14 +235,10 @@ static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_
     const struct vw_binding bindings[] = {
         {.slot = 1, .buffer = source, .size_bytes = size_bytes, .texel = VW_TEXEL_UINT1},
         {.slot = 2, .buffer = target}};
-    struct vw_pass *pass = NULL;
-    ASSERT_OK(vw_pass_create(
-        gpu, &(struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2}, &pass));
+    struct vw_pass *pass =
+        test_pass(gpu, (struct vw_pass_params){.shader = &gather_texels, .bindings = bindings, .binding_count = 2});
     run_pass(gpu, pass, NULL, 0, count);
     ASSERT_OK(vw_buffer_read(target, 0, values, count * 4ull));
-    vw_pass_destroy(&pass);
-    vw_buffer_destroy(&source);
-    vw_buffer_destroy(&target);
 }
 
 TEST(a_texel_view_covers_its_range) {
@@ -272,7 +254,6 @@ TEST(a_texel_view_is_cut_at_the_limit) {
     uint32_t values[300];
     gather(gpu, values, 300, 0);
     for (uint32_t i = 0; i < 300; i++) assert_int_equal(values[i], i < 130 ? i + 100 : 7);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 TEST(a_buffer_beyond_one_binding_works_in_windows) {
@@ -292,51 +273,42 @@ TEST(a_buffer_beyond_one_binding_works_in_windows) {
                                           .specialization_count = 2,
                                           .bindings = bindings,
                                           .binding_count = 2};
-    struct vw_pass *pass = NULL;
-    ASSERT_OK(vw_pass_create(gpu, &params, &pass));
+    struct vw_pass *pass = test_pass(gpu, params);
     run_pass(gpu, pass, NULL, 0, WORDS);
     ASSERT_OK(vw_buffer_read(buffer, 0, values, sizeof values));
     for (uint32_t i = 0; i < WORDS; i++) {
         assert_int_equal(values[i], i);
         assert_int_equal(values[WORDS + i], 2 * i + WORDS);
     }
-    vw_pass_destroy(&pass);
     bindings[0].size_bytes = 0;
-    ASSERT_FAILS(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
-    assert_null(pass);
-    vw_buffer_destroy(&buffer);
-    ASSERT_OK(vw_gpu_close(&gpu));
+    struct vw_pass *refused = NULL;
+    ASSERT_FAILS(vw_pass_create(gpu, &params, &refused), VW_ERROR_DEVICE, "pass sum_windows, slot 0");
+    assert_null(refused);
 }
 
 TEST(refusals_name_pass_and_slot) {
     struct vw_gpu *gpu = test_gpu();
     struct vw_buffer *buffer = make_buffer(gpu, "values", 4096);
+#define BOUND(...)                                                                                                     \
+    { .buffer = buffer, __VA_ARGS__ }
     const struct {
         const struct vw_shader *shader;
         struct vw_binding bindings[2];
         const char *part;
     } cases[] = {
-        {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}}, "pass scale_values, slot 3"},
-        {&scale_values, {{.slot = 0, .buffer = buffer}, {.slot = 3}}, "pass scale_values, slot 3"},
-        {&scale_values, {{.slot = 3, .buffer = buffer}, {.slot = 3, .buffer = buffer}}, "slot 3: bound twice"},
+        {&scale_values, {BOUND(.slot = 0), BOUND(.slot = 1)}, "pass scale_values, slot 3"},
+        {&scale_values, {BOUND(.slot = 0), {.slot = 3}}, "pass scale_values, slot 3"},
+        {&scale_values, {BOUND(.slot = 3), BOUND(.slot = 3)}, "slot 3: bound twice"},
+        {&scale_values, {BOUND(.slot = 0, .size_bytes = 4097), BOUND(.slot = 3)}, "slot 0: buffer values"},
+        {&scale_values, {BOUND(.slot = 0, .offset_bytes = 4096), BOUND(.slot = 3)}, "slot 0: an empty range"},
+        {&scale_values, {BOUND(.slot = 0, .offset_bytes = 1), BOUND(.slot = 3)}, "slot 0: offset 1"},
         {&scale_values,
-         {{.slot = 0, .buffer = buffer, .size_bytes = 4097}, {.slot = 3, .buffer = buffer}},
-         "slot 0: buffer values"},
-        {&scale_values,
-         {{.slot = 0, .buffer = buffer, .offset_bytes = 4096}, {.slot = 3, .buffer = buffer}},
-         "slot 0: an empty range"},
-        {&scale_values,
-         {{.slot = 0, .buffer = buffer, .offset_bytes = 1}, {.slot = 3, .buffer = buffer}},
-         "slot 0: offset 1"},
-        {&scale_values,
-         {{.slot = 0, .buffer = buffer, .texel = VW_TEXEL_UINT1}, {.slot = 3, .buffer = buffer}},
+         {BOUND(.slot = 0, .texel = VW_TEXEL_UINT1), BOUND(.slot = 3)},
          "slot 0: the shader declares a storage buffer"},
-        {&gather_texels, {{.slot = 1, .buffer = buffer}, {.slot = 2, .buffer = buffer}}, "declares a texel buffer"},
+        {&gather_texels, {BOUND(.slot = 1), BOUND(.slot = 2)}, "declares a texel buffer"},
+        {&gather_texels, {BOUND(.slot = 1, .texel = VW_TEXEL_FLOAT1), BOUND(.slot = 2)}, "unsigned texels"},
         {&gather_texels,
-         {{.slot = 1, .buffer = buffer, .texel = VW_TEXEL_FLOAT1}, {.slot = 2, .buffer = buffer}},
-         "unsigned texels"},
-        {&gather_texels,
-         {{.slot = 1, .buffer = buffer, .size_bytes = 4, .texel = VW_TEXEL_UINT4}, {.slot = 2, .buffer = buffer}},
+         {BOUND(.slot = 1, .size_bytes = 4, .texel = VW_TEXEL_UINT4), BOUND(.slot = 2)},
          "slot 1: buffer values is smaller than one texel"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
@@ -346,7 +318,6 @@ TEST(refusals_name_pass_and_slot) {
         ASSERT_FAILS(vw_pass_create(gpu, &params, &pass), VW_ERROR_DEVICE, cases[i].part);
         assert_null(pass);
     }
-    vw_buffer_destroy(&buffer);
 }
 
 TEST(specialised_sizes_are_held_to_the_limits) {
@@ -372,7 +343,6 @@ TEST(specialised_sizes_are_held_to_the_limits) {
                                     &pass),
                      VW_ERROR_DEVICE, cases[i].part);
     }
-    vw_buffer_destroy(&buffer);
 }
 
 TEST(optional_features_are_refused_where_clamped) {
@@ -382,25 +352,18 @@ TEST(optional_features_are_refused_where_clamped) {
         if (clamped) clamp.int64_atomics = false;
         struct vw_gpu *gpu = open_clamped(&clamp);
         struct vw_buffer *counter = make_buffer(gpu, "counter", 8);
-        struct vw_pass *pass = NULL;
-        enum vw_status status =
-            vw_pass_create(gpu,
-                           &(struct vw_pass_params){.shader = &count_atomically,
-                                                    .binding_count = 1,
-                                                    .bindings = &(struct vw_binding){.slot = 0, .buffer = counter}},
-                           &pass);
+        struct vw_pass *refused = NULL;
+        uint64_t count = 0;
+        const struct vw_binding binding = {.slot = 0, .buffer = counter};
+        const struct vw_pass_params params = {.shader = &count_atomically, .binding_count = 1, .bindings = &binding};
         if (clamped) {
-            ASSERT_FAILS(status, VW_ERROR_DEVICE, "pass count_atomically: needs 64-bit atomics");
-        } else {
-            ASSERT_OK(status);
-            uint64_t count = 0;
-            run_pass(gpu, pass, NULL, 0, 320);
-            ASSERT_OK(vw_buffer_read(counter, 0, &count, sizeof count));
-            assert_true(count == (uint64_t)320 << 32);
+            ASSERT_FAILS(vw_pass_create(gpu, &params, &refused), VW_ERROR_DEVICE,
+                         "pass count_atomically: needs 64-bit atomics");
+            continue;
         }
-        vw_pass_destroy(&pass);
-        vw_buffer_destroy(&counter);
-        ASSERT_OK(vw_gpu_close(&gpu));
+        run_pass(gpu, test_pass(gpu, params), NULL, 0, 320);
+        ASSERT_OK(vw_buffer_read(counter, 0, &count, sizeof count));
+        assert_true(count == (uint64_t)320 << 32);
     }
 }
 
@@ -443,7 +406,6 @@ TEST(peaks_are_measured_in_windows_of_a_binding) {
     ASSERT_OK(vw_gpu_measure_peaks(gpu, &peaks));
     assert_true(peaks.copy_bytes_per_s > 1e6 && peaks.copy_bytes_per_s < 1e14);
     assert_true(peaks.multiply_adds_per_s > 1e8 && peaks.multiply_adds_per_s < 1e16);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 TEST_GROUP(NULL, test_gpu_close)

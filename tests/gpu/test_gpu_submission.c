@@ -33,24 +33,17 @@ struct bench {
 };
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
-    struct vw_buffer *buffer = NULL;
-    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES}, &buffer));
-    return buffer;
+    return test_buffer(gpu, (struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES});
 }
 
 static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *shader, struct vw_binding source,
                                  struct vw_binding target) {
-    const struct vw_binding bindings[] = {source, target};
     const uint32_t specialization[] = {16, 64}; // for sum_windows
-    struct vw_pass *pass = NULL;
-    ASSERT_OK(vw_pass_create(gpu,
-                             &(struct vw_pass_params){.shader = shader,
-                                                      .specialization = specialization,
-                                                      .specialization_count = 2,
-                                                      .bindings = bindings,
-                                                      .binding_count = 2},
-                             &pass));
-    return pass;
+    return test_pass(gpu, (struct vw_pass_params){.shader = shader,
+                                                  .specialization = specialization,
+                                                  .specialization_count = 2,
+                                                  .bindings = (struct vw_binding[]){source, target},
+                                                  .binding_count = 2});
 }
 
 static struct vw_pass *make_scale(struct vw_gpu *gpu, struct vw_buffer *source, struct vw_buffer *target) {
@@ -73,17 +66,15 @@ static struct bench open_bench(struct vw_gpu *gpu) {
     uint32_t values[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i + 1;
     ASSERT_OK(vw_buffer_write(bench.a, 0, values, VALUE_BYTES));
-    ASSERT_OK(vw_submission_create(gpu, &bench.submission));
+    bench.submission = test_submission(gpu);
     return bench;
 }
 
-static void close_bench(struct bench *bench) {
-    struct vw_pass **const passes[] = {&bench->a_to_b, &bench->a_to_c,        &bench->b_to_c,
-                                       &bench->b_to_a, &bench->gather_b_to_c, &bench->add_a_to_b};
-    struct vw_buffer **const buffers[] = {&bench->a, &bench->b, &bench->c};
-    vw_submission_destroy(&bench->submission);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(passes); i++) vw_pass_destroy(passes[i]);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(buffers[i]);
+// Returns a bench whose submission is being recorded.
+static struct bench begin_bench(struct vw_gpu *gpu) {
+    struct bench bench = open_bench(gpu);
+    vw_submission_begin(bench.submission);
+    return bench;
 }
 
 static void scale(struct vw_submission *submission, const struct vw_pass *pass, uint32_t factor) {
@@ -147,8 +138,7 @@ static void assert_epochs(const struct bench *bench, uint32_t commands, uint32_t
 }
 
 TEST(a_read_after_a_write_waits_once) {
-    struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu());
     scale(bench.submission, bench.a_to_b, 3);
     scale(bench.submission, bench.b_to_c, 5);
     scale(bench.submission, bench.b_to_a, 1); // in parallel: b is visible already, and a was read before that barrier
@@ -157,12 +147,10 @@ TEST(a_read_after_a_write_waits_once) {
     assert_values(bench.b, 3);
     assert_values(bench.c, 15);
     assert_values(bench.a, 3);
-    close_bench(&bench);
 }
 
 TEST(a_write_after_a_read_or_a_write_waits) {
-    struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu());
     scale(bench.submission, bench.b_to_c, 1);
     scale(bench.submission, bench.a_to_b, 3); // b was read
     scale(bench.submission, bench.a_to_b, 4); // b was written
@@ -171,7 +159,6 @@ TEST(a_write_after_a_read_or_a_write_waits) {
     assert_epochs(&bench, 4, 2);
     assert_values(bench.b, 4);
     assert_values(bench.c, 7);
-    close_bench(&bench);
 }
 
 TEST(a_command_runs_as_early_as_it_may) {
@@ -187,8 +174,6 @@ TEST(a_command_runs_as_early_as_it_may) {
     assert_values(bench.b, 7);
     assert_values(bench.c, 15);
     assert_values(d, 1);
-    vw_buffer_destroy(&d);
-    close_bench(&bench);
 }
 
 TEST(slots_that_are_left_alone_wait_for_nobody) {
@@ -203,7 +188,6 @@ TEST(slots_that_are_left_alone_wait_for_nobody) {
     }
     finish(bench.submission);
     assert_epochs(&bench, 6, 5); // b is written, read, written ...
-    vw_pass_destroy(&to_nowhere);
     to_nowhere = make_pass(bench.gpu, &scale_values, (struct vw_binding){.slot = 0, .unused = true},
                            (struct vw_binding){.slot = 3, .buffer = bench.c});
     vw_submission_begin(bench.submission);
@@ -211,26 +195,21 @@ TEST(slots_that_are_left_alone_wait_for_nobody) {
     vw_submission_dispatch(bench.submission, to_nowhere, &(struct scale_push){0, 1}, sizeof(struct scale_push), VALUES);
     finish(bench.submission);
     assert_epochs(&bench, 2, 0);
-    vw_pass_destroy(&to_nowhere);
-    close_bench(&bench);
 }
 
 TEST(accumulation_and_texel_reads_wait) {
-    struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu());
     for (int i = 0; i < 3; i++) vw_submission_dispatch(bench.submission, bench.add_a_to_b, NULL, 0, VALUES);
     vw_submission_dispatch(bench.submission, bench.gather_b_to_c, NULL, 0, VALUES);
     finish(bench.submission);
     assert_epochs(&bench, 4, 3);
     assert_values(bench.c, 3);
-    close_bench(&bench);
 }
 
 TEST(copies_wait) {
     struct bench bench = open_bench(test_gpu());
-    struct vw_buffer *back = NULL;
-    const struct vw_buffer_params params = {.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK};
-    ASSERT_OK(vw_buffer_create(test_gpu(), &params, &back));
+    struct vw_buffer *back = test_buffer(
+        bench.gpu, (struct vw_buffer_params){.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK});
     vw_submission_begin(bench.submission);
     scale(bench.submission, bench.a_to_b, 3);
     vw_submission_copy(bench.submission, bench.b, 0, bench.c, 0, VALUE_BYTES);
@@ -241,14 +220,11 @@ TEST(copies_wait) {
     assert_epochs(&bench, 5, 2);
     const uint32_t *values = vw_buffer_map(back);
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], (i < VALUES / 2 ? 3 : 6) * (i + 1));
-    vw_buffer_destroy(&back);
-    close_bench(&bench);
 }
 
 TEST(submissions_in_flight_run_in_order) {
     struct bench bench = open_bench(test_gpu());
-    struct vw_submission *second = NULL;
-    ASSERT_OK(vw_submission_create(test_gpu(), &second));
+    struct vw_submission *second = test_submission(test_gpu());
     for (int round = 0; round < 4; round++) { // each submission is recorded again and again
         vw_submission_begin(bench.submission);
         scale(bench.submission, bench.a_to_b, 2);
@@ -260,8 +236,6 @@ TEST(submissions_in_flight_run_in_order) {
         ASSERT_OK(vw_submission_wait(second));
     }
     assert_values(bench.a, 6 * 6 * 6 * 6);
-    vw_submission_destroy(&second);
-    close_bench(&bench);
 }
 
 // ---- Dispatching ----------------------------------------------------------------------------------------------------
@@ -269,25 +243,17 @@ TEST(submissions_in_flight_run_in_order) {
 TEST(a_dispatch_folds_into_y) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 3; // VALUES take 4 workgroups
-    struct vw_gpu *gpu = NULL;
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
-    struct bench bench = open_bench(gpu);
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = &clamp}));
     scale(bench.submission, bench.a_to_b, 9);
     finish(bench.submission);
     assert_values(bench.b, 9);
-    close_bench(&bench);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 TEST(a_fold_covers_every_workgroup_beyond_the_clamp) {
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.workgroup_count_x = 2;
     clamp.workgroup_count_y = 2;
-    struct vw_gpu *gpu = NULL;
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .clamp = &clamp}, &gpu));
-    struct bench bench = open_bench(gpu);
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu_open((struct vw_gpu_params){.validation = true, .clamp = &clamp}));
     scale(bench.submission, bench.a_to_b, 2);
     finish(bench.submission);
     assert_values(bench.b, 2);
@@ -296,8 +262,6 @@ TEST(a_fold_covers_every_workgroup_beyond_the_clamp) {
                            VALUES + 1);
     ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE,
                  "pass scale_values: 257 invocations are too many");
-    close_bench(&bench);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 static void dispatch_listed(struct bench *bench, const struct vw_pass *pass, struct vw_buffer *groups,
@@ -317,7 +281,6 @@ static void assert_listed_groups(uint32_t x, uint32_t y, uint32_t z, uint32_t co
     finish(bench.submission);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], i < count ? 3 * (i + 1) : 0);
-    close_bench(&bench);
 }
 
 TEST(listed_workgroups_run) {
@@ -343,7 +306,6 @@ TEST(listed_workgroups_wait_for_who_lists_them) {
     assert_epochs(&bench, 6, 5);
     ASSERT_OK(vw_buffer_read(bench.b, 0, values, VALUE_BYTES));
     for (uint32_t i = 0; i < VALUES; i++) assert_int_equal(values[i], 3 * (i + 1)); // 6 x 8 workgroups cover all
-    close_bench(&bench);
 }
 
 TEST(listed_workgroups_out_of_place_are_refused) {
@@ -360,7 +322,6 @@ TEST(listed_workgroups_out_of_place_are_refused) {
     vw_submission_begin(bench.submission);
     vw_submission_dispatch_indirect(bench.submission, bench.a_to_b, NULL, 0, bench.c, 0);
     ASSERT_FAILS(vw_submission_submit(bench.submission), VW_ERROR_DEVICE, "0 push constant bytes given");
-    close_bench(&bench);
 }
 
 TEST(nothing_to_do_is_done) {
@@ -371,12 +332,10 @@ TEST(nothing_to_do_is_done) {
     vw_submission_copy(bench.submission, bench.a, VALUE_BYTES, bench.b, 0, 0);
     finish(bench.submission);
     assert_values(bench.b, 0);
-    close_bench(&bench);
 }
 
 TEST(the_first_failure_sticks_until_submit) {
-    struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu());
     vw_submission_dispatch(bench.submission, bench.a_to_b, &(uint32_t){0}, 4, VALUES);
     vw_submission_copy(bench.submission, bench.a, 4, bench.b, 0, VALUE_BYTES);
     scale(bench.submission, bench.a_to_b, 3);
@@ -392,7 +351,6 @@ TEST(the_first_failure_sticks_until_submit) {
     scale(bench.submission, bench.a_to_b, 3);
     finish(bench.submission);
     assert_values(bench.b, 3);
-    close_bench(&bench);
 }
 
 TEST(one_submission_records_at_a_time) {
@@ -415,15 +373,13 @@ TEST(one_submission_records_at_a_time) {
     scale(bench.submission, bench.b_to_c, 2);
     finish(bench.submission);
     assert_values(bench.c, 6);
-    close_bench(&bench);
 }
 
 // ---- Timers ---------------------------------------------------------------------------------------------------------
 
 TEST(timers_add_up_by_pass_name) {
     if (!vw_gpu_get_limits(test_gpu())->timestamps) skip();
-    struct vw_gpu *gpu = NULL;
-    ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){.validation = true, .timers = true}, &gpu));
+    struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .timers = true});
     struct bench bench = open_bench(gpu);
     uint32_t count = 99;
     vw_gpu_timers(gpu, &count);
@@ -442,19 +398,15 @@ TEST(timers_add_up_by_pass_name) {
     assert_string_equal(timers[1].name, "gather_texels");
     assert_int_equal(timers[1].dispatches, 2);
     for (uint32_t i = 0; i < count; i++) assert_true(timers[i].total_ms > 0 && timers[i].total_ms < 60000);
-    close_bench(&bench);
-    ASSERT_OK(vw_gpu_close(&gpu));
 }
 
 TEST(there_are_no_timers_unless_asked) {
-    struct bench bench = open_bench(test_gpu());
-    vw_submission_begin(bench.submission);
+    struct bench bench = begin_bench(test_gpu());
     scale(bench.submission, bench.a_to_b, 2);
     finish(bench.submission);
     uint32_t count = 99;
     vw_gpu_timers(test_gpu(), &count);
     assert_int_equal(count, 0);
-    close_bench(&bench);
 }
 
 // ---- Waits that end ------------------------------------------------------------------------------------------------
@@ -480,10 +432,11 @@ TEST(a_device_that_hangs_is_reported_and_closed) {
     struct vw_gpu *gpu = NULL;
     struct vw_submission *submission = NULL, *second = NULL;
     struct vw_pass *pass = NULL;
+    struct vw_buffer *to = NULL;
     assert_int_equal(setenv(LIMIT_NAME, "0.002", 1), 0);
     ASSERT_OK(vw_gpu_open(&(struct vw_gpu_params){0}, &gpu));
     unsetenv(LIMIT_NAME);
-    struct vw_buffer *to = make_buffer(gpu, "to");
+    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = "to", .size_bytes = VALUE_BYTES}, &to));
     ASSERT_OK(
         vw_pass_create(gpu,
                        &(struct vw_pass_params){.shader = &vw_shader_multiply_registers,

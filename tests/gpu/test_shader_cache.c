@@ -23,37 +23,31 @@ static int list_caches(const char *folder, char name[256]) {
     return count;
 }
 
-TEST(a_damaged_cache_is_made_anew) {
-    char *folder = temporary_folder_create(), name[256] = "";
-    setenv("XDG_CACHE_HOME", folder, 1);
-    const char *caches = temporary_path(folder, "viewworth");
+FOLDER_TEST(a_damaged_cache_is_made_anew) {
+    char name[256] = "";
+    setenv("XDG_CACHE_HOME", *state, 1);
+    const char *caches = temporary_path(*state, "viewworth");
     open_and_close();
     assert_int_equal(list_caches(caches, name), 1);
-    char *path = vw_path_join(caches, name);
-    void *whole = NULL, *again = NULL;
-    size_t whole_bytes = 0, again_bytes = 0;
-    assert_int_equal(vw_file_read(path, 1 << 28, &whole, &whole_bytes), VW_OK);
-    for (size_t damage = 0; damage < 3; damage++) { // cut short, a bit flipped, empty
-        ((uint8_t *)whole)[40] ^= damage == 1;
-        assert_int_equal(vw_file_write(path, whole,
-                                       damage == 0   ? whole_bytes - 1
-                                       : damage == 1 ? whole_bytes
-                                                     : 0),
-                         VW_OK);
-        ((uint8_t *)whole)[40] ^= damage == 1;
+    const struct kept_file whole = temporary_keep(temporary_path(caches, name));
+    AUTO_FREE uint8_t *flipped = temporary_read(whole.path, NULL);
+    flipped[40] ^= 1;
+    const struct kept_file damaged[] = {{whole.path, whole.bytes, whole.size_bytes - 1}, // cut short
+                                        {whole.path, flipped, whole.size_bytes},
+                                        {whole.path, "", 0}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(damaged); i++) {
+        temporary_put_back(&damaged[i]);
         open_and_close();
-        assert_int_equal(vw_file_read(path, 1 << 28, &again, &again_bytes), VW_OK);
-        assert_int_equal(again_bytes, whole_bytes);
-        assert_memory_equal(again, whole, whole_bytes);
-        free(again);
+        size_t size_bytes = 0;
+        AUTO_FREE void *again = temporary_read(whole.path, &size_bytes);
+        assert_int_equal(size_bytes, whole.size_bytes);
+        assert_memory_equal(again, whole.bytes, size_bytes);
     }
-    free(whole);
-    free(path);
-    temporary_folder_remove(folder);
 }
 
-TEST(every_vector_width_has_its_own) {
-    char *folder = temporary_folder_create(), name[256];
+FOLDER_TEST(every_vector_width_has_its_own) {
+    const char *folder = *state;
+    char name[256];
     setenv("XDG_CACHE_HOME", folder, 1);
     unsetenv("MESA_SHADER_CACHE_DIR");
     open_and_close();
@@ -65,7 +59,6 @@ TEST(every_vector_width_has_its_own) {
     assert_true(vw_folder_exists(getenv("MESA_SHADER_CACHE_DIR")));
     unsetenv("LP_NATIVE_VECTOR_WIDTH");
     unsetenv("MESA_SHADER_CACHE_DIR");
-    temporary_folder_remove(folder);
 }
 
 TEST(without_a_folder_nothing_is_kept) {
