@@ -45,16 +45,10 @@ static void make_valid(void) {
     atexit(free_valid);
 }
 
-static void check(bool holds, const char *what) {
-    if (holds) return;
-    fprintf(stderr, "fuzz_ledger.c: not so: %s (last message: %s)\n", what, vw_error_message());
-    abort();
-}
-
 static void take_view(void *context, uint64_t step, uint32_t image_id, const struct vw_view_error *error) {
     const struct vw_ledger_image *image = vw_ledger_find_image(test_images, TEST_IMAGE_COUNT, image_id);
     (void)context, (void)step, (void)image;
-    check(isfinite(error->mse) && isfinite(error->l1), "a view's errors are finite");
+    fuzz_check(isfinite(error->mse) && isfinite(error->l1), "a view's errors are finite");
 }
 
 static void read_rows(struct vw_ledger *ledger) {
@@ -68,12 +62,12 @@ static void read_rows(struct vw_ledger *ledger) {
     fuzz_check_message(vw_ledger_get_scores(ledger, &scores, &score_count));
     fuzz_check_message(vw_ledger_each_view(ledger, take_view, NULL));
     for (uint64_t i = 0; i < record_count; i++)
-        check(
+        fuzz_check(
             records[i].step == i && records[i].epoch <= i &&
                 (records[i].view == VW_RECORD_UNTRAINED || vw_ledger_find_image(images, image_count, records[i].view)),
             "steps follow each other and name images");
     for (uint32_t i = 0; i < score_count; i++)
-        check(vw_ledger_find_image(images, image_count, scores[i].image_id) != NULL, "scores name images");
+        fuzz_check(vw_ledger_find_image(images, image_count, scores[i].image_id) != NULL, "scores name images");
 }
 
 static void read_ledger(const char *path) {
@@ -82,9 +76,9 @@ static void read_ledger(const char *path) {
     fuzz_forget_message();
     enum vw_status status = vw_ledger_open(path, &ledger);
     fuzz_check_message(status);
-    check(!status == (ledger != NULL), "a ledger, or a failure");
+    fuzz_check(!status == (ledger != NULL), "a ledger, or a failure");
     if (!ledger) return;
-    check(!vw_ledger_get_run(ledger, &run) && run.run_id && run.status, "it has a run");
+    fuzz_check(!vw_ledger_get_run(ledger, &run) && run.run_id && run.status, "it has a run");
     fuzz_check_message(vw_ledger_verify(ledger));
     read_rows(ledger);
 }
@@ -112,7 +106,7 @@ void fuzz_ledger(const uint8_t *data, size_t size_bytes) {
     fuzz_edit_database(valid, valid_bytes, data, size_bytes, victim, changes, VW_ARRAY_COUNT(changes), &database);
     fuzz_write_database(path, &database);
     read_ledger(path);
-    check(fuzz_database_is_unchanged(path, &database), "reading changes nothing");
+    fuzz_check(fuzz_database_is_unchanged(path, &database), "reading changes nothing");
     append_to_ledger(path);
-    check(vw_file_exists(victim), "a journal deletes no file");
+    fuzz_check(vw_file_exists(victim), "a journal deletes no file");
 }

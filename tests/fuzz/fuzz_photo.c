@@ -10,24 +10,22 @@
 
 enum { PIXELS_MOST = 1 << 20, CHANNELS_MOST = 64 };
 
-static void check(bool condition) {
-    if (!condition) abort();
-}
+#define CHECK(condition) fuzz_check(condition, #condition)
 
 static void check_failure(const struct vw_decoder_answer *answer) {
-    check(memchr(answer->message, 0, sizeof answer->message) && *answer->message);
-    check(!strpbrk(answer->message, "\r\n"));
-    check(!answer->payload_bytes);
+    CHECK(memchr(answer->message, 0, sizeof answer->message) && *answer->message);
+    CHECK(!strpbrk(answer->message, "\r\n"));
+    CHECK(!answer->payload_bytes);
 }
 
 static void check_image(const struct vw_decoder_answer *answer, const struct vw_image *image) {
     size_t pixel_count = (size_t)image->width_px * image->height_px;
-    check(answer->payload_bytes ==
+    CHECK(answer->payload_bytes ==
           pixel_count * (4 * vw_pixel_channel_bytes(image->format) + (image->unusable != NULL)));
-    check((image->unusable != NULL) == (image->masked_count > 0) && image->masked_count <= pixel_count);
+    CHECK((image->unusable != NULL) == (image->masked_count > 0) && image->masked_count <= pixel_count);
     for (size_t i = 0; i < 4 * pixel_count; i++) {
         float value = vw_pixel_get(image->format, image->pixels, i);
-        check(value >= 0 && value <= 1);
+        CHECK(value >= 0 && value <= 1);
     }
 }
 
@@ -62,12 +60,12 @@ void fuzz_photo(const uint8_t *data, size_t size_bytes) {
     }
     request.header = answer.header;
     const struct vw_image_header *header = &request.header;
-    check(header->width_px && header->height_px && header->channels && header->format <= VW_PIXEL_FLOAT32);
+    CHECK(header->width_px && header->height_px && header->channels && header->format <= VW_PIXEL_FLOAT32);
     if (header->channels > CHANNELS_MOST || (uint64_t)header->width_px * header->height_px > PIXELS_MOST) return;
     read_photo(&request, data, size_bytes);
     request.downscale = 3;
     read_photo(&request, data, size_bytes);
     request.header.width_px++; // another file than at first
     vw_task_read_photo(&request, data, size_bytes, &answer, &(struct vw_image){0});
-    check(answer.status != VW_OK);
+    CHECK(answer.status != VW_OK);
 }

@@ -28,12 +28,6 @@ static void free_valid(void) {
     for (int i = 0; i < STORES; i++) free(valid[i]);
 }
 
-static void check(bool holds, const char *what) {
-    if (holds) return;
-    fprintf(stderr, "fuzz_store.c: not so: %s (last message: %s)\n", what, vw_error_message());
-    abort();
-}
-
 static void use_retrainings(const char *path) {
     static const uint32_t views[] = {1, 3, 17};
     const struct vw_retrain_params params = {.views = views, .view_count = 3, .seed = 5, .epochs = 30};
@@ -97,5 +91,5 @@ void fuzz_store(const uint8_t *data, size_t size_bytes) {
                        changes, VW_ARRAY_COUNT(changes), &database);
     fuzz_write_database(path, &database);
     use(store, path);
-    check(vw_file_exists(victim), "a journal deletes no file");
+    fuzz_check(vw_file_exists(victim), "a journal deletes no file");
 }
