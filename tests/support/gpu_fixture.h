@@ -11,7 +11,7 @@ struct vw_gpu *test_gpu(void);
 // Opens a device that the test owns; what validation says of it fails the test when it is released.
 struct vw_gpu *test_gpu_open(struct vw_gpu_params params);
 
-// Create what the test owns.
+// Returns a buffer, a pass or a submission that the test owns.
 struct vw_buffer *test_buffer(struct vw_gpu *gpu, struct vw_buffer_params params);
 struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params);
 struct vw_submission *test_submission(struct vw_gpu *gpu);
