@@ -3,6 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
 #include "train/effects/consistency.h"
@@ -26,25 +27,26 @@ static const struct step_case cases[] = {
      .width = 64,
      .levels = 2,
      .loss = VW_LOSS_L2,
-     .background = true,
+
      .random_background = true,
-     .as_on_gpus = true},
+     .as_on_gpus = true,
+     .effects = "background"},
     {.name = "hash, other effects",
      .seed = 615,
      .rays = 16,
      .samples = 16,
      .width = 16,
-     .sky = true,
-     .visibility = true,
-     .loss = VW_LOSS_HUBER},
-    {.name = "hash, occupancy", .seed = 616, .rays = 40, .samples = 16, .occupancy = true},
+
+     .loss = VW_LOSS_HUBER,
+     .effects = "sky,visibility"},
+    {.name = "hash, occupancy", .seed = 616, .rays = 40, .samples = 16, .effects = "occupancy"},
     {.name = "hash, importance samples", .seed = 617, .rays = 16, .samples = 16, .importance_samples = 16},
     {.name = "mlp", .seed = 618, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 26, .samples = 16},
 };
 
 static struct step_bench *open_case(size_t index, double weight) {
     struct step_case setup = cases[index];
-    setup.appearance_encoder = true;
+    setup.another_effect = "appearance_encoder";
     setup.consistency_weight = weight;
     return step_bench_open(&setup);
 }
@@ -166,7 +168,7 @@ TEST_CASES(passes_are_the_references, i, VW_ARRAY_COUNT(cases)) {
     struct step_bench *bench = open_case(i, WEIGHT);
     take_gradients(bench);
     vw_float4 *colours = step_bench_read(bench, bench->step.consistency->colours);
-    if (!cases[i].importance_samples && !cases[i].occupancy) check_colours(bench, colours);
+    if (!cases[i].importance_samples && !vw_word_list_has(cases[i].effects, "occupancy")) check_colours(bench, colours);
     check_thumbnail(bench, colours);
     check_codes(bench);
 }
@@ -264,7 +266,7 @@ TEST(chunks_change_no_bit) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(chosen); i++) {
         struct step_case setup = cases[chosen[i]];
         setup.rays = 100;
-        setup.appearance_encoder = true;
+        setup.another_effect = "appearance_encoder";
         setup.consistency_weight = WEIGHT;
         struct step_bench *whole = step_bench_open(&setup);
         setup.chunk_samples = whole->model.ray_group * whole->model.ray_samples;
@@ -285,7 +287,7 @@ TEST(words_of_the_grid_hold_both) {
     struct step_case setup = {
         .name = "many rays", .seed = 621, .rays = 700, .samples = 32, .levels = 2, .log2_table = 8};
     for (int with = 0; with < 2; with++) {
-        setup.appearance_encoder = with;
+        setup.effects = with ? "appearance_encoder" : NULL;
         setup.consistency_weight = with ? WEIGHT : 0.0;
         struct step_bench *bench = step_bench_open(&setup);
         assert_int_equal(bench->model.specialization.wide_gradient, with);

@@ -3,6 +3,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "support/encoder_check.h"
 #include "support/gpu_fixture.h"
 #include "train/effects/encode_photo.h"
@@ -16,16 +17,17 @@ static const struct step_case cases[] = {
      .width = 64,
      .levels = 2,
      .loss = VW_LOSS_L2,
-     .background = true,
-     .as_on_gpus = true},
+
+     .as_on_gpus = true,
+     .effects = "background"},
     {.name = "hash, other effects",
      .seed = 503,
      .rays = 16,
      .samples = 16,
      .width = 16,
-     .sky = true,
-     .visibility = true,
-     .loss = VW_LOSS_HUBER},
+
+     .loss = VW_LOSS_HUBER,
+     .effects = "sky,visibility"},
     {.name = "mlp", .seed = 504, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 16, .samples = 16},
     {.name = "mlp, transients",
      .seed = 505,
@@ -35,12 +37,12 @@ static const struct step_case cases[] = {
      .rays = 16,
      .samples = 16,
      .loss = VW_LOSS_L2,
-     .transient = true},
+     .effects = "transient"},
 };
 
 static struct step_bench *open_case(size_t index, bool with) {
     struct step_case setup = cases[index];
-    setup.appearance_encoder = with;
+    if (with) setup.another_effect = "appearance_encoder";
     return step_bench_open(&setup);
 }
 
@@ -142,7 +144,8 @@ static void render(struct step_bench *bench, vw_float4 *colours) {
 
 // Photos 0 and 1 of a bench have half of the rays each. A step takes photo 1's code; renders take each its own.
 TEST_CASES(codes_shift_the_colour_network, i, VW_ARRAY_COUNT(cases)) {
-    if (cases[i].visibility || cases[i].transient) return; // their params lie elsewhere without the effect
+    if (vw_word_list_has(cases[i].effects, "visibility") || vw_word_list_has(cases[i].effects, "transient"))
+        return; // their params lie elsewhere without the effect
     struct step_bench *with = open_case(i, true), *without = open_case(i, false);
     uint32_t rays = with->config.rays;
     vw_float4 *seen = test_allocate(rays, sizeof *seen), *expected = test_allocate(rays, sizeof *expected);

@@ -20,7 +20,7 @@ static const struct step_case cases[] = {
      .width = 136,
      .rays = 9,
      .samples = 16},
-    {.name = "skip as the last layer", .seed = 303, .mlp_depth = 6, .width = 24, .frequencies = 3, .sky = true},
+    {.name = "skip as the last layer", .seed = 303, .mlp_depth = 6, .width = 24, .frequencies = 3, .effects = "sky"},
     {.name = "skip, by storage buffers",
      .seed = 304,
      .mlp_depth = 8,
@@ -31,10 +31,9 @@ static const struct step_case cases[] = {
      .seed = 305,
      .mlp_depth = 3,
      .width = 40,
-     .appearance = true,
-     .appearance_code = true,
-     .unbounded = true,
-     .loss = VW_LOSS_HUBER},
+
+     .loss = VW_LOSS_HUBER,
+     .effects = "appearance,appearance_code,unbounded"},
     {.name = "whole tiles, two of them", .seed = 306, .mlp_depth = 2, .width = 128, .rays = 8, .samples = 32},
     {.name = "the highest frequencies", .seed = 307, .mlp_depth = 2, .width = 16, .frequencies = 16},
     {.name = "large weights", .seed = 308, .mlp_depth = 3, .width = 16, .weight_scale = 1.5f, .samples = 4, .rays = 64},
@@ -53,7 +52,7 @@ static const struct step_case cases[] = {
      .samples = 20,
      .importance_samples = 8,
      .own_coarse = true,
-     .sky = true},
+     .effects = "sky"},
     {.name = "a coarse network beside codes, by storage buffers",
      .seed = 311,
      .mlp_depth = 2,
@@ -62,11 +61,10 @@ static const struct step_case cases[] = {
      .samples = 8,
      .importance_samples = 20,
      .own_coarse = true,
-     .appearance = true,
-     .appearance_code = true,
-     .unbounded = true,
+
      .as_on_gpus = true,
-     .loss = VW_LOSS_L2},
+     .loss = VW_LOSS_L2,
+     .effects = "appearance,appearance_code,unbounded"},
 };
 
 struct mlp_step { // the reference of a step
@@ -297,29 +295,21 @@ static void in_every_case(void (*check)(struct step_bench *bench, bool coarse)) 
 
 TEST(gradients_match_the_reference) { in_every_case(check_gradients); }
 
-// Checks that moving each weight up where the device says that the loss rises, and down where it says that it falls,
-// raises the reference's loss by the sum of all magnitudes.
+static double loss_of(void *step) {
+    forward(step, true);
+    return ((const struct mlp_step *)step)->loss;
+}
+
 static void check_slopes(struct step_bench *bench, bool coarse) {
     take_step(bench, coarse);
     struct mlp_step *step = open_step(bench, coarse);
-    float *all = step_bench_read(bench, bench->step.d_weights), *d_weights = all + step->first;
+    float *all = step_bench_read(bench, bench->step.d_weights);
+    const struct slope_check check = {bench->where, loss_of, step, 1e-6, 0.01, 0.0};
     for (uint32_t l = 0; l < step->mlp.count && bench->config.frequencies <= 10; l++) {
         const struct reference_layer *layer = &step->mlp.layers[l];
         uint32_t end = l + 1 < step->mlp.count ? layer[1].first_at : step->mlp.param_count;
-        double magnitudes = 0.0, losses[2];
-        const double distance = 1e-6;
-        for (uint32_t i = layer->first_at; i < end; i++) magnitudes += fabs(d_weights[i]);
-        for (int ahead = 0; ahead < 2; ahead++) {
-            double by = ahead ? distance : -distance;
-            for (uint32_t i = layer->first_at; i < end; i++)
-                step->params[i] += by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
-            forward(step, true);
-            losses[ahead] = step->loss;
-            for (uint32_t i = layer->first_at; i < end; i++)
-                step->params[i] -= by * (d_weights[i] > 0 ? 1 : -1) * (d_weights[i] != 0);
-        }
-        check_value(bench->where, layer->name, l, magnitudes, (losses[1] - losses[0]) / (2.0 * distance),
-                    0.01 * magnitudes);
+        check_slope(&check, layer->name, step->params + layer->first_at, all + step->first + layer->first_at,
+                    end - layer->first_at);
     }
 }
 

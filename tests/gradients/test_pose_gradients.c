@@ -36,7 +36,7 @@ static const struct {
       .features = 4,
       .levels = 2,
       .width = 16,
-      .distortion = true},
+      .effects = "distortion"},
      0.5f,
      true},
     {{.name = "wide network, by storage buffers, plain descent",
@@ -46,24 +46,23 @@ static const struct {
       .width = 64,
       .loss = VW_LOSS_HUBER,
       .optimizer = VW_OPTIMIZER_SGD,
-      .background = true,
-      .as_on_gpus = true},
+
+      .as_on_gpus = true,
+      .effects = "background"},
      0.02f,
      true},
     {{.name = "halves", .seed = 505, .half_grid = true, .beta1 = 0.9, .loss = VW_LOSS_L2}, 0.02f, true},
     {{.name = "importance samples", .seed = 506, .importance_samples = 16, .loss = VW_LOSS_L2}, 0.02f, true},
-    {{.name = "empty cells skipped", .seed = 507, .samples = 48, .rays = 30, .occupancy = true}, 0.02f, false},
+    {{.name = "empty cells skipped", .seed = 507, .samples = 48, .rays = 30, .effects = "occupancy"}, 0.02f, false},
     {{.name = "other effects",
       .seed = 508,
-      .sky = true,
-      .appearance = true,
-      .appearance_code = true,
-      .visibility = true,
+
       .optimizer = VW_OPTIMIZER_DENSE_ADAM,
-      .loss = VW_LOSS_L2},
+      .loss = VW_LOSS_L2,
+      .effects = "sky,appearance,appearance_code,visibility"},
      0.02f,
      false},
-    {{.name = "transient", .seed = 509, .transient = true, .loss = VW_LOSS_L2}, 0.02f, false},
+    {{.name = "transient", .seed = 509, .loss = VW_LOSS_L2, .effects = "transient"}, 0.02f, false},
 };
 
 // A step of a bench, read back, all of whose rays are of one photo.
@@ -78,7 +77,7 @@ struct taken {
 
 static struct step_bench *open_case(size_t index) {
     struct step_case setup = cases[index].setup;
-    setup.pose = true;
+    setup.another_effect = "pose";
     struct step_bench *bench = step_bench_open(&setup);
     float *poses = bench->params + bench->model.ranges[VW_SLOT_POSES].offset_bytes / sizeof *poses;
     for (size_t i = 0; i < bench->model.ranges[VW_SLOT_POSES].size_bytes / sizeof *poses; i++)

@@ -22,8 +22,9 @@ static const struct {
       .samples = 7,
       .width = 16,
       .levels = 2,
-      .sky = true,
-      .as_on_gpus = true},
+
+      .as_on_gpus = true,
+      .effects = "sky"},
      1,
      1},
     {{.name = "hash, other effects",
@@ -31,9 +32,7 @@ static const struct {
       .width = 64,
       .rays = 16,
       .samples = 16,
-      .unbounded = true,
-      .appearance = true,
-      .appearance_code = true},
+      .effects = "unbounded,appearance,appearance_code"},
      0,
      0},
     {{.name = "mlp", .seed = 404, .field = VW_FIELD_MLP, .mlp_depth = 2, .width = 40, .rays = 16, .samples = 16}, 0, 0},
@@ -44,9 +43,9 @@ static const struct {
       .width = 24,
       .rays = 16,
       .samples = 16,
-      .background = true,
+
       .random_background = true,
-      .appearance_code = true},
+      .effects = "background,appearance_code"},
      0,
      0},
     {{.name = "transient density 0 everywhere, beta at its floor",
@@ -54,7 +53,7 @@ static const struct {
       .width = 16,
       .rays = 16,
       .samples = 16,
-      .appearance = true},
+      .effects = "appearance"},
      -200,
      0},
     {{.name = "a photo that is transient alone", .seed = 407, .width = 16, .rays = 16, .samples = 16}, 300, 0},
@@ -96,7 +95,7 @@ static void lay_out_head(const struct step_bench *bench, struct reference_head *
 static struct step_bench *open_case(size_t index) {
     struct step_case setup = cases[index].setup;
     struct reference_head head;
-    setup.transient = true;
+    setup.another_effect = "transient";
     setup.loss = VW_LOSS_L2;
     setup.optimizer = VW_OPTIMIZER_SGD; // so that steps tell gradients
     struct step_bench *bench = step_bench_open(&setup);
@@ -188,32 +187,26 @@ static double ray_loss(const struct transient_step *step, uint32_t ray) {
     return step->rays->rays[ray].weight * reference_transient_loss(&line);
 }
 
-static double whole_loss(struct transient_step *step) {
+static double whole_loss(void *of) {
+    struct transient_step *step = of;
     double loss = 0.0;
     find_outputs(step);
     for (uint32_t ray = 0; ray < step->rays->ray_count; ray++) loss += ray_loss(step, ray);
     return loss;
 }
 
-// Returns the slope of a ray's loss by a number, by central differences.
-static double slope_of_ray(const struct transient_step *step, uint32_t ray, double *number) {
-    const double distance = 1e-5, kept = *number;
-    *number = kept + distance;
-    double ahead = ray_loss(step, ray);
-    *number = kept - distance;
-    double behind = ray_loss(step, ray);
-    *number = kept;
-    return (ahead - behind) / (2.0 * distance);
-}
+enum { ALL_RAYS = UINT32_MAX };
 
-static double slope_of_step(struct transient_step *step, double *number) {
-    const double distance = 1e-6, kept = *number;
-    *number = kept + distance;
-    double ahead = whole_loss(step);
-    *number = kept - distance;
-    double behind = whole_loss(step);
+// Returns the slope of the loss of a ray, or of the step, by a number, by central differences.
+static double slope_by(struct transient_step *step, uint32_t ray, double *number) {
+    const double distance = ray == ALL_RAYS ? 1e-6 : 1e-5, kept = *number;
+    double losses[2];
+    for (int ahead = 0; ahead < 2; ahead++) {
+        *number = kept + (ahead ? distance : -distance);
+        losses[ahead] = ray == ALL_RAYS ? whole_loss(step) : ray_loss(step, ray);
+    }
     *number = kept;
-    return (ahead - behind) / (2.0 * distance);
+    return (losses[1] - losses[0]) / (2.0 * distance);
 }
 
 // ---- Compositing and loss -------------------------------------------------------------------------------------------
@@ -234,9 +227,9 @@ enum { SLOPES = 4 + REFERENCE_HEAD_OUTPUTS };
 
 static void find_slopes(struct transient_step *step, uint32_t sample, double slopes[SLOPES]) {
     uint32_t ray = sample / step->bench->config.samples;
-    for (int c = 0; c < 3; c++) slopes[c] = slope_of_ray(step, ray, &step->points[sample].rgb[c]);
+    for (int c = 0; c < 3; c++) slopes[c] = slope_by(step, ray, &step->points[sample].rgb[c]);
     slopes[3] = slope_by_raw(step, ray, &step->points[sample]);
-    for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_of_ray(step, ray, &step->outputs[sample][k]);
+    for (int k = 0; k < REFERENCE_HEAD_OUTPUTS; k++) slopes[4 + k] = slope_by(step, ray, &step->outputs[sample][k]);
 }
 
 TEST_CASES(gradients_of_rays_match_differences, c, VW_ARRAY_COUNT(cases)) {
@@ -296,25 +289,14 @@ TEST(without_density_it_is_the_squared_loss) {
 // Checks all of a layer along the device's gradient, and some of its numbers alone.
 static void check_layer(struct transient_step *step, const struct reference_layer *layer, uint32_t end,
                         const float *d_weights) {
-    const double distance = 1e-7;
-    double norm = 0.0, most = 0.0, losses[2];
-    for (uint32_t i = layer->first_at; i < end; i++) {
-        norm += fabs(d_weights[i]);
-        most = fmax(most, fabs(d_weights[i]));
-    }
-    for (int ahead = 0; ahead < 2; ahead++) {
-        double by = ahead ? distance : -distance;
-        for (uint32_t i = layer->first_at; i < end; i++)
-            step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-        losses[ahead] = whole_loss(step);
-        for (uint32_t i = layer->first_at; i < end; i++)
-            step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-    }
-    check_value(step->bench->where, layer->name, layer->first_at, norm, (losses[1] - losses[0]) / (2.0 * distance),
-                0.01 * norm + 1e-9);
+    const struct slope_check check = {step->bench->where, whole_loss, step, 1e-7, 0.01, 1e-9};
+    double most = 0.0;
+    for (uint32_t i = layer->first_at; i < end; i++) most = fmax(most, fabs(d_weights[i]));
+    check_slope(&check, layer->name, step->params + layer->first_at, d_weights + layer->first_at,
+                end - layer->first_at);
     for (uint32_t i = layer->first_at; i < end; i += (end - layer->first_at) / 5)
         check_value(step->bench->where, layer->name, i, d_weights[i],
-                    d_weights[i] == 0.0f ? 0.0 : slope_of_step(step, &step->params[i]), 0.01 * most + 1e-9);
+                    d_weights[i] == 0.0f ? 0.0 : slope_by(step, ALL_RAYS, &step->params[i]), 0.01 * most + 1e-9);
 }
 
 TEST_CASES(the_loss_changes_as_the_head_s_gradients_say, c, VW_ARRAY_COUNT(cases)) {
@@ -337,7 +319,7 @@ TEST_CASES(the_code_moves_as_the_loss_says, c, VW_ARRAY_COUNT(cases)) {
     float *after = step_bench_read(bench, bench->field.params);
     double slopes[REFERENCE_TRANSIENT_CODE], rate = 20.0 * bench->config.learning_rate;
     for (uint32_t k = 0; k < REFERENCE_TRANSIENT_CODE; k++)
-        slopes[k] = slope_of_step(step, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
+        slopes[k] = slope_by(step, ALL_RAYS, &step->code[k]) / bench->config.rays + 0.01 * step->code[k];
     double most = largest(slopes, REFERENCE_TRANSIENT_CODE);
     for (uint32_t i = 0; i < codes->size_bytes / sizeof(float); i++) {
         size_t at = codes->offset_bytes / sizeof(float) + i;
@@ -396,19 +378,27 @@ TEST_CASES(features_of_the_hash_take_the_head_s_gradient, c, VW_ARRAY_COUNT(case
     if (cases[c].density == 0.0f) assert_true(most > 1e-3 * most_all);
 }
 
-// Returns the loss with all that follows the trunk of the field mlp found again; the caller moves the trunk's params
-// along the device's gradient.
-static double mlp_loss(struct transient_step *step, const struct reference_mlp *mlp, struct reference_mlp_sample *it,
-                       const double *shift) {
+struct trunk { // the part of the field mlp before the head
+    struct transient_step *step;
+    struct reference_mlp mlp;
+    struct reference_mlp_sample *sample;
+    double *shift;
+};
+
+// Returns the loss with the trunk and all that follows it found again.
+static double trunk_loss(void *of) {
+    const struct trunk *trunk = of;
+    struct transient_step *step = trunk->step;
     const struct vw_specialization *s = &step->bench->model.specialization;
+    struct reference_mlp_sample *it = trunk->sample;
     vw_uint4 key = vw_model_key_of_step(&step->bench->model, STEP);
     for (uint32_t i = 0; i < step->sample_count; i++) {
         uint32_t ray = i / s->samples, sample = i % s->samples;
         const struct reference_ray *line = &step->rays->rays[ray];
         reference_sample_position(s, line, sample, reference_stratum_offset(s, ray, sample, key), it->position);
         memcpy(it->direction, line->direction, sizeof it->direction);
-        reference_mlp_forward(mlp, step->params, shift, it);
-        memcpy(step->features + i * step->feature_count, it->values[mlp->depth + 1],
+        reference_mlp_forward(&trunk->mlp, step->params, trunk->shift, it);
+        memcpy(step->features + i * step->feature_count, it->values[trunk->mlp.depth + 1],
                step->feature_count * sizeof(double));
         memcpy(step->points[i].rgb, it->rgb, sizeof it->rgb);
         step->points[i].density = it->density;
@@ -430,27 +420,20 @@ static void find_shift(const struct step_bench *bench, double *shift) {
 TEST_CASES(the_trunk_of_the_mlp_takes_the_head_s_gradient, c, VW_ARRAY_COUNT(cases)) {
     if (cases[c].setup.field != VW_FIELD_MLP) return;
     struct step_bench *bench = open_case(c);
-    struct reference_mlp mlp;
-    reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, &mlp);
-    struct reference_mlp_sample *sample = reference_mlp_samples(&mlp, 1);
-    double *shift = test_allocate(bench->config.width, sizeof *shift);
-    if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, shift);
+    struct trunk trunk = {.shift = test_allocate(bench->config.width, sizeof(double))};
+    struct reference_mlp *mlp = &trunk.mlp;
+    const struct slope_check check = {bench->where, trunk_loss, &trunk, 1e-7, 0.01, 0.0};
+    reference_mlp_lay_out(bench->config.mlp_depth, bench->config.width, bench->config.frequencies, mlp);
+    trunk.sample = reference_mlp_samples(mlp, 1);
+    if (bench->model.ranges[VW_SLOT_CODES].size_bytes) find_shift(bench, trunk.shift);
     step_bench_gradients(bench, STEP);
-    struct transient_step *step = open_step(bench);
+    trunk.step = open_step(bench);
     float *d_weights = step_bench_read(bench, bench->step.d_weights);
-    for (uint32_t l = 0; l < mlp.count; l++) {
-        uint32_t first = mlp.layers[l].first_at, end = l + 1 < mlp.count ? mlp.layers[l + 1].first_at : mlp.param_count;
-        const double distance = 1e-7;
-        double norm = 0.0, losses[2];
-        for (uint32_t i = first; i < end; i++) norm += fabs(d_weights[i]);
-        for (int ahead = 0; ahead < 2; ahead++) {
-            double by = ahead ? distance : -distance;
-            for (uint32_t i = first; i < end; i++) step->params[i] += by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-            losses[ahead] = mlp_loss(step, &mlp, sample, shift);
-            for (uint32_t i = first; i < end; i++) step->params[i] -= by * (d_weights[i] > 0) - by * (d_weights[i] < 0);
-        }
-        assert_true(norm > 0.0);
-        check_value(bench->where, mlp.layers[l].name, l, norm, (losses[1] - losses[0]) / (2.0 * distance), 0.01 * norm);
+    for (uint32_t l = 0; l < mlp->count; l++) {
+        uint32_t first = mlp->layers[l].first_at,
+                 end = l + 1 < mlp->count ? mlp->layers[l + 1].first_at : mlp->param_count;
+        assert_true(
+            check_slope(&check, mlp->layers[l].name, trunk.step->params + first, d_weights + first, end - first) > 0.0);
     }
 }
 
@@ -466,7 +449,7 @@ TEST(the_bits_do_not_depend_on_the_chunk) {
                                   .samples = 16,
                                   .mlp_depth = field == VW_FIELD_MLP ? 2 : 0,
                                   .loss = VW_LOSS_L2,
-                                  .transient = true};
+                                  .effects = "transient"};
         struct step_bench *whole = step_bench_open(&setup);
         setup.chunk_samples = 256;
         struct step_bench *chunks = step_bench_open(&setup);

@@ -138,14 +138,15 @@ struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t num
     return gradients;
 }
 
-void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
-                          const struct hard_gradients *gradients) {
+struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
+                                            const struct hard_gradients *gradients) {
     struct reference_step *reference = run_reference(finding, bench, number);
     compare_losses(finding, bench, reference);
     compare_weight_gradients(finding, bench, reference, gradients->weights);
     compare_sky_gradients(finding, bench, reference, gradients->weights);
     compare_visibility_gradients(finding, bench, reference, gradients->weights);
     compare_grid_gradients(finding, bench, reference, gradients->quanta);
+    return reference;
 }
 
 // ---- Updates --------------------------------------------------------------------------------------------------------
@@ -252,15 +253,16 @@ void hard_check_update(struct hard_finding *finding, const struct step_bench *be
     check_grid(finding, bench, number, gradients, before, after);
 }
 
-void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
+struct reference_step *hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number) {
     struct hard_gradients gradients = hard_take_gradients(bench, number);
-    hard_check_gradients(finding, bench, number, &gradients);
+    struct reference_step *reference = hard_check_gradients(finding, bench, number, &gradients);
     struct hard_state before = hard_state_read(bench);
     step_bench_step(bench, number);
     struct hard_state after = hard_state_read(bench);
     hard_equal(finding, "flag", 0, after.scalars.z, 0.0);
     hard_same_bits(finding, "loss of the same step again", &after.scalars, &before.scalars, 2 * sizeof(float));
     hard_check_update(finding, bench, number, &gradients, &before, &after);
+    return reference;
 }
 
 // ---- Rendering ------------------------------------------------------------------------------------------------------

@@ -8,6 +8,10 @@
 #include "reference/reference.h"
 #include "reference/step_bench.h"
 
+// The sizes that most hard cases share, and the loss that has no kink.
+#define HARD_SIZES .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16
+#define HARD_STEP HARD_SIZES, .loss = VW_LOSS_L2
+
 // The state a step starts from and leaves, read back.
 struct hard_state {
     struct grid_state grid; // its `grid` is the whole params block
@@ -27,13 +31,13 @@ struct hard_gradients {
 void hard_write_pixels(struct step_bench *bench);
 
 // Runs step `number` from the params on the device and holds losses, gradients and the updated params and moments
-// against the reference's. All must be finite and the step not flagged.
-void hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number);
+// against the reference's, which it returns. All must be finite and the step not flagged.
+struct reference_step *hard_check_step(struct hard_finding *finding, struct step_bench *bench, uint64_t number);
 // Runs the first half of hard_check_step(): takes the gradients of step `number`. They are cleared on the device, so
 // that a whole step can follow.
 struct hard_gradients hard_take_gradients(struct step_bench *bench, uint64_t number);
-void hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
-                          const struct hard_gradients *gradients);
+struct reference_step *hard_check_gradients(struct hard_finding *finding, struct step_bench *bench, uint64_t number,
+                                            const struct hard_gradients *gradients);
 // Checks what step `number` made of `before` with these gradients. A step that is not finite must have changed nothing;
 // where an update would leave the floats, the params must be as they were; in both cases the row must be flagged.
 void hard_check_update(struct hard_finding *finding, const struct step_bench *bench, uint64_t number,

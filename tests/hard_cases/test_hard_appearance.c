@@ -24,16 +24,8 @@ enum {
 static const double FIT_TOLERANCE =
     2e-5; // for gains, biases and colours of order 1: float sums of up to 3,000 products
 
-static const struct step_case setup = {.name = "photos of their own",
-                                       .seed = 371,
-                                       .rays = 64,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2,
-                                       .appearance = true,
-                                       .appearance_code = true};
+static const struct step_case setup = {
+    .name = "photos of their own", .seed = 371, HARD_STEP, .effects = "appearance,appearance_code"};
 
 static struct vw_scene *scene;
 

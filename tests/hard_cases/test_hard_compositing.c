@@ -16,14 +16,7 @@ static const double LEAST_LIGHT = 1e-28; // beyond tau = 87 the device keeps 1e-
 
 enum { STEP = 3 };
 
-static const struct step_case setup = {.name = "media",
-                                       .seed = 311,
-                                       .rays = 64,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2};
+static const struct step_case setup = {.name = "media", .seed = 311, HARD_STEP};
 
 // ---- Samples made by hand -------------------------------------------------------------------------------------------
 
@@ -176,7 +169,7 @@ static void density_beyond_exp(struct hard_finding *finding) {
 static void no_density_anywhere(struct hard_finding *finding) {
     static const float weights[] = {-1e3f, -1e30f, -3e38f};
     struct step_case white = setup;
-    white.background = true;
+    white.effects = "background";
     struct step_bench *bench = step_bench_open(&white);
     for (size_t i = 0; i < VW_ARRAY_COUNT(weights); i++) {
         set_density_weights(bench, weights[i]);

@@ -18,7 +18,7 @@ static const struct step_case setup = {.name = "encoder",
                                        .log2_table = 8,
                                        .width = 16,
                                        .loss = VW_LOSS_L2,
-                                       .appearance_encoder = true};
+                                       .effects = "appearance_encoder"};
 
 static struct vw_scene *scene;
 

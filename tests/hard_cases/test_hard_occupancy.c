@@ -4,6 +4,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "hard_cases/hard_step.h"
 
 enum { STEP = 300, REFRESHING_STEP = 320 };
@@ -17,8 +18,7 @@ static const struct step_case setup = {.name = "occupancy",
                                        .log2_table = 8,
                                        .width = 16,
                                        .loss = VW_LOSS_L2,
-                                       .background = true,
-                                       .occupancy = true};
+                                       .effects = "background,occupancy"};
 
 // Believes `density` of all cells but one.
 static void believe(struct step_bench *bench, float density, uint32_t other_cell, float other_density) {
@@ -91,7 +91,7 @@ static void one_kept(struct hard_finding *finding) {
 // Compares the params and the loss after two steps with the effect and without it.
 static void compare_with_off(struct hard_finding *finding, const struct step_case *with) {
     struct step_case without = *with;
-    without.occupancy = false;
+    without.effects = vw_word_list_has(with->effects, "background") ? "background" : NULL;
     struct step_bench *on = step_bench_open(with), *off = step_bench_open(&without);
     believe(on, DENSE, 0, DENSE);
     for (uint64_t number = STEP; number < STEP + 2; number++) {
@@ -165,7 +165,7 @@ static void rays_65536(struct hard_finding *finding) {
                              .log2_table = 4,
                              .width = 16,
                              .loss = VW_LOSS_L2,
-                             .occupancy = true};
+                             .effects = "occupancy"};
     struct step_bench *bench = step_bench_open(&many);
     struct hard_gradients gradients = hard_take_gradients(bench, STEP);
     hard_check_gradients(finding, bench, STEP, &gradients);

@@ -49,8 +49,7 @@ static struct vw_config whole_photos(void) {
 
 // Checks three steps on pixels of one colour, and a run on photos painted in it.
 static void train_on_colour(struct hard_finding *finding, const uint8_t rgba[4], enum vw_loss loss) {
-    struct step_case setup = {
-        .name = "photos", .seed = 321, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {.name = "photos", .seed = 321, HARD_SIZES};
     setup.loss = loss;
     struct step_bench *bench = step_bench_open(&setup);
     for (uint32_t i = 0; i < bench->config.rays; i++)
@@ -181,8 +180,7 @@ static void match_nothing(struct hard_finding *finding) {
 // Checks grey photos of a box that is full of grey: colour weights of 0 make 1/2 exactly, and huge density weights let
 // the first sample hide all others. At an error of 0 the loss has no slope.
 static void match_a_grey_wall(struct hard_finding *finding, enum vw_loss loss) {
-    struct step_case setup = {
-        .name = "grey wall", .seed = 323, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {.name = "grey wall", .seed = 323, HARD_SIZES};
     setup.loss = loss;
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_specialization *s = &bench->model.specialization;
@@ -223,8 +221,7 @@ static void identical_photos(struct hard_finding *finding) {
     for (uint32_t view = 1; view < VAL_VIEWS; view++)
         hard_same_bits(finding, "errors of the same view", &run.views[view], &run.views[0], sizeof run.views[0]);
 
-    struct step_case setup = {
-        .name = "one pixel", .seed = 322, .rays = 64, .samples = 16, .levels = 4, .log2_table = 8, .width = 16};
+    struct step_case setup = {.name = "one pixel", .seed = 322, HARD_SIZES};
     struct step_bench *bench = step_bench_open(&setup);
     for (uint32_t i = 1; i < bench->config.rays; i++) bench->pixels[i] = bench->pixels[0];
     hard_write_pixels(bench);

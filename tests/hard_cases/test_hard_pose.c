@@ -9,15 +9,7 @@
 #include "reference/effects/pose.h"
 #include "support/synthetic_scene.h"
 
-static const struct step_case setup = {.name = "pose",
-                                       .seed = 521,
-                                       .rays = 64,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2,
-                                       .pose = true};
+static const struct step_case setup = {.name = "pose", .seed = 521, HARD_STEP, .effects = "pose"};
 enum { LATE = REFERENCE_POSE_WARM_UP + 1 };
 
 static struct vw_scene *scene;

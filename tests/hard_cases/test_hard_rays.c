@@ -19,14 +19,7 @@ static const double REPROJECTION_PX = 0.01;  // the bound for lenses
 
 enum { SIDE_PX = 8, RAYS = SIDE_PX * SIDE_PX, STEP = 3 };
 
-static const struct step_case setup = {.name = "rays",
-                                       .seed = 301,
-                                       .rays = RAYS,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2};
+static const struct step_case setup = {.name = "rays", .seed = 301, HARD_STEP};
 
 // ---- Set-up ---------------------------------------------------------------------------------------------------------
 
@@ -300,7 +293,7 @@ static void check_lens(struct hard_finding *finding, struct step_bench *bench) {
 // Checks barrel distortion so strong that the image folds back before the corners: they are masked, the rest is undone.
 static void distortion_without_inverse_in_the_corners(struct hard_finding *finding) {
     struct step_case bent = setup;
-    bent.distortion = true;
+    bent.effects = "distortion";
     struct step_bench *bench = open_bench(&bent);
     struct vw_view *view = &bench->scene->views[0];
     static const struct vw_camera lenses[] = {{.focal_x_px = 20.0, .focal_y_px = 20.0, .k1 = -0.3},

@@ -8,15 +8,7 @@
 static const double UNSEEN =
     1e-30; // a gradient that Adam's epsilon turns into no move: light beyond tau = 87 is cut to 1e-38
 
-static const struct step_case setup = {.name = "sky",
-                                       .seed = 331,
-                                       .rays = 64,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2,
-                                       .sky = true};
+static const struct step_case setup = {.name = "sky", .seed = 331, HARD_STEP, .effects = "sky"};
 
 static float *sky_of(struct step_bench *bench) {
     return bench->params + bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
@@ -146,8 +138,8 @@ static void set_alpha(struct step_bench *bench, float alpha) {
 // all.
 static void transparent_before_random_colours(struct hard_finding *finding) {
     struct step_case random = setup;
-    random.sky = false;
-    random.background = random.random_background = true;
+    random.effects = "background";
+    random.random_background = true;
     struct step_bench *bench = step_bench_open(&random);
     set_density_weights(bench, -1e6f);
     set_alpha(bench, 0.0f);
@@ -168,8 +160,8 @@ static void transparent_before_random_colours(struct hard_finding *finding) {
 
 static void opaque_before_random_colours(struct hard_finding *finding) {
     struct step_case random = setup;
-    random.sky = false;
-    random.background = random.random_background = true;
+    random.effects = "background";
+    random.random_background = true;
     struct step_bench *bench = step_bench_open(&random);
     set_alpha(bench, 1.0f);
     hard_check_step(finding, bench, 1);

@@ -14,15 +14,7 @@ static const double LIGHT_TOLERANCE = 1e-5;    // the device's exp, and that of 
 
 enum { SIDE_PX = 8, RAYS = SIDE_PX * SIDE_PX, STEP = 3 };
 
-static const struct step_case setup = {.name = "unbounded",
-                                       .seed = 341,
-                                       .rays = RAYS,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2,
-                                       .unbounded = true};
+static const struct step_case setup = {.name = "unbounded", .seed = 341, HARD_STEP, .effects = "unbounded"};
 
 // ---- The contraction ------------------------------------------------------------------------------------------------
 

@@ -7,15 +7,7 @@
 #include "hard_cases/hard_step.h"
 #include "support/synthetic_scene.h"
 
-static const struct step_case setup = {.name = "visibility",
-                                       .seed = 391,
-                                       .rays = 64,
-                                       .samples = 16,
-                                       .levels = 4,
-                                       .log2_table = 8,
-                                       .width = 16,
-                                       .loss = VW_LOSS_L2,
-                                       .visibility = true};
+static const struct step_case setup = {.name = "visibility", .seed = 391, HARD_STEP, .effects = "visibility"};
 
 static struct vw_scene *scene;
 

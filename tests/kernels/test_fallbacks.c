@@ -16,8 +16,7 @@ static const struct step_case momentum_case = {.name = "fallback with momentum, 
                                                .levels = 4,
                                                .beta1 = 0.9,
                                                .base_resolution = 24,
-                                               .appearance = true,
-                                               .appearance_code = true};
+                                               .effects = "appearance,appearance_code"};
 static const struct step_case half_case = {
     .name = "fallback with halves", .seed = 114, .rays = 64, .base_resolution = 24, .half_grid = true};
 enum { STEPS = 3 };

@@ -17,8 +17,7 @@ static const struct step_case bent = {.name = "distortion and background",
                                       .log2_table = 4,
                                       .width = 16,
                                       .rays = 300,
-                                      .distortion = true,
-                                      .background = true};
+                                      .effects = "distortion,background"};
 
 // In box coordinates; all look at `target` through a wide lens so that some rays miss.
 TEST(cameras_in_and_around_the_box) {

@@ -121,7 +121,7 @@ TEST_CASES(validation_shows_a_poisoned_field, i, VW_ARRAY_COUNT(poisons)) {
 // A NaN among the sky's coefficients flags the step, which changes nothing, and shows in every ray that is validated.
 TEST(a_poisoned_sky_is_flagged_and_shown) {
     struct step_case with_sky = setup;
-    with_sky.sky = true;
+    with_sky.effects = "sky";
     struct step_bench *bench = step_bench_open(&with_sky);
     struct vw_evaluator *evaluator = step_bench_evaluator(bench);
     step_bench_step(bench, 1);
@@ -209,7 +209,7 @@ TEST(a_grid_gradient_that_is_not_finite_marks_the_step) {
 TEST(a_sky_gradient_that_is_not_finite_marks_the_step) {
     static const float poison[] = {0.0f, NAN, INFINITY, -INFINITY};
     struct step_case with_sky = setup;
-    with_sky.sky = true;
+    with_sky.effects = "sky";
     struct step_bench *bench = step_bench_open(&with_sky);
     uint32_t rays = bench->step.padded_rays;
     vw_float4 *d_logits = test_allocate(rays, sizeof *d_logits);

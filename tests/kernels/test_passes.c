@@ -5,6 +5,7 @@
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "detect/decide.h"
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
@@ -111,7 +112,7 @@ static struct step_bench *open_for(const struct pass *pass, struct step_case set
     setup.half_grid = takes_halves(pass);
     struct vw_gpu_limits clamp = *vw_gpu_get_limits(test_gpu());
     clamp.int64_atomics &= pass->scatter == SCATTER_ATOMICS; // the other forms can do without
-    if (setup.half_grid && setup.occupancy)
+    if (setup.half_grid && vw_word_list_has(setup.effects, "occupancy"))
         clamp.texel_elements = 1; // texels arrive as floats, so that nothing is unpacked
     return step_bench_open_clamped(&setup, &clamp);
 }
@@ -139,7 +140,9 @@ static void run_kinds(const struct pass *pass, uint32_t case_index, struct step_
 // Returns whether a case runs a pass. A case runs only one variant of backward_rays.
 static bool takes_case(const struct pass *pass, const struct step_case *setup) {
     if (strncmp(pass->name, "backward_rays", strlen("backward_rays")) != 0) return true;
-    return (setup->sky || setup->appearance || setup->visibility) == (pass->shader == &vw_shader_backward_rays_effects);
+    bool effects = vw_word_list_has(setup->effects, "sky") || vw_word_list_has(setup->effects, "appearance") ||
+                   vw_word_list_has(setup->effects, "visibility");
+    return effects == (pass->shader == &vw_shader_backward_rays_effects);
 }
 
 static void run_pass(void **state) {

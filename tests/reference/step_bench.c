@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/text.h"
 #include "detect/decide.h"
 #include "gpu/compute.h"
 #include "support/gpu_fixture.h"
@@ -15,28 +16,11 @@ static void stop_unless(const struct step_bench *bench, enum vw_status status) {
 }
 
 static void choose_effects(const struct step_case *c, struct vw_config *config) {
-    const struct {
-        const char *name;
-        bool on;
-    } effects[] = {{"distortion", c->distortion},
-                   {"background", c->background},
-                   {"sky", c->sky},
-                   {"unbounded", c->unbounded},
-                   {"appearance", c->appearance},
-                   {"appearance_code", c->appearance_code},
-                   {"occupancy", c->occupancy},
-                   {"visibility", c->visibility},
-                   {"transient", c->transient},
-                   {"pose", c->pose},
-                   {"appearance_encoder", c->appearance_encoder},
-                   {"masks", c->masks}};
-    char *text = config->effects;
-    text[0] = 0;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(effects); i++)
-        if (effects[i].on)
-            snprintf(text + strlen(text), sizeof config->effects - strlen(text), "%s%s", text[0] ? "," : "",
-                     effects[i].name);
-    if (!text[0]) strcpy(text, "none");
+    const char *effects = c->effects          ? c->effects
+                          : c->another_effect ? ""
+                                              : "none",
+               *another = c->another_effect ? c->another_effect : "";
+    snprintf(config->effects, sizeof config->effects, "%s%s%s", effects, *effects && *another ? "," : "", another);
 }
 
 static struct vw_config make_config(const struct step_case *c) {
@@ -137,12 +121,13 @@ static void make_pixels(struct step_bench *bench) {
 
 static void describe(struct step_bench *bench, const struct step_case *c) {
     snprintf(bench->where, sizeof bench->where, "case \"%s\", seed %llu", c->name, (unsigned long long)c->seed);
-    bench->scene = synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
-                                                                    .val_views = 1,
-                                                                    .width_px = 24,
-                                                                    .height_px = 20,
-                                                                    .k1 = c->distortion ? -0.15 : 0.0,
-                                                                    .alpha = c->background});
+    bench->scene =
+        synthetic_scene(&(struct synthetic_scene_params){.train_views = 2,
+                                                         .val_views = 1,
+                                                         .width_px = 24,
+                                                         .height_px = 20,
+                                                         .k1 = vw_word_list_has(c->effects, "distortion") ? -0.15 : 0.0,
+                                                         .alpha = vw_word_list_has(c->effects, "background")});
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
     uint32_t count;
     stop_unless(bench, vw_config_check(&bench->config));
@@ -199,7 +184,7 @@ static struct step_bench *open_on(struct vw_gpu *gpu, const struct step_case *c)
                                       bench->scalars, &bench->step));
     stop_unless(bench, vw_submission_create(gpu, &bench->submission));
     step_bench_write_params(bench);
-    if (c->occupancy) empty_some_cells(bench);
+    if (vw_word_list_has(c->effects, "occupancy")) empty_some_cells(bench);
     return bench;
 }
 
@@ -482,6 +467,22 @@ double largest(const double *values, size_t count) {
     double most = 0.0;
     for (size_t i = 0; i < count; i++) most = fmax(most, fabs(values[i]));
     return most;
+}
+
+double check_slope(const struct slope_check *check, const char *what, double *values, const float *gradient,
+                   size_t count) {
+    double *kept = test_allocate(count, sizeof *kept), magnitudes = 0.0, losses[2];
+    memcpy(kept, values, count * sizeof *kept);
+    for (size_t i = 0; i < count; i++) magnitudes += fabs((double)gradient[i]);
+    for (int ahead = 0; ahead < 2; ahead++) {
+        double by = ahead ? check->distance : -check->distance;
+        for (size_t i = 0; i < count; i++) values[i] = kept[i] + by * ((gradient[i] > 0.0f) - (gradient[i] < 0.0f));
+        losses[ahead] = check->loss(check->step);
+    }
+    memcpy(values, kept, count * sizeof *kept);
+    check_value(check->where, what, 0, magnitudes, (losses[1] - losses[0]) / (2.0 * check->distance),
+                check->tolerance * magnitudes + check->least);
+    return magnitudes;
 }
 
 float test_random_next(struct test_random *random) {

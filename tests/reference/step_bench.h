@@ -30,14 +30,13 @@ struct step_case {
     enum vw_loss loss;
     double huber_length; // 0: the default
     enum vw_optimizer optimizer;
-    double learning_rate; // [0.003]
-    double beta1, beta2;  // [0], [0.99]
-    bool distortion, background, sky, unbounded, appearance, appearance_code, visibility, masks, appearance_encoder;
-    bool random_background; // its form
-    bool transient, pose;
+    double learning_rate;         // [0.003]
+    double beta1, beta2;          // [0], [0.99]
+    const char *effects;          // [none] as --effects lists them; with occupancy every other cell is empty
+    const char *another_effect;   // [none] what a program adds to all of its cases
+    bool random_background;       // the form of the effect background
     double beta_min;              // for transient [0.1]
     double consistency_weight;    // with appearance_encoder [0]
-    bool occupancy;               // on, and every other cell empty, in no order
     bool wide;                    // 64-bit gradient words
     bool half_grid;               // --table-precision float16
     enum vw_scatter_form scatter; // [SCATTER_ATOMICS], whatever the device
@@ -140,6 +139,19 @@ vw_uint4 *step_bench_read_active(struct step_bench *bench);
 void check_value(const char *where, const char *what, uint64_t index, double device, double expected, double tolerance);
 void check_same_bits(const char *where, const char *what, const void *device, const void *expected, size_t size_bytes);
 double largest(const double *values, size_t count); // magnitude
+
+// How slopes of a reference's loss are found.
+struct slope_check {
+    const char *where;
+    double (*loss)(void *step);
+    void *step;
+    double distance;         // by which each value moves
+    double tolerance, least; // share of the sum of all magnitudes, and what it may be off beside
+};
+// Checks that moving each value up where the device's gradient says that the loss rises, and down where it says that it
+// falls, raises the reference's loss by the sum of all magnitudes, which it returns.
+double check_slope(const struct slope_check *check, const char *what, double *values, const float *gradient,
+                   size_t count);
 
 // Seeded numbers for tests: uniform in [-1, 1), the next one at each call.
 struct test_random {

@@ -28,7 +28,7 @@ static struct step_case coarse_case(void) {
 // Returns the case without importance samples: a field of the even ones alone.
 static struct step_case even_case(struct step_case setup) {
     setup.importance_samples = 0;
-    setup.own_coarse = setup.appearance_code = setup.transient = setup.appearance_encoder = false;
+    setup.own_coarse = false;
     return setup;
 }
 
@@ -56,13 +56,14 @@ static void take_over(const struct step_bench *own, struct step_bench *even) {
 
 // Its gradient is that of a field of the even samples, beside every effect: neither codes nor transients are in it.
 TEST(its_gradient_is_that_of_a_field_of_even_samples) {
+    static const char *const effects[][2] = {{NULL, NULL}, // of the coarse network's bench, of the other
+                                             {"sky,appearance,appearance_code,visibility", "sky,appearance,visibility"},
+                                             {"sky,appearance,transient", "sky,appearance"},
+                                             {"appearance_encoder", NULL}};
     for (int i = 0; i < 4; i++) {
-        struct step_case setup = coarse_case();
-        setup.sky = setup.appearance = i > 0 && i < 3;
-        setup.appearance_code = setup.visibility = i == 1;
-        setup.transient = i == 2;
-        setup.appearance_encoder = i == 3;
-        const struct step_case plain = even_case(setup);
+        struct step_case setup = coarse_case(), plain = even_case(setup);
+        setup.effects = effects[i][0];
+        plain.effects = effects[i][1];
         struct step_bench *own = step_bench_open(&setup), *even = step_bench_open(&plain);
         take_over(own, even);
         step_bench_write(even, even->pixel_buffer, own->pixels); // from one photo in both
@@ -106,7 +107,7 @@ static struct taken take(struct step_bench *bench) {
 // Colours of the coarse network change its own gradient, and not a bit of the field's or of the step's loss.
 TEST(the_field_sees_nothing_of_its_colours) {
     struct step_case setup = coarse_case();
-    setup.sky = setup.appearance = setup.visibility = true; // their gradients are those of the field's colours
+    setup.effects = "sky,appearance,visibility"; // their gradients are those of the field's colours
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
     uint32_t end = model->coarse_column + model->coarse_columns;
