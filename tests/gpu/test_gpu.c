@@ -25,10 +25,6 @@ struct scale_push {
     uint32_t factor;
 };
 
-static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
-    return test_buffer(gpu, (struct vw_buffer_params){.name = name, .size_bytes = size_bytes});
-}
-
 static void run_pass(struct vw_gpu *gpu, const struct vw_pass *pass, const void *push, size_t push_bytes,
                      uint64_t invocations) {
     struct vw_submission *submission = test_submission(gpu);
@@ -167,7 +163,7 @@ TEST(new_buffers_are_zero_and_only_host_memory_maps) {
 
 TEST(write_and_read_cross_the_staging_buffer) {
     const uint64_t count = 5 << 20, size = count * 4;
-    struct vw_buffer *buffer = make_buffer(test_gpu(), "large", size + 3);
+    struct vw_buffer *buffer = test_buffer(test_gpu(), "large", size + 3);
     uint32_t *there = test_allocate(count, 4), *back = test_allocate(count, 4);
     for (uint32_t i = 0; i < count; i++) there[i] = i * 2654435761u;
     ASSERT_OK(vw_buffer_write(buffer, 3, there, size));
@@ -198,8 +194,8 @@ enum { VALUES = 1000 };
 static void check_scaling(struct vw_gpu *gpu, uint32_t offset) {
     uint32_t values[VALUES], results[VALUES];
     for (uint32_t i = 0; i < VALUES; i++) values[i] = i * i;
-    struct vw_buffer *source = make_buffer(gpu, "source", sizeof values),
-                     *target = make_buffer(gpu, "target", sizeof values);
+    struct vw_buffer *source = test_buffer(gpu, "source", sizeof values),
+                     *target = test_buffer(gpu, "target", sizeof values);
     ASSERT_OK(vw_buffer_write(source, 0, values, sizeof values));
     const uint32_t specialization[] = {1, 2, offset}; // the shader has no constants 0 and 1
     const struct vw_binding bindings[] = {
@@ -228,8 +224,8 @@ TEST(floor_limits_still_run_a_pass) {
 
 // Fills `values` with what gather_texels reads from a buffer of `count` words holding i + 100, bound with `size_bytes`.
 static void gather(struct vw_gpu *gpu, uint32_t *values, uint32_t count, uint64_t size_bytes) {
-    struct vw_buffer *source = make_buffer(gpu, "source", count * 4ull),
-                     *target = make_buffer(gpu, "target", count * 4ull);
+    struct vw_buffer *source = test_buffer(gpu, "source", count * 4ull),
+                     *target = test_buffer(gpu, "target", count * 4ull);
     for (uint32_t i = 0; i < count; i++) values[i] = i + 100;
     ASSERT_OK(vw_buffer_write(source, 0, values, count * 4ull));
     const struct vw_binding bindings[] = {
@@ -263,7 +259,7 @@ TEST(a_buffer_beyond_one_binding_works_in_windows) {
     struct vw_gpu *gpu = open_clamped(&clamp);
     uint32_t values[2 * WORDS];
     for (uint32_t i = 0; i < 2 * WORDS; i++) values[i] = i;
-    struct vw_buffer *buffer = make_buffer(gpu, "wide", sizeof values);
+    struct vw_buffer *buffer = test_buffer(gpu, "wide", sizeof values);
     ASSERT_OK(vw_buffer_write(buffer, 0, values, sizeof values));
     struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer, .size_bytes = WINDOW},
                                     {.slot = 1, .buffer = buffer, .offset_bytes = WINDOW}};
@@ -288,7 +284,7 @@ TEST(a_buffer_beyond_one_binding_works_in_windows) {
 
 TEST(refusals_name_pass_and_slot) {
     struct vw_gpu *gpu = test_gpu();
-    struct vw_buffer *buffer = make_buffer(gpu, "values", 4096);
+    struct vw_buffer *buffer = test_buffer(gpu, "values", 4096);
 #define BOUND(...)                                                                                                     \
     { .buffer = buffer, __VA_ARGS__ }
     const struct {
@@ -322,7 +318,7 @@ TEST(refusals_name_pass_and_slot) {
 
 TEST(specialised_sizes_are_held_to_the_limits) {
     const struct vw_gpu_limits *limits = vw_gpu_get_limits(test_gpu());
-    struct vw_buffer *buffer = make_buffer(test_gpu(), "values", 4096);
+    struct vw_buffer *buffer = test_buffer(test_gpu(), "values", 4096);
     const struct vw_binding bindings[] = {{.slot = 0, .buffer = buffer}, {.slot = 1, .buffer = buffer}};
     const struct {
         uint32_t specialization[2];
@@ -351,7 +347,7 @@ TEST(optional_features_are_refused_where_clamped) {
     for (int clamped = 0; clamped < 2; clamped++) {
         if (clamped) clamp.int64_atomics = false;
         struct vw_gpu *gpu = open_clamped(&clamp);
-        struct vw_buffer *counter = make_buffer(gpu, "counter", 8);
+        struct vw_buffer *counter = test_buffer(gpu, "counter", 8);
         struct vw_pass *refused = NULL;
         uint64_t count = 0;
         const struct vw_binding binding = {.slot = 0, .buffer = counter};

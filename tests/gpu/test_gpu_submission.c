@@ -33,7 +33,7 @@ struct bench {
 };
 
 static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name) {
-    return test_buffer(gpu, (struct vw_buffer_params){.name = name, .size_bytes = VALUE_BYTES});
+    return test_buffer(gpu, name, VALUE_BYTES);
 }
 
 static struct vw_pass *make_pass(struct vw_gpu *gpu, const struct vw_shader *shader, struct vw_binding source,
@@ -208,7 +208,7 @@ TEST(accumulation_and_texel_reads_wait) {
 
 TEST(copies_wait) {
     struct bench bench = open_bench(test_gpu());
-    struct vw_buffer *back = test_buffer(
+    struct vw_buffer *back = test_buffer_of(
         bench.gpu, (struct vw_buffer_params){.name = "back", .size_bytes = VALUE_BYTES, .memory = VW_BUFFER_READBACK});
     vw_submission_begin(bench.submission);
     scale(bench.submission, bench.a_to_b, 3);

@@ -187,7 +187,8 @@ static double loss_of(struct step_bench *bench, const float *params) {
 }
 
 // Checks the slope along the gradient itself, from `first` to `end` in the params: it is the gradient's length.
-static void check_slope(struct step_bench *bench, const char *what, const double *gradient, size_t first, size_t end) {
+static void check_own_slope(struct step_bench *bench, const char *what, const double *gradient, size_t first,
+                            size_t end) {
     const double MOVED = 0.0002, TOLERANCE = 0.02; // shares of loss and slope; activations between passes are bfloats
     size_t count = bench->model.param_bytes / sizeof(float);
     float *moved = test_allocate(count, sizeof *moved);
@@ -233,10 +234,10 @@ TEST_CASES(gradients_are_slopes, i, VW_ARRAY_COUNT(cases)) {
     mask(bench);
     take_gradients(bench);
     double *gradient = read_gradient(bench);
-    check_slope(bench, "weights", gradient, weights, sky);
-    if (sky_end > sky) check_slope(bench, "sky", gradient, sky, sky_end);
-    if (model->grid.size_bytes) check_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
-    check_slope(bench, "code to shift", gradient, shift, shift_end);
+    check_own_slope(bench, "weights", gradient, weights, sky);
+    if (sky_end > sky) check_own_slope(bench, "sky", gradient, sky, sky_end);
+    if (model->grid.size_bytes) check_own_slope(bench, "grid", gradient, 0, 2 * (size_t)model->pair_count);
+    check_own_slope(bench, "code to shift", gradient, shift, shift_end);
 }
 
 // ---- In the step ----------------------------------------------------------------------------------------------------

@@ -92,7 +92,7 @@ static void check_placing(struct hard_finding *finding, struct step_bench *bench
 static void place(struct hard_finding *finding, thickness *medium) {
     for (int unbounded = 0; unbounded < 2; unbounded++) {
         struct step_case bounds = setup;
-        bounds.unbounded = unbounded;
+        bounds.effects = unbounded ? "unbounded" : NULL;
         struct step_bench *bench = step_bench_open(&bounds);
         check_placing(finding, bench, medium, true);
         check_placing(finding, bench, medium, false);
@@ -120,7 +120,7 @@ static void whole_steps(struct hard_finding *finding) {
         struct step_case whole = setup;
         whole.samples = unbounded ? 8 : 40; // groups of rays are smaller than a step; fewer and more than the others
         whole.importance_samples = 20;
-        whole.unbounded = unbounded;
+        whole.effects = unbounded ? "unbounded" : NULL;
         struct step_bench *bench = step_bench_open(&whole);
         hard_check_rendering(finding, bench);
         hard_check_step(finding, bench, STEP);

@@ -28,33 +28,14 @@ struct reduction {
     uint32_t capacity; // pixels
 };
 
-static struct vw_buffer *make_buffer(const char *name, uint64_t size_bytes) {
-    struct vw_buffer *buffer = NULL;
-    ASSERT_OK(
-        vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
-    return buffer;
-}
-
 enum { VIEWS_MAX = 16 };
 
-static void close_reduction(void *opened) {
-    struct reduction *r = opened;
-    vw_submission_destroy(&r->submission);
-    vw_pass_destroy(&r->reduce);
-    vw_pass_destroy(&r->generate);
-    vw_buffer_destroy(&r->rays);
-    vw_buffer_destroy(&r->colours);
-    vw_buffer_destroy(&r->views);
-    vw_buffer_destroy(&r->scalars);
-    free(r);
-}
-
 static struct reduction *open_reduction(uint32_t capacity) {
-    struct reduction *r = test_own(vw_allocate(1, sizeof *r), close_reduction);
-    *r = (struct reduction){.rays = make_buffer("rays", (uint64_t)capacity * sizeof(struct vw_ray)),
-                            .colours = make_buffer("colours", (uint64_t)capacity * sizeof(vw_float4)),
-                            .views = make_buffer("views", VIEWS_MAX * sizeof(struct vw_ray_range)),
-                            .scalars = make_buffer("scalars", (1 + VIEWS_MAX) * sizeof(vw_float4)),
+    struct reduction *r = test_allocate(1, sizeof *r);
+    *r = (struct reduction){.rays = test_buffer(test_gpu(), "rays", (uint64_t)capacity * sizeof(struct vw_ray)),
+                            .colours = test_buffer(test_gpu(), "colours", (uint64_t)capacity * sizeof(vw_float4)),
+                            .views = test_buffer(test_gpu(), "views", VIEWS_MAX * sizeof(struct vw_ray_range)),
+                            .scalars = test_buffer(test_gpu(), "scalars", (1 + VIEWS_MAX) * sizeof(vw_float4)),
                             .capacity = capacity};
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_RAYS, .buffer = r->rays},
                                           {.slot = VW_SLOT_COLOURS, .buffer = r->colours},
@@ -63,10 +44,10 @@ static struct reduction *open_reduction(uint32_t capacity) {
                                           {.slot = VW_SLOT_SCALARS, .buffer = r->scalars}};
     struct vw_pass_params params = {
         .shader = &generate_errors, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
-    ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->generate));
+    r->generate = test_pass(test_gpu(), params);
     params.shader = &vw_shader_reduce_views;
-    ASSERT_OK(vw_pass_create(test_gpu(), &params, &r->reduce));
-    ASSERT_OK(vw_submission_create(test_gpu(), &r->submission));
+    r->reduce = test_pass(test_gpu(), params);
+    r->submission = test_submission(test_gpu());
     return r;
 }
 

@@ -97,8 +97,8 @@ static void gradients_with_infinite_squares(struct hard_finding *finding) {
 // ---- The fixed-point clamp ------------------------------------------------------------------------------------------
 
 // Makes the activation rows that scatter_grid reads: the gradients of all samples are at the clamp or far beyond, all
-// in the one entry of each level. The samples sit at corners of the box, lattice points of every level, so that each
-// adds to one entry a whole number.
+// in the one entry of each level. Two thirds of the samples sit at corners of the box, lattice points of every level,
+// so that each adds to one entry a whole number; the others at a cell's centre of level 0, where all weights are 1/8.
 static float *clamped_rows(const struct step_bench *bench, float sign) {
     const struct vw_specialization *s = &bench->model.specialization;
     struct step_rows row = step_bench_rows(bench);
@@ -108,7 +108,7 @@ static float *clamped_rows(const struct step_bench *bench, float sign) {
     for (uint32_t i = 0; i < s->chunk_samples; i++) {
         float *position = step_bench_row(bench, rows, row.position, i);
         position[3] = 1.0f; // the ray's weight
-        for (uint32_t axis = 0; axis < 3; axis++) position[axis] = (float)(i >> axis & 1);
+        for (uint32_t axis = 0; axis < 3; axis++) position[axis] = i % 3 == 1 ? 0.0625f : (float)(i >> axis & 1);
         for (uint32_t j = 0; j < encoding; j++)
             step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] =
                 sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
@@ -116,7 +116,8 @@ static float *clamped_rows(const struct step_bench *bench, float sign) {
     return rows;
 }
 
-// Checks the entry of level 0 after a step by its sum: one learning rate, as after any first gradient.
+// Checks the entry of level 0, whose sum is exact, after a step by its sum: one learning rate, as after any first
+// gradient.
 static void check_clamped_update(struct hard_finding *finding, struct step_bench *bench, double sum_quanta) {
     const struct vw_specialization *s = &bench->model.specialization;
     double moment1 = 0.0, moment2 = 0.0;
@@ -136,11 +137,12 @@ static void check_clamped_sums(struct hard_finding *finding, struct step_bench *
     uint64_t *words = step_bench_read(bench, bench->step.d_grid);
     int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
     reference_unpack_grid(&bench->model, words, quanta);
-    double sum = sign * (double)bench->padded_samples * s->gradient_clamp / s->gradient_quantum;
+    double samples = bench->padded_samples, sum = sign * samples * s->gradient_clamp / s->gradient_quantum;
+    hard_require(finding, fabs(sum) < (s->wide_gradient ? 0x1p62 : 0x1p31), "the sum fits its word");
     for (uint32_t level = 0; level < s->levels; level++)
         for (uint32_t f = 0; f < bench->config.features; f++)
-            hard_equal(finding, "sum at the clamp (quanta)", level, (double)quanta[2 * s->first_pair[level] + f],
-                       f % 2 ? -sum : sum);
+            hard_compare(finding, "sum at the clamp (quanta)", level, (double)quanta[2 * s->first_pair[level] + f],
+                         f % 2 ? -sum : sum, 1.0, level ? 4.0 * samples + 32.0 * FLOAT_ROUNDING * fabs(sum) : 0.0);
     hard_equal(finding, "clamped contributions", 0, flags.clamped,
                (double)((bench->padded_samples + 2) / 3 * bench->config.levels * bench->config.features));
     hard_equal(finding, "flag", 0, flags.nonfinite, 0.0);
@@ -228,6 +230,7 @@ static void entry_long_silent(struct hard_finding *finding) {
     stay_silent(bench, SPOKEN_STEPS + 1);
     struct grid_state after = grid_read(bench);
     hard_same_bits(finding, "params in silence", after.grid, before.grid, bench->model.param_bytes);
+    hard_same_bits(finding, "visits in silence", after.visits, before.visits, 4 * (size_t)bench->model.pair_count);
     hard_same_bits(finding, "moments in silence", after.moment2, before.moment2, 8 * (size_t)bench->model.pair_count);
     speak(finding, bench, last, SPOKEN_STEPS + SILENT_STEPS + 1, references);
 }

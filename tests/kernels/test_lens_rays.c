@@ -28,6 +28,11 @@ struct lens {
 static const struct lens lenses[] = {
     {"pinhole", {BODY}, DISTORTION_NONE},
     {"opencv", {BODY, .k1 = -0.3, .k2 = 0.12, .p1 = 0.002, .p2 = -0.003}, DISTORTION_BASIC},
+    {"barrel", {BODY, .k1 = -0.15}, DISTORTION_BASIC},
+    {"pincushion, tangential", {BODY, .k1 = 0.25, .k2 = -0.08, .p1 = -0.01, .p2 = 0.008}, DISTORTION_BASIC},
+    {"tangential alone", {BODY, .p1 = 0.02, .p2 = 0.02}, DISTORTION_BASIC},
+    {"strong pincushion", {BODY, .k1 = 2.0, .k2 = 2.0}, DISTORTION_BASIC},
+    {"strongest pincushion", {BODY, .k1 = 8.0, .k2 = 20.0}, DISTORTION_BASIC},
     {"k3", {BODY, .k1 = -0.3, .k2 = 0.12, .k3 = -0.03, .p1 = 0.002, .p2 = -0.003}, DISTORTION_ANY_LENS},
     {"full opencv",
      {BODY, .k1 = 0.4, .k2 = -0.05, .k3 = 0.02, .k4 = 0.5, .k5 = 0.06, .k6 = -0.01, .p1 = 0.003, .p2 = -0.004},
@@ -56,13 +61,6 @@ static struct vw_view view_of(const struct vw_camera *camera, double distance, c
     return view;
 }
 
-static struct vw_buffer *buffer_of(const char *name, size_t size_bytes) {
-    struct vw_buffer *buffer = NULL;
-    if (vw_buffer_create(test_gpu(), &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer))
-        fail_msg("%s", vw_error_message());
-    return buffer;
-}
-
 static void pixel_position(const struct vw_camera *camera, uint32_t ray, float *x_px, float *y_px) {
     *x_px = (float)(ray % SIDE * (camera->width_px / (double)(SIDE - 1)));
     *y_px = (float)(ray / SIDE % SIDE * (camera->height_px / (double)(SIDE - 1)));
@@ -80,9 +78,11 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
         pixels[i] = (struct vw_pixel){.weight = 1};
         pixel_position(&view->camera, i, &pixels[i].x_px, &pixels[i].y_px);
     }
-    struct vw_buffer *buffers[] = {buffer_of("cameras", sizeof camera), buffer_of("pixels", sizeof pixels),
-                                   buffer_of("rays", RAYS * sizeof *rays),
-                                   buffer_of("state", sizeof(struct vw_step_state))};
+    const size_t before = test_owned();
+    struct vw_buffer *buffers[] = {test_buffer(test_gpu(), "cameras", sizeof camera),
+                                   test_buffer(test_gpu(), "pixels", sizeof pixels),
+                                   test_buffer(test_gpu(), "rays", RAYS * sizeof *rays),
+                                   test_buffer(test_gpu(), "state", sizeof(struct vw_step_state))};
     const struct vw_binding bindings[] = {
         {.slot = VW_SLOT_CAMERAS, .buffer = buffers[0]}, {.slot = VW_SLOT_PIXELS, .buffer = buffers[1]},
         {.slot = VW_SLOT_RAYS, .buffer = buffers[2]},    {.slot = VW_SLOT_STEP_STATE, .buffer = buffers[3]},
@@ -92,24 +92,17 @@ static void generate(const struct vw_view *view, const struct vw_box *box, uint3
                                           .specialization_count = VW_SPECIALIZATION_COUNT,
                                           .bindings = bindings,
                                           .binding_count = VW_ARRAY_COUNT(bindings)};
-    struct vw_pass *pass = NULL;
-    struct vw_submission *submission = NULL;
+    const struct vw_pass *pass = test_pass(test_gpu(), params);
+    struct vw_submission *submission = test_submission(test_gpu());
     const struct vw_push_rays push = {.ray_count = RAYS};
-    enum vw_status status = vw_buffer_write(buffers[0], 0, &camera, sizeof camera);
-    if (!status) status = vw_buffer_write(buffers[1], 0, pixels, sizeof pixels);
-    if (!status) status = vw_pass_create(test_gpu(), &params, &pass);
-    if (!status) status = vw_submission_create(test_gpu(), &submission);
-    if (!status) {
-        vw_submission_begin(submission);
-        vw_submission_dispatch(submission, pass, &push, sizeof push, RAYS);
-        status = vw_submission_submit(submission);
-    }
-    if (!status) status = vw_submission_wait(submission);
-    if (!status) status = vw_buffer_read(buffers[2], 0, rays, RAYS * sizeof *rays);
-    if (status) fail_msg("%s", vw_error_message());
-    vw_submission_destroy(&submission);
-    vw_pass_destroy(&pass);
-    for (size_t i = 0; i < VW_ARRAY_COUNT(buffers); i++) vw_buffer_destroy(&buffers[i]);
+    ASSERT_OK(vw_buffer_write(buffers[0], 0, &camera, sizeof camera));
+    ASSERT_OK(vw_buffer_write(buffers[1], 0, pixels, sizeof pixels));
+    vw_submission_begin(submission);
+    vw_submission_dispatch(submission, pass, &push, sizeof push, RAYS);
+    ASSERT_OK(vw_submission_submit(submission));
+    ASSERT_OK(vw_submission_wait(submission));
+    ASSERT_OK(vw_buffer_read(buffers[2], 0, rays, RAYS * sizeof *rays));
+    test_release_to(before);
 }
 
 // Computes a point of a ray in the view's camera axes, in box edges.

@@ -57,43 +57,26 @@ static const struct pass {
     {"copy_memory", &vw_shader_copy_memory, check_copy_memory, SCATTER_ATOMICS},
 };
 
-// These work on a whole training: test_adjoint_product holds them against the reference,
-// test_gradient_methods the last.
-static const struct vw_shader *const of_the_adjoint[] = {
-    &vw_shader_slope_views,      &vw_shader_direct_adjoint,  &vw_shader_reduce_adjoint,
-    &vw_shader_perturb_params,   &vw_shader_difference_rays, &vw_shader_difference_rays_effects,
-    &vw_shader_normalise_slopes, &vw_shader_gather_grid,     &vw_shader_gather_weights,
-    &vw_shader_gather_photo,     &vw_shader_gather_code,     &vw_shader_multiply_blocks,
-};
-
-// test_hard_importance holds this against the reference.
-static const struct vw_shader *const of_importance[] = {&vw_shader_place_samples};
-
-// test_mlp_gradients holds these against a reference of their own.
-static const struct vw_shader *const of_the_field_mlp[] = {
-    &vw_shader_encode_samples,       &vw_shader_multiply_layer,        &vw_shader_multiply_layer_back,
-    &vw_shader_activate_samples,     &vw_shader_activate_samples_back, &vw_shader_gradient_weights_layer,
-    &vw_shader_reduce_weights_layer,
-};
-
-// test_transient_gradients does it with these, which have the effect.
-static const struct vw_shader *const of_the_effect_transient[] = {
-    &vw_shader_feed_transient,           &vw_shader_feed_transient_features,
-    &vw_shader_backward_transient,       &vw_shader_backward_transient_effects,
-    &vw_shader_backward_field_transient, &vw_shader_update_transient,
-};
-
-// And test_pose_gradients with these.
-static const struct vw_shader *const of_the_effect_pose[] = {&vw_shader_gradient_positions,
-                                                             &vw_shader_gradient_positions_half,
-                                                             &vw_shader_gradient_pose, &vw_shader_update_pose};
-
-// test_encoder_gradients does it with these, and test_consistency_gradients with the last four.
-static const struct vw_shader *const of_the_encoder[] = {
-    &vw_shader_convolve_photo,     &vw_shader_convolve_photo_back, &vw_shader_pool_photo,
-    &vw_shader_spread_photo,       &vw_shader_gradient_photo,      &vw_shader_shrink_colours,
-    &vw_shader_spread_photo_codes, &vw_shader_spread_colours,      &vw_shader_add_gradients,
-};
+// Other programs hold these against the reference.
+static const struct vw_shader *const elsewhere[] = {
+    // test_adjoint_product; test_gradient_methods the last
+    &vw_shader_slope_views, &vw_shader_direct_adjoint, &vw_shader_reduce_adjoint, &vw_shader_perturb_params,
+    &vw_shader_difference_rays, &vw_shader_difference_rays_effects, &vw_shader_normalise_slopes, &vw_shader_gather_grid,
+    &vw_shader_gather_weights, &vw_shader_gather_photo, &vw_shader_gather_code, &vw_shader_multiply_blocks,
+    // test_hard_importance
+    &vw_shader_place_samples,
+    // test_mlp_gradients
+    &vw_shader_encode_samples, &vw_shader_multiply_layer, &vw_shader_multiply_layer_back, &vw_shader_activate_samples,
+    &vw_shader_activate_samples_back, &vw_shader_gradient_weights_layer, &vw_shader_reduce_weights_layer,
+    // test_transient_gradients
+    &vw_shader_feed_transient, &vw_shader_feed_transient_features, &vw_shader_backward_transient,
+    &vw_shader_backward_transient_effects, &vw_shader_backward_field_transient, &vw_shader_update_transient,
+    // test_pose_gradients
+    &vw_shader_gradient_positions, &vw_shader_gradient_positions_half, &vw_shader_gradient_pose, &vw_shader_update_pose,
+    // test_encoder_gradients; test_consistency_gradients the last four
+    &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo, &vw_shader_spread_photo,
+    &vw_shader_gradient_photo, &vw_shader_shrink_colours, &vw_shader_spread_photo_codes, &vw_shader_spread_colours,
+    &vw_shader_add_gradients};
 
 enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
@@ -166,14 +149,7 @@ static void every_shader_is_listed(void **state) {
     for (uint32_t i = 0; i < vw_shader_count; i++) {
         bool listed = false;
         for (size_t k = 0; k < VW_ARRAY_COUNT(passes); k++) listed |= passes[k].shader == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_adjoint); k++) listed |= of_the_adjoint[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_importance); k++) listed |= of_importance[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_field_mlp); k++) listed |= of_the_field_mlp[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_transient); k++)
-            listed |= of_the_effect_transient[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_effect_pose); k++)
-            listed |= of_the_effect_pose[k] == vw_shaders[i];
-        for (size_t k = 0; k < VW_ARRAY_COUNT(of_the_encoder); k++) listed |= of_the_encoder[k] == vw_shaders[i];
+        for (size_t k = 0; k < VW_ARRAY_COUNT(elsewhere); k++) listed |= elsewhere[k] == vw_shaders[i];
         if (!listed)
             fail_msg("shader %u of shaders/list.cmake, of %s.comp, is not in the registry", i, vw_shaders[i]->name);
     }

@@ -1,4 +1,5 @@
-// Decision 3 in scatter_grid: sums of fixed-point gradients are exact and never wrap, with either kind of atomics.
+// Decision 3 in scatter_grid: sums of fixed-point gradients never wrap and are the same in every form. (All samples at
+// the clamp in one entry: test_hard_training.)
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -87,70 +88,6 @@ TEST(the_walk_leaves_out_rays_that_weigh_nothing) {
         for (uint32_t j = 0; j < bench->config.levels * bench->config.features && i / samples % 3; j++)
             step_bench_row(bench, rows, row.d_encoding + j / 4, i)[j % 4] = 0.0f;
     scatter_check(bench, rows, words, flags.clamped);
-}
-
-// As many samples as narrow words take, in the number that leaves the least room above the sum.
-static const struct step_case crowds[] = {
-    {.name = "narrow crowd",
-     .seed = 51,
-     .rays = 1024,
-     .samples = 30,
-     .levels = 2,
-     .one_entry = true,
-     .width = 16,
-     .base_resolution = 8},
-    {.name = "wide crowd",
-     .seed = 52,
-     .rays = 2048,
-     .samples = 30,
-     .levels = 2,
-     .one_entry = true,
-     .width = 16,
-     .base_resolution = 8},
-};
-
-// Puts every sample in the one entry of its level, with the largest gradient there is: +, -, and beyond the clamp. The
-// samples sit at cell centres of both levels' lattices or at lattice points, so that the weights are powers of two and
-// the sum is known to the last bit.
-static void crowd_sums_exactly(const struct step_case *crowd, bool wide, float sign) {
-    struct step_bench *bench = step_bench_open(crowd);
-    const struct vw_specialization *s = &bench->model.specialization;
-    assert_int_equal(s->wide_gradient, wide);
-    size_t chunk = s->chunk_samples;
-    struct step_rows row = step_bench_rows(bench);
-    size_t count;
-    float *rows = step_bench_new_rows(bench, &count);
-    for (uint32_t i = 0; i < chunk; i++) {
-        float *position = step_bench_row(bench, rows, row.position, i),
-              *d = step_bench_row(bench, rows, row.d_encoding, i);
-        position[3] = 1.0f; // the ray's weight
-        for (int axis = 0; axis < 3; axis++)
-            position[axis] = i % 2 ? 1.0f : 0.0625f; // the last corner; a cell centre of level 0
-        for (int j = 0; j < 4; j++) d[j] = sign * (j % 2 ? -1.0f : 1.0f) * (i % 3 ? s->gradient_clamp : 1e30f);
-    }
-    struct vw_step_state flags;
-    scatter_run(bench, rows, &flags);
-    assert_int_equal(flags.nonfinite, 0);
-    assert_int_equal(flags.clamped, 4 * ((chunk + 2) / 3));
-    uint64_t *words = step_bench_read(bench, bench->step.d_grid);
-    int64_t *quanta = test_allocate(2 * (size_t)bench->model.pair_count, sizeof *quanta);
-    reference_unpack_grid(&bench->model, words, quanta);
-    int64_t sum = (int64_t)llround(sign * (double)chunk * s->gradient_clamp / s->gradient_quantum);
-    assert_true(llabs(sum) < (wide ? INT64_C(1) << 62 : INT32_MAX));
-    for (int f = 0; f < 2; f++) // level 0, where all weights are powers of two
-        if (quanta[f] != (f ? -sum : sum))
-            fail_msg("%s: feature %d sums to %lld, not %lld", bench->where, f, (long long)quanta[f],
-                     (long long)(f ? -sum : sum));
-    for (int f = 0; f < 2; f++) // level 1: each of eight corners is rounded
-        check_value(bench->where, "level 1", f, (double)quanta[2 * s->first_pair[1] + f],
-                    f ? -(double)sum : (double)sum, 4.0 * (double)chunk + 32.0 * FLOAT_ROUNDING * fabs((double)sum));
-}
-
-TEST(all_samples_in_one_entry_at_the_clamp_sum_exactly) {
-    for (int i = 0; i < 2; i++) {
-        crowd_sums_exactly(&crowds[i], i == 1, 1.0f);
-        crowd_sums_exactly(&crowds[i], i == 1, -1.0f);
-    }
 }
 
 // The bound itself, for every step size: samples x (largest contribution + 4 for the rounding of eight corners) stays

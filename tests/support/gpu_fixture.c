@@ -23,10 +23,14 @@ static void destroy_buffer(void *buffer) { vw_buffer_destroy(&(struct vw_buffer 
 static void destroy_pass(void *pass) { vw_pass_destroy(&(struct vw_pass *){pass}); }
 static void destroy_submission(void *submission) { vw_submission_destroy(&(struct vw_submission *){submission}); }
 
-struct vw_buffer *test_buffer(struct vw_gpu *gpu, struct vw_buffer_params params) {
+struct vw_buffer *test_buffer_of(struct vw_gpu *gpu, struct vw_buffer_params params) {
     struct vw_buffer *buffer = NULL;
     ASSERT_OK(vw_buffer_create(gpu, &params, &buffer));
     return test_own(buffer, destroy_buffer);
+}
+
+struct vw_buffer *test_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
+    return test_buffer_of(gpu, (struct vw_buffer_params){.name = name, .size_bytes = size_bytes});
 }
 
 struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params) {

@@ -12,7 +12,8 @@ struct vw_gpu *test_gpu(void);
 struct vw_gpu *test_gpu_open(struct vw_gpu_params params);
 
 // Returns a buffer, a pass or a submission that the test owns.
-struct vw_buffer *test_buffer(struct vw_gpu *gpu, struct vw_buffer_params params);
+struct vw_buffer *test_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes);
+struct vw_buffer *test_buffer_of(struct vw_gpu *gpu, struct vw_buffer_params params);
 struct vw_pass *test_pass(struct vw_gpu *gpu, struct vw_pass_params params);
 struct vw_submission *test_submission(struct vw_gpu *gpu);
 

@@ -5,32 +5,25 @@
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/checks/check.h"
+#include "support/gpu_fixture.h"
 
 enum { INVOCATIONS = 640, CHAINS = 8 };
 static const float FACTOR = 0.75f;
 
-// Runs a pass from `from` to what is returned, owned by the caller.
+// Runs a pass from `from` to what is returned.
 static float *run(struct step_bench *bench, const struct vw_shader *shader, const float *from,
                   const struct vw_push_peak *push) {
     const uint64_t size_bytes = INVOCATIONS * sizeof(vw_float4);
-    struct vw_buffer *buffers[2] = {NULL, NULL};
-    struct vw_pass *pass = NULL;
-    enum vw_status status = VW_OK;
-    for (int i = 0; i < 2 && !status; i++)
-        status = vw_buffer_create(
-            bench->gpu, &(struct vw_buffer_params){.name = i ? "to" : "from", .size_bytes = size_bytes}, &buffers[i]);
-    const struct vw_binding bindings[] = {{.slot = VW_SLOT_PEAK_FROM, .buffer = buffers[0]},
-                                          {.slot = VW_SLOT_PEAK_TO, .buffer = buffers[1]}};
+    struct vw_buffer *source = test_buffer(bench->gpu, "from", size_bytes),
+                     *target = test_buffer(bench->gpu, "to", size_bytes);
+    const struct vw_binding bindings[] = {{.slot = VW_SLOT_PEAK_FROM, .buffer = source},
+                                          {.slot = VW_SLOT_PEAK_TO, .buffer = target}};
     const struct vw_pass_params params = {
         .shader = shader, .bindings = bindings, .binding_count = VW_ARRAY_COUNT(bindings)};
-    if (!status) status = vw_pass_create(bench->gpu, &params, &pass);
-    if (status) fail_msg("%s: %s", bench->where, vw_error_message());
-    step_bench_write(bench, buffers[0], from);
+    const struct vw_pass *pass = test_pass(bench->gpu, params);
+    step_bench_write(bench, source, from);
     step_bench_dispatch(bench, pass, push, push ? sizeof *push : 0, INVOCATIONS);
-    float *to = step_bench_read(bench, buffers[1]);
-    vw_pass_destroy(&pass);
-    for (int i = 0; i < 2; i++) vw_buffer_destroy(&buffers[i]);
-    return to;
+    return step_bench_read(bench, target);
 }
 
 void check_copy_memory(struct step_bench *bench, enum input_kind kind) {

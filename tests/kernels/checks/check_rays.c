@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
+#include "support/box_geometry.h"
 #include "train/effects/contraction.h"
 
 static const double NEAR_EDGES = 0.02;     // contract of generate_rays: nothing nearer to the camera is seen
@@ -53,27 +54,6 @@ struct vw_ray *rays_make(struct step_bench *bench) {
 
 static void point_at(const struct reference_ray *ray, double parameter, double point[3]) {
     for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + parameter * ray->direction[i];
-}
-
-static double distance_to_line(const double point[3], const double origin[3], const double direction[3]) {
-    double along = 0.0, distance2 = 0.0;
-    for (int i = 0; i < 3; i++) along += (point[i] - origin[i]) * direction[i];
-    for (int i = 0; i < 3; i++) distance2 += pow(point[i] - origin[i] - along * direction[i], 2.0);
-    return sqrt(distance2);
-}
-
-// Returns how far a point is from the surface of the unit cube.
-static double distance_to_face(const double point[3]) {
-    double outside = 0.0, inside = 1.0;
-    for (int i = 0; i < 3; i++) {
-        outside = fmax(outside, fmax(-point[i], point[i] - 1.0));
-        inside = fmin(inside, fmax(fmin(point[i], 1.0 - point[i]), 0.0));
-    }
-    return fmax(outside, inside);
-}
-
-static double distance(const double a[3], const double b[3]) {
-    return sqrt(pow(a[0] - b[0], 2.0) + pow(a[1] - b[1], 2.0) + pow(a[2] - b[2], 2.0));
 }
 
 // Checks that both ends of the span lie on the reference's line, the far one on a face, the near one on a face or at

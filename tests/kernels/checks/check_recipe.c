@@ -5,6 +5,7 @@
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/checks/check.h"
+#include "support/gpu_fixture.h"
 
 static const double COLOUR_TOLERANCE =
     1e-3; // noise changes by some 10 per box edge and cell, places are good to 1e-6 of what is in view
@@ -79,13 +80,6 @@ static struct vw_gpu_camera make_camera(const struct vw_view *view, const struct
                                   .more = {.x = (float)camera->centre_y_px}};
 }
 
-static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, const void *data, uint64_t size_bytes) {
-    struct vw_buffer *buffer = NULL;
-    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
-    if (data) ASSERT_OK(vw_buffer_write(buffer, 0, data, size_bytes));
-    return buffer;
-}
-
 static void open_tracing(struct step_bench *bench, enum input_kind kind, const struct vw_view *view,
                          struct tracing *t) {
     const struct vw_specialization *s = &bench->model.specialization;
@@ -93,26 +87,19 @@ static void open_tracing(struct step_bench *bench, enum input_kind kind, const s
     struct test_random random = {.seed = bench->config.seed};
     for (uint32_t i = 0; i < SHAPES; i++) t->shape_data[i] = draw_shape(kind, i, &random);
     t->recipe = (struct reference_recipe){t->shape_data, make_push(kind, (uint32_t)bench->config.seed)};
-    t->cameras = make_buffer(bench->gpu, "recipe cameras", &camera, sizeof camera);
-    t->shapes = make_buffer(bench->gpu, "recipe shapes", t->shape_data, sizeof t->shape_data);
-    t->pixels = make_buffer(bench->gpu, "recipe pixels", NULL, PIXELS * sizeof(struct vw_recipe_pixel));
+    t->cameras = test_buffer(bench->gpu, "recipe cameras", sizeof camera);
+    t->shapes = test_buffer(bench->gpu, "recipe shapes", sizeof t->shape_data);
+    t->pixels = test_buffer(bench->gpu, "recipe pixels", PIXELS * sizeof(struct vw_recipe_pixel));
+    step_bench_write(bench, t->cameras, &camera);
+    step_bench_write(bench, t->shapes, t->shape_data);
     const struct vw_binding bindings[] = {{.slot = VW_SLOT_CAMERAS, .buffer = t->cameras},
                                           {.slot = VW_SLOT_RECIPE_SHAPES, .buffer = t->shapes},
                                           {.slot = VW_SLOT_RECIPE_PIXELS, .buffer = t->pixels}};
-    ASSERT_OK(vw_pass_create(bench->gpu,
-                             &(struct vw_pass_params){.shader = &vw_shader_trace_recipe,
-                                                      .specialization = (const uint32_t *)s,
-                                                      .specialization_count = VW_SPECIALIZATION_COUNT,
-                                                      .bindings = bindings,
-                                                      .binding_count = VW_ARRAY_COUNT(bindings)},
-                             &t->pass));
-}
-
-static void close_tracing(struct tracing *t) {
-    vw_pass_destroy(&t->pass);
-    vw_buffer_destroy(&t->cameras);
-    vw_buffer_destroy(&t->shapes);
-    vw_buffer_destroy(&t->pixels);
+    t->pass = test_pass(bench->gpu, (struct vw_pass_params){.shader = &vw_shader_trace_recipe,
+                                                            .specialization = (const uint32_t *)s,
+                                                            .specialization_count = VW_SPECIALIZATION_COUNT,
+                                                            .bindings = bindings,
+                                                            .binding_count = VW_ARRAY_COUNT(bindings)});
 }
 
 // Returns how far a pixel is from the reference's at a place in the photo, in tolerances.
@@ -160,5 +147,4 @@ void check_trace_recipe(struct step_bench *bench, enum input_kind kind) {
     step_bench_dispatch(bench, tracing.pass, &tracing.recipe.push, sizeof tracing.recipe.push, PIXELS);
     struct vw_recipe_pixel *pixels = step_bench_read(bench, tracing.pixels);
     check_pixels(bench, &tracing, &view, pixels);
-    close_tracing(&tracing);
 }

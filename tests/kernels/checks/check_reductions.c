@@ -5,6 +5,7 @@
 #include "gpu/compute.h"
 #include "gpu/shaders.h"
 #include "kernels/checks/check.h"
+#include "support/gpu_fixture.h"
 
 static const double SUM_TOLERANCE = 0x1p-40; // relative: two floats carry 48 bits, n additions lose log2(n) of them
 static const float GUARD = 12345.0f;         // stands in the rows of the scalars that are none of the pass's business
@@ -12,12 +13,6 @@ enum { SCALAR_ROW = 3, SCALAR_ROWS = SCALAR_ROW + 2 + REDUCED_VIEWS };
 
 const struct vw_ray_range reduced_ranges[REDUCED_VIEWS] = {
     {0, 1}, {1, 63}, {64, 64}, {128, 65}, {193, REDUCED_RAYS - 193}};
-
-static struct vw_buffer *make_buffer(struct vw_gpu *gpu, const char *name, uint64_t size_bytes) {
-    struct vw_buffer *buffer = NULL;
-    ASSERT_OK(vw_buffer_create(gpu, &(struct vw_buffer_params){.name = name, .size_bytes = size_bytes}, &buffer));
-    return buffer;
-}
 
 // ---- reduce_views ---------------------------------------------------------------------------------------------------
 
@@ -33,35 +28,22 @@ static void make_passes(struct vw_gpu *gpu, bool fitted, struct view_reduction *
                                     .specialization_count = VW_SPECIALIZATION_COUNT,
                                     .bindings = bindings,
                                     .binding_count = VW_ARRAY_COUNT(bindings)};
-    ASSERT_OK(vw_pass_create(gpu, &params, &r->pass));
+    r->pass = test_pass(gpu, params);
     params.shader = &vw_shader_fit_views;
-    ASSERT_OK(vw_pass_create(gpu, &params, &r->fit_pass));
-}
-
-static void close_reduction(void *opened) {
-    struct view_reduction *r = opened;
-    vw_submission_destroy(&r->submission);
-    vw_pass_destroy(&r->pass);
-    vw_pass_destroy(&r->fit_pass);
-    vw_buffer_destroy(&r->fits);
-    vw_buffer_destroy(&r->rays);
-    vw_buffer_destroy(&r->colours);
-    vw_buffer_destroy(&r->views);
-    vw_buffer_destroy(&r->scalars);
-    free(r);
+    r->fit_pass = test_pass(gpu, params);
 }
 
 struct view_reduction *reduction_open(struct vw_gpu *gpu, bool fitted) {
-    struct view_reduction *r = test_own(vw_allocate(1, sizeof *r), close_reduction);
-    *r = (struct view_reduction){.rays = make_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
-                                 .colours = make_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
-                                 .views = make_buffer(gpu, "views", sizeof reduced_ranges),
-                                 .scalars = make_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
-                                 .fits = make_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance)),
+    struct view_reduction *r = test_allocate(1, sizeof *r);
+    *r = (struct view_reduction){.rays = test_buffer(gpu, "rays", REDUCED_RAYS * sizeof(struct vw_ray)),
+                                 .colours = test_buffer(gpu, "colours", REDUCED_RAYS * sizeof(vw_float4)),
+                                 .views = test_buffer(gpu, "views", sizeof reduced_ranges),
+                                 .scalars = test_buffer(gpu, "scalars", 16 * SCALAR_ROWS),
+                                 .fits = test_buffer(gpu, "fits", REDUCED_VIEWS * sizeof(struct vw_appearance)),
                                  .ray_data = test_allocate(REDUCED_RAYS, sizeof *r->ray_data),
                                  .colour_data = test_allocate(REDUCED_RAYS, sizeof *r->colour_data)};
     make_passes(gpu, fitted, r);
-    ASSERT_OK(vw_submission_create(gpu, &r->submission));
+    r->submission = test_submission(gpu);
     ASSERT_OK(vw_buffer_write(r->views, 0, reduced_ranges, sizeof reduced_ranges));
     return r;
 }
