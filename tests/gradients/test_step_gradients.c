@@ -57,7 +57,7 @@ TEST_CASES(gradients_match_the_reference, i, step_case_count) {
 
 // ---- The slope of the loss ------------------------------------------------------------------------------------------
 
-struct sloping { // what the slopes of a step are found from
+struct sloping { // a step of the reference, and the params that move
     struct reference_step *reference;
     struct reference_params *params;
 };
@@ -93,7 +93,7 @@ static void check_photo_slopes(struct step_bench *bench, const struct slope_chec
     if (!s->effect_appearance_code) return;
     uint32_t width = 4 * s->width4, weights = width * REFERENCE_CODE;
     double d_shift[REFERENCE_WIDTH_MAX], exact[REFERENCE_CODE * (REFERENCE_WIDTH_MAX + 1)];
-    float d_code[REFERENCE_CODE * (REFERENCE_WIDTH_MAX + 1)]; // of the weights, then of the code
+    float d_code[REFERENCE_CODE * (REFERENCE_WIDTH_MAX + 1)]; // the code weights come first, then the code
     for (uint32_t i = 0; i < width; i++) d_shift[i] = d_weights[reference_block_index(s, 2, i, 0)];
     reference_mix_code_gradient(width, params->code_weights, photo->code, d_shift, exact, exact + weights);
     for (uint32_t i = 0; i < weights + REFERENCE_CODE; i++) d_code[i] = (float)exact[i];

@@ -140,7 +140,7 @@ void check_value(const char *where, const char *what, uint64_t index, double dev
 void check_same_bits(const char *where, const char *what, const void *device, const void *expected, size_t size_bytes);
 double largest(const double *values, size_t count); // magnitude
 
-// How slopes of a reference's loss are found.
+// The way in which slopes of a loss of the reference are found.
 struct slope_check {
     const char *where;
     double (*loss)(void *step);

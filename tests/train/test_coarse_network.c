@@ -56,7 +56,7 @@ static void take_over(const struct step_bench *own, struct step_bench *even) {
 
 // Its gradient is that of a field of the even samples, beside every effect: neither codes nor transients are in it.
 TEST(its_gradient_is_that_of_a_field_of_even_samples) {
-    static const char *const effects[][2] = {{NULL, NULL}, // of the coarse network's bench, of the other
+    static const char *const effects[][2] = {{NULL, NULL}, // with the coarse network, and without
                                              {"sky,appearance,appearance_code,visibility", "sky,appearance,visibility"},
                                              {"sky,appearance,transient", "sky,appearance"},
                                              {"appearance_encoder", NULL}};
