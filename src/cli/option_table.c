@@ -14,11 +14,13 @@ static const char *coarse_network_choice(uint32_t choice) {
 static const char *table_precision_choice(uint32_t choice) {
     return vw_table_precision_name((enum vw_table_precision)choice);
 }
+static const char *floor_choice(uint32_t choice) { return choice == VW_PAYOUT_FLOOR_EQUAL ? "equal" : "none"; }
 static const char *equal_choice(uint32_t choice) { return vw_equal_name((enum vw_equal)choice); }
 
 _Static_assert(sizeof(enum vw_loss) == sizeof(uint32_t) && sizeof(enum vw_background_form) == sizeof(uint32_t) &&
                    sizeof(enum vw_table_precision) == sizeof(uint32_t) && sizeof(enum vw_equal) == sizeof(uint32_t) &&
-                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t),
+                   sizeof(enum vw_field) == sizeof(uint32_t) && sizeof(enum vw_coarse_network) == sizeof(uint32_t) &&
+                   sizeof(enum vw_payout_floor) == sizeof(uint32_t),
                "VW_OPTION_CHOICE stores 32 bits");
 
 #define OPTION(type, field) VW_OPTION_FIELD(struct vw_options, type, field)
@@ -117,9 +119,20 @@ const struct vw_option vw_option_table[] = {
     {"replay", "N", "Train the first N steps again and compare every bit with the ledger", VW_OPTIONS_VERIFY,
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
     {"payout", "AMOUNT",
-     "Amount of money to divide among the providers in proportion to their worth, or to the credit of their photos "
-     "where worth is not measured",
+     "Amount of money to divide among the photos in proportion to their worth where that is positive; a provider gets "
+     "the sum over its photos. Needs retrainings that tell at least two providers apart",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
+    {"payout-floor", NULL,
+     "Who is paid where no photo has a positive worth: nobody (none), or all photos of providers the same (equal)",
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN,
+     CHOICE(payout_floor, floor_choice, VW_PAYOUT_FLOOR_EQUAL), NEEDS("payout")},
+    {"pay-anyway", NULL,
+     "Pay although the retrainings tell no two providers apart; without retrainings by dv_psnr where that is positive",
+     VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(FLAG, pay_anyway), NEEDS("payout")},
+    {"provider-retrainings", "M",
+     "Number of further retrainings, in which all photos of a provider are in or out together; they show what each "
+     "provider's photos are worth jointly, and change neither the worth of photos nor a payout",
+     VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, provider_retrainings), RANGE(0, 1000)},
     {"retrainings", "M",
      "Number of retrainings in all, including those that OUT already contains; 0: show what they say so far",
      VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(COUNT, retrainings), RANGE(0, 100000), COMMON},

@@ -26,6 +26,9 @@ const char *vw_option_preset_name(uint32_t preset); // "none", "hash", "nerf", .
 // Returns the options that a preset sets: "NAME=VALUE NAME=VALUE ...".
 const char *vw_option_preset_options(enum vw_option_preset preset);
 
+// --payout-floor: who is paid where no photo has a positive worth.
+enum vw_payout_floor { VW_PAYOUT_FLOOR_NONE, VW_PAYOUT_FLOOR_EQUAL };
+
 // An option that may be repeated, in the order given.
 enum { VW_TEXTS_MOST = 32 };
 struct vw_texts {
@@ -55,9 +58,12 @@ struct vw_options {
     struct vw_lasting_options lasting;
     struct vw_report_options report;
     const char *payout;
+    enum vw_payout_floor payout_floor;
+    bool pay_anyway;
     double until_stable;         // 0: take all epochs
     uint32_t worth, retrainings; // retrainings in all: of value, of worth
-    double until_confidence;     // 0: make all of them
+    uint32_t provider_retrainings;
+    double until_confidence; // 0: make all of them
     const char *accuracy, *budget;
     enum vw_option_preset preset;
     const char *expect;

@@ -60,6 +60,12 @@ static uint32_t list_explicit_fields(const struct vw_options *options) {
     return fields;
 }
 
+struct vw_payout_options vw_params_of_payout(const struct vw_options *options) {
+    return (struct vw_payout_options){.amount = options->payout,
+                                      .floor_equal = options->payout_floor == VW_PAYOUT_FLOOR_EQUAL,
+                                      .anyway = options->pay_anyway};
+}
+
 enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_params *params) {
     *params = (struct vw_run_params){
         .scene = vw_params_of_scene(options),
@@ -70,7 +76,7 @@ enum vw_status vw_params_of_run(const struct vw_options *options, struct vw_run_
         .until_stable = options->until_stable,
         .accuracy = options->accuracy,
         .explicit_fields = list_explicit_fields(options),
-        .payout = options->payout,
+        .payout = vw_params_of_payout(options),
         .lasting = options->lasting,
         .report = options->report,
         .profile = options->profile,

@@ -30,7 +30,7 @@ struct work {
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
     const char **providers; // owned array; of each photo
-    uint64_t payout_cents;  // 0: nobody is paid
+    struct vw_payout_request payout;
     struct vw_worth_plan plan;
 };
 
@@ -42,11 +42,18 @@ static bool is_same(const struct vw_ledger_retraining *a, const struct vw_ledger
            !memcmp(a->image_ids, b->image_ids, a->image_count * sizeof *a->image_ids);
 }
 
+// Counts the recorded retrainings with whole providers, or the others.
+static uint32_t count_recorded(const struct work *work, bool whole_providers) {
+    const struct vw_scoring *scoring = &work->result->scoring;
+    return vw_worth_count(scoring->retrainings, scoring->retraining_count, whole_providers);
+}
+
 // Lists the retrainings of the ledger, which have outcomes, and the next ones.
-static enum vw_status list_retrainings(const struct work *work, uint32_t count, struct vw_ledger_retraining **rows) {
+static enum vw_status list_retrainings(const struct work *work, const struct vw_worth_plan_progress *progress,
+                                       struct vw_ledger_retraining **rows) {
     const struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *made = NULL;
-    enum vw_status status = vw_worth_plan_list(&work->plan, count, &made);
+    enum vw_status status = vw_worth_plan_list(&work->plan, progress, &made);
     for (uint32_t i = 0; !status && i < scoring->retraining_count; i++) {
         made[i].val_psnr = scoring->retrainings[i].val_psnr;
         if (!is_same(&made[i], &scoring->retrainings[i]))
@@ -88,11 +95,13 @@ static enum vw_status record(struct work *work, uint32_t first) {
     return status;
 }
 
-static enum vw_status add_group(struct work *work, uint32_t count) {
+// Makes those that are missing of so many on photos, and of so many with whole providers.
+static enum vw_status add_group(struct work *work, uint32_t of_photos, uint32_t of_providers) {
     struct vw_scoring *scoring = &work->result->scoring;
     struct vw_ledger_retraining *rows = NULL;
-    uint32_t first = scoring->retraining_count;
-    enum vw_status status = list_retrainings(work, count, &rows);
+    uint32_t first = scoring->retraining_count, count = of_photos + of_providers;
+    const struct vw_worth_plan_progress progress = {scoring->retrainings, first, of_photos, of_providers};
+    enum vw_status status = list_retrainings(work, &progress, &rows);
     if (!status) status = vw_worth_plan_train(rows, first, count, vw_retrain, &work->retrainer);
     if (!status) status = vw_scoring_set_retrainings(scoring, rows, count);
     else free(rows);
@@ -108,19 +117,27 @@ static enum vw_status summarise(struct work *work, bool *reached) {
     return status;
 }
 
+static uint32_t count_missing(const struct work *work) {
+    const struct vw_worth_run_params *params = work->params;
+    uint32_t of_photos = count_recorded(work, false), of_providers = count_recorded(work, true);
+    return (params->retrainings > of_photos ? params->retrainings - of_photos : 0) +
+           (params->provider_retrainings > of_providers ? params->provider_retrainings - of_providers : 0);
+}
+
 // Asks for the accuracy at the same numbers of retrainings, wherever it began.
 static enum vw_status retrain(struct work *work) {
-    const struct vw_scoring *scoring = &work->result->scoring;
-    uint32_t most = work->params->retrainings;
+    uint32_t most = work->params->retrainings, of_providers = count_recorded(work, true), made;
     bool reached = false;
     enum vw_status status = VW_OK;
-    work->retrainer.planned = most - scoring->retraining_count;
+    work->retrainer.planned = count_missing(work);
     if (work->params->until_confidence > 0) status = summarise(work, &reached);
-    while (!status && !reached && scoring->retraining_count < most) {
-        uint32_t next = (scoring->retraining_count / GROUP + 1) * GROUP;
-        status = add_group(work, next < most ? next : most);
+    while (!status && !reached && (made = count_recorded(work, false)) < most) {
+        uint32_t next = (made / GROUP + 1) * GROUP;
+        status = add_group(work, next < most ? next : most, of_providers);
         if (!status && work->params->until_confidence > 0) status = summarise(work, &reached);
     }
+    if (!status && work->params->provider_retrainings > of_providers)
+        status = add_group(work, count_recorded(work, false), work->params->provider_retrainings);
     return status;
 }
 
@@ -131,8 +148,8 @@ static enum vw_status write_outputs(struct work *work) {
     const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
     enum vw_status status = write_scores(work);
     if (!status)
-        status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out,
-                                     work->payout_cents, &work->result->attribution);
+        status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out, &work->payout,
+                                     &work->result->attribution);
     if (status) return status;
     work->result->report_path = vw_report_folder_finish(params->out, &report);
     return vw_checksums_write(params->out, work->result->head);
@@ -150,9 +167,7 @@ static enum vw_status check_run(struct work *work) {
     if (!work->result->scoring.score_count)
         return vw_fail(VW_ERROR_USAGE, "%s: the run has no scores; value the scene by viewworth value",
                        recorded->ledger_path);
-    return work->params->payout
-               ? vw_attribution_read_payout(work->params->payout, &recorded->config, &work->payout_cents)
-               : VW_OK;
+    return vw_attribution_read_payout(&work->params->payout, &recorded->config, &work->payout);
 }
 
 static enum vw_status open_run(struct work *work) {
@@ -166,26 +181,30 @@ static enum vw_status open_run(struct work *work) {
     return VW_OK;
 }
 
+static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
+
 static enum vw_status plan(struct work *work) {
     const struct vw_retrainer *retrainer = &work->retrainer;
     work->providers = vw_allocate(retrainer->train_count, sizeof *work->providers);
     if (!work->providers) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < retrainer->train_count; i++)
         work->providers[i] = work->result->scoring.input.images[retrainer->train_views[i]].provider;
-    const struct vw_worth_plan_params params = {.photos = retrainer->train_views,
-                                                .photo_count = retrainer->train_count,
-                                                .providers = work->providers,
-                                                .count = work->params->retrainings,
-                                                .key = work->config.seed + 1,
-                                                .first_seed = vw_first_seed_after(work->config.seed),
-                                                .epochs = work->config.epochs};
+    const struct vw_worth_plan_params params = {
+        .photos = retrainer->train_views,
+        .photo_count = retrainer->train_count,
+        .providers = work->providers,
+        .count = larger(work->params->retrainings, count_recorded(work, false)),
+        .provider_retrainings = larger(work->params->provider_retrainings, count_recorded(work, true)),
+        .key = work->config.seed + 1,
+        .first_seed = vw_first_seed_after(work->config.seed),
+        .epochs = work->config.epochs};
     return vw_worth_plan_make(&params, &work->plan);
 }
 
 static enum vw_status open_session(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     enum vw_status status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
-    return !status && work->payout_cents ? vw_attribution_check_scene(recorded->scene) : status;
+    return !status && work->payout.cents ? vw_attribution_check_scene(recorded->scene) : status;
 }
 
 static enum vw_status open_retrainer(struct work *work) {
@@ -203,7 +222,7 @@ static enum vw_status open_retrainer(struct work *work) {
 // Tells whether a kill left retrainings without their report, or without the list that is written after it.
 static bool lacks_outputs(const struct work *work) {
     const char *out = work->params->out;
-    return work->params->retrainings &&
+    return (work->params->retrainings || work->params->provider_retrainings) &&
            (!vw_file_exists_inside(out, "report.html") || !vw_file_exists_inside(out, VW_CHECKSUMS_FILE));
 }
 
@@ -214,24 +233,23 @@ static enum vw_status make(struct work *work) {
     if (!status) status = vw_out_lock_take(work->params->out, &work->lock);
     if (!status) status = open_run(work);
     if (status) return status;
-    bool trains = result->scoring.retraining_count < work->params->retrainings;
-    bool writes = trains || work->params->payout || lacks_outputs(work);
+    bool trains = count_missing(work) > 0;
+    bool writes = trains || work->payout.cents || lacks_outputs(work);
     if (writes) status = open_session(work);
     if (!status && trains) status = open_retrainer(work);
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);
-    if (!result->scoring.retraining_count)
+    if (!count_recorded(work, false))
         result->prior = vw_worth_first_prior(result->scoring.scores, result->scoring.score_count);
     return status;
 }
 
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
-    uint64_t cents;
+    struct vw_payout_request request;
     if (params->until_confidence < 0 || !(params->until_confidence < 1))
         return vw_fail(VW_ERROR_USAGE, "--until-confidence: must lie from 0 to below 1");
-    enum vw_status status = params->payout ? vw_attribution_read_payout(params->payout, NULL, &cents) : VW_OK;
-    return status;
+    return vw_attribution_read_payout(&params->payout, NULL, &request);
 }
 
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result) {

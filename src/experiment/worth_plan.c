@@ -47,22 +47,36 @@ static enum vw_status draw(uint32_t players, uint32_t needed, uint64_t key, stru
     return status;
 }
 
-// Makes the plan. Few providers have few subsets, which are repeated with other seeds.
-enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan) {
-    uint32_t needed[3] = {0}, place;
-    *plan = (struct vw_worth_plan){.params = *params};
-    if (params->photo_count < 2) return vw_fail(VW_ERROR_INPUT, "worth needs at least 2 photos to train on");
-    list_providers(plan);
-    for (uint32_t i = 0; i < params->count; i++) needed[vw_worth_kind_of(i, plan->provider_count, &place)]++;
-    enum vw_status status = draw(params->photo_count, needed[VW_WORTH_PHOTOS], params->key, &plan->of_photos);
-    if (!status && needed[VW_WORTH_PROVIDERS])
-        status = draw(plan->provider_count, needed[VW_WORTH_PROVIDERS], params->key, &plan->of_providers);
-    if (!status && plan->of_photos.count < needed[VW_WORTH_PHOTOS])
+static enum vw_status draw_photos(struct vw_worth_plan *plan) {
+    const struct vw_worth_plan_params *params = &plan->params;
+    uint32_t needed = params->count - (params->count + VW_WORTH_REPEAT_EVERY - 1) / VW_WORTH_REPEAT_EVERY;
+    enum vw_status status = draw(params->photo_count, needed, params->key, &plan->of_photos);
+    if (!status && plan->of_photos.count < needed)
         status = vw_fail(VW_ERROR_INPUT,
                          "--retrainings %" PRIu32 ": %" PRIu32 " photos have only %" PRIu32
                          " subsets of 40 to 100 %%; ask for fewer retrainings",
                          params->count, params->photo_count, plan->of_photos.count);
     return status;
+}
+
+// Few providers have few subsets, which are repeated with other seeds.
+static enum vw_status draw_providers(struct vw_worth_plan *plan) {
+    const struct vw_worth_plan_params *params = &plan->params;
+    if (!params->provider_retrainings) return VW_OK;
+    if (plan->provider_count < 2 || plan->provider_count > VW_WORTH_PROVIDERS_MAX)
+        return vw_fail(VW_ERROR_USAGE,
+                       "--provider-retrainings needs 2 to %d providers, and the run has %s; leave it out, or value the "
+                       "scene with other --providers",
+                       VW_WORTH_PROVIDERS_MAX, plan->provider_count < 2 ? "fewer" : "more");
+    return draw(plan->provider_count, params->provider_retrainings, params->key, &plan->of_providers);
+}
+
+enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan) {
+    *plan = (struct vw_worth_plan){.params = *params};
+    if (params->photo_count < 2) return vw_fail(VW_ERROR_INPUT, "worth needs at least 2 photos to train on");
+    list_providers(plan);
+    enum vw_status status = draw_photos(plan);
+    return status ? status : draw_providers(plan);
 }
 
 void vw_worth_plan_free(struct vw_worth_plan *plan) {
@@ -78,31 +92,42 @@ static bool has_player(const struct vw_subsets *subsets, uint32_t subset, uint32
     return false;
 }
 
-static void list_photos(const struct vw_worth_plan *plan, uint32_t number, uint32_t *ids,
-                        struct vw_ledger_retraining *retraining) {
-    const struct vw_worth_plan_params *params = &plan->params;
-    uint32_t place, count = 0;
-    enum vw_worth_kind kind = vw_worth_kind_of(number, plan->provider_count, &place);
-    if (kind == VW_WORTH_PROVIDERS) place %= plan->of_providers.count;
-    for (uint32_t i = 0; i < params->photo_count; i++)
-        if (kind == VW_WORTH_ALL || (kind == VW_WORTH_PHOTOS && has_player(&plan->of_photos, place, i)) ||
-            (kind == VW_WORTH_PROVIDERS && has_player(&plan->of_providers, place, find_provider(plan, i))))
-            ids[count++] = params->photos[i];
-    *retraining = (struct vw_ledger_retraining){.whole_providers = kind == VW_WORTH_PROVIDERS,
-                                                .seed = params->first_seed + number,
-                                                .epochs = params->epochs,
-                                                .image_ids = ids,
-                                                .image_count = count,
-                                                .val_psnr = NAN};
+static const uint64_t PROVIDER_SEEDS = (uint64_t)1 << 31; // apart from those of the others
+
+static bool is_in(const struct vw_worth_plan *plan, bool whole_providers, uint32_t number, uint32_t photo) {
+    if (whole_providers)
+        return has_player(&plan->of_providers, number % plan->of_providers.count, find_provider(plan, photo));
+    return vw_worth_is_of_all(number) || has_player(&plan->of_photos, vw_worth_place(number), photo);
 }
 
-enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, uint32_t count,
+// Lists retraining `number` of its kind.
+static void list_photos(const struct vw_worth_plan *plan, bool whole_providers, uint32_t number, uint32_t *ids,
+                        struct vw_ledger_retraining *retraining) {
+    const struct vw_worth_plan_params *params = &plan->params;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < params->photo_count; i++)
+        if (is_in(plan, whole_providers, number, i)) ids[count++] = params->photos[i];
+    *retraining =
+        (struct vw_ledger_retraining){.whole_providers = whole_providers,
+                                      .seed = params->first_seed + number + (whole_providers ? PROVIDER_SEEDS : 0),
+                                      .epochs = params->epochs,
+                                      .image_ids = ids,
+                                      .image_count = count,
+                                      .val_psnr = NAN};
+}
+
+enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, const struct vw_worth_plan_progress *progress,
                                   struct vw_ledger_retraining **retrainings) {
     size_t photos = plan->params.photo_count;
+    uint32_t next[2] = {0}, count = progress->photo_retrainings + progress->provider_retrainings;
     struct vw_ledger_retraining *made = vw_allocate(count, sizeof *made + photos * sizeof(uint32_t));
     if (!made) return VW_ERROR_MEMORY;
     uint32_t *ids = (uint32_t *)(made + count);
-    for (uint32_t i = 0; i < count; i++) list_photos(plan, i, ids + i * photos, &made[i]);
+    for (uint32_t i = 0; i < count; i++) {
+        bool whole = i < progress->recorded_count ? progress->recorded[i].whole_providers
+                                                  : next[false] >= progress->photo_retrainings;
+        list_photos(plan, whole, next[whole]++, ids + i * photos, &made[i]);
+    }
     *retrainings = made;
     return VW_OK;
 }

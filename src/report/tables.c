@@ -44,47 +44,58 @@ enum vw_status vw_table_make_providers(const char *path, const struct vw_provide
     return vw_csv_make_text(path, print_providers, &(struct table){.rows = groups, .count = count}, made);
 }
 
+void vw_amount_range_to_text(struct vw_payout_interval interval, char low[VW_AMOUNT_BYTES],
+                             char high[VW_AMOUNT_BYTES]) {
+    bool known = isfinite(interval.low_cents) && isfinite(interval.high_cents);
+    snprintf(low, VW_AMOUNT_BYTES, known ? "%.2f" : "", interval.low_cents / 100);
+    snprintf(high, VW_AMOUNT_BYTES, known ? "%.2f" : "", interval.high_cents / 100);
+}
+
+static void print_amounts(FILE *stream, double share, uint64_t cents, struct vw_payout_interval interval) {
+    char amount[VW_AMOUNT_BYTES], low[VW_AMOUNT_BYTES], high[VW_AMOUNT_BYTES];
+    vw_amount_to_text(cents, amount);
+    vw_amount_range_to_text(interval, low, high);
+    vw_csv_print(stream, "r,t,t,t", share, amount, low, high);
+}
+
 static void print_payout(FILE *stream, const void *context) {
-    const struct table *table = context;
-    const struct vw_payout *payouts = table->rows;
-    fputs("provider,method,value,unit,photos,share,amount\n", stream);
-    for (uint32_t i = 0; i < table->count; i++) {
-        char amount[VW_AMOUNT_BYTES];
-        vw_amount_to_text(payouts[i].cents, amount);
-        const struct vw_provider_score *group = payouts[i].group;
-        vw_csv_print(stream, "t,t,r,t,u,r,t\n", group->provider, group->method, group->value, group->unit,
-                     group->photo_count, payouts[i].share, amount);
+    const struct vw_payouts *payouts = context;
+    const struct vw_ledger_score *score = payouts->photos[0].score; // there is one at least
+    fputs("provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,tests,unscored\n", stream);
+    for (uint32_t i = 0; i < payouts->provider_count; i++) {
+        const struct vw_payout *payout = &payouts->providers[i];
+        vw_csv_print(stream, "t,t,r,t,u,", payout->provider, score->method, payout->value, score->unit,
+                     payout->photo_count);
+        print_amounts(stream, payout->share, payout->cents, payout->interval);
+        vw_csv_print(stream, ",u,u,u,u\n", payout->alike_count, payout->validating_count, payout->test_count,
+                     payout->unscored_count);
     }
 }
 
-enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count) {
-    return vw_csv_write_file(path, print_payout, &(struct table){.rows = payouts, .count = count});
-}
-
-enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
-                                    struct vw_csv_text *made) {
-    return vw_csv_make_text(path, print_payout, &(struct table){.rows = payouts, .count = count}, made);
+enum vw_status vw_table_make_payout(const char *path, const struct vw_payouts *payouts, struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_payout, payouts, made);
 }
 
 static void print_payout_photos(FILE *stream, const void *context) {
-    const struct table *table = context;
-    const struct vw_photo_payout *photos = table->rows;
-    fputs("name,provider,method,value,unit,share,amount\n", stream);
-    for (uint32_t i = 0; i < table->count; i++) {
-        char amount[VW_AMOUNT_BYTES];
-        vw_amount_to_text(photos[i].cents, amount);
-        vw_csv_print(stream, "t,t,t,r,t,r,t\n", photos[i].image->name, photos[i].image->provider,
-                     photos[i].score->method, photos[i].score->value, photos[i].score->unit, photos[i].share, amount);
+    const struct vw_payouts *payouts = context;
+    fputs("name,provider,method,value,unit,share,amount,ci_low,ci_high\n", stream);
+    for (uint32_t i = 0; i < payouts->photo_count; i++) {
+        const struct vw_photo_payout *photo = &payouts->photos[i];
+        vw_csv_print(stream, "t,t,t,r,t,", photo->image->name, photo->image->provider, photo->score->method,
+                     photo->score->value, photo->score->unit);
+        print_amounts(stream, photo->share, photo->cents, photo->interval);
+        fputc('\n', stream);
     }
 }
 
-enum vw_status vw_table_write_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count) {
-    return vw_csv_write_file(path, print_payout_photos, &(struct table){.rows = photos, .count = count});
+enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_payouts *payouts,
+                                           struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_payout_photos, payouts, made);
 }
 
-enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count,
-                                           struct vw_csv_text *made) {
-    return vw_csv_make_text(path, print_payout_photos, &(struct table){.rows = photos, .count = count}, made);
+enum vw_status vw_table_write_payouts(const char *path, const char *photos_path, const struct vw_payouts *payouts) {
+    enum vw_status status = vw_csv_write_file(path, print_payout, payouts);
+    return status ? status : vw_csv_write_file(photos_path, print_payout_photos, payouts);
 }
 
 static void print_duplicates(FILE *stream, const void *context) {

@@ -9,6 +9,7 @@
 #include "base/csv.h"
 #include "value/duplicate_scores.h"
 #include "value/matrix.h"
+#include "value/payout.h"
 #include "value/providers.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
@@ -18,15 +19,14 @@
 enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count);
 enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
                                        struct vw_csv_text *made);
-// Writes payout.csv: provider,method,value,unit,photos,share,amount; the amounts, with two decimals, add up to the
-// whole.
-enum vw_status vw_table_write_payout(const char *path, const struct vw_payout *payouts, uint32_t count);
-enum vw_status vw_table_make_payout(const char *path, const struct vw_payout *payouts, uint32_t count,
-                                    struct vw_csv_text *made);
-// Writes payout_photos.csv: name,provider,method,value,unit,share,amount; a row per photo with the score that it is
-// paid by; the amounts of a provider's photos add up to its amount in payout.csv, of which `share` is each photo's.
-enum vw_status vw_table_write_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count);
-enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_photo_payout *photos, uint32_t count,
+// Writes payout.csv: provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,tests,unscored;
+// a row per provider, best paid first. value: sum of the photos' positive scores. The amounts, with two decimals, add
+// up to the whole, the interval of 90 % likewise has two. overlaps: providers that are not told apart. The last three
+// count photos that have no score. And payout_photos.csv: name,provider,method,value,unit,share,amount,ci_low,ci_high;
+// a row per photo with a score; the amounts of a provider's photos add up to its own.
+enum vw_status vw_table_write_payouts(const char *path, const char *photos_path, const struct vw_payouts *payouts);
+enum vw_status vw_table_make_payout(const char *path, const struct vw_payouts *payouts, struct vw_csv_text *made);
+enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_payouts *payouts,
                                            struct vw_csv_text *made);
 // Writes duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo,
 // groups from 0.
@@ -44,5 +44,7 @@ enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *ma
 // Cents as "12.34".
 enum { VW_AMOUNT_BYTES = 24 };
 void vw_amount_to_text(uint64_t cents, char text[VW_AMOUNT_BYTES]);
+// Writes both ends in the same way, rounded; "" where they are unknown.
+void vw_amount_range_to_text(struct vw_payout_interval interval, char low[VW_AMOUNT_BYTES], char high[VW_AMOUNT_BYTES]);
 
 #endif

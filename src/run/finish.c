@@ -158,7 +158,7 @@ static void write_pictures(struct vw_run *run) {
 
 static enum vw_status write_tables(struct vw_run *run) {
     enum vw_status status =
-        vw_attribution_make(run->scene, &run->results.scoring, run->out, run->payout_cents, &run->results.attribution);
+        vw_attribution_make(run->scene, &run->results.scoring, run->out, &run->payout, &run->results.attribution);
     if (!status)
         status = vw_validation_views_make(run->scene, run->ledger, &run->results.scoring, run->out,
                                           &run->results.validation);

@@ -41,7 +41,7 @@ static enum vw_status check_params(const struct vw_run_params *params) {
     if (!status && params->accuracy) status = vw_accuracy_check(params->accuracy);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
-        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout ||
+        (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout.amount ||
          params->lasting.wanted))
         status =
             vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, accuracy, budget_s, payout and "
@@ -64,7 +64,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();
     if (!run->out || !run->scene_options_json) return VW_ERROR_MEMORY;
-    return params->payout ? vw_attribution_read_payout(params->payout, &run->config, &run->payout_cents) : VW_OK;
+    return vw_attribution_read_payout(&params->payout, &run->config, &run->payout);
 }
 
 static enum vw_status name_outputs(struct vw_run *run) {
@@ -155,7 +155,7 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     run->results.scene = run->scene;
     status = vw_scene_options_note_missing(run->scene->missing, &run->scene_options_json);
     if (status) return status;
-    if (run->payout_cents) status = vw_attribution_check_scene(run->scene);
+    if (run->payout.cents) status = vw_attribution_check_scene(run->scene);
     if (!status) status = decide_effects(run);
     if (status) return status;
     log_effects(run);

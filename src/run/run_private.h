@@ -21,7 +21,7 @@ struct vw_run {
     bool resume, validate, wants_profile;
     struct vw_report_options report;
     struct vw_lasting_options lasting;
-    uint64_t payout_cents; // 0: none
+    struct vw_payout_request payout;
     vw_run_progress *progress;
     void *context;
 

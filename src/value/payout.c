@@ -1,12 +1,14 @@
+#include "value/payout.h"
+
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/statistics.h"
 #include "ledger/find_image.h"
-#include "value/providers.h"
-#include "value/worth.h"
+#include "value/evaluation/resampling.h"
 
 // Reads digits; returns the text after them.
 static const char *parse_digits(const char *text, uint64_t *number) {
@@ -27,12 +29,82 @@ bool vw_payout_parse(const char *text, uint64_t *cents) {
     return *cents > 0 && *cents <= VW_PAYOUT_CENTS_MAX;
 }
 
-// A provider's or a photo's claim, in whole numbers, so that nothing is rounded.
+// ---- Photos and their providers -------------------------------------------------------------------------------------
+
+// Sorts photos provider by provider.
+static int compare_photos(const void *left, const void *right) {
+    const struct vw_photo_payout *a = left, *b = right;
+    int order = strcmp(a->image->provider, b->image->provider);
+    if (order) return order;
+    return (a->image->image_id > b->image->image_id) - (a->image->image_id < b->image->image_id);
+}
+
+// Notes the score of each image, NULL: none.
+static void find_scores(const struct vw_payout_input *input, const struct vw_ledger_score **of_images) {
+    const struct vw_worth_input *of = &input->of;
+    for (uint32_t i = 0; i < of->score_count; i++) {
+        if (strcmp(of->scores[i].method, input->method) != 0) continue;
+        const struct vw_ledger_image *image = vw_ledger_find_image(of->images, of->image_count, of->scores[i].image_id);
+        if (image) of_images[image - of->images] = &of->scores[i];
+    }
+}
+
+// Lists the photos that have a provider and were used, with their scores; sorted by provider.
+static enum vw_status list_photos(const struct vw_payout_input *input, struct vw_payouts *made) {
+    const struct vw_worth_input *of = &input->of;
+    const struct vw_ledger_score **scores = vw_allocate(of->image_count, sizeof *scores);
+    made->photos = vw_allocate(of->image_count, sizeof *made->photos);
+    if (!scores || !made->photos) {
+        free(scores);
+        return VW_ERROR_MEMORY;
+    }
+    find_scores(input, scores);
+    for (uint32_t i = 0; i < of->image_count; i++) {
+        const struct vw_ledger_image *image = &of->images[i];
+        if (image->provider && *image->provider && strcmp(image->split, "excluded") != 0)
+            made->photos[made->photo_count++] = (struct vw_photo_payout){.image = image, .score = scores[i]};
+    }
+    free(scores);
+    qsort(made->photos, made->photo_count, sizeof *made->photos, compare_photos);
+    return VW_OK;
+}
+
+static void count_photo(const struct vw_photo_payout *photo, struct vw_payout *payout) {
+    const char *split = photo->image->split;
+    if (photo->score) {
+        payout->photo_count++;
+        payout->value += photo->score->value > 0 ? photo->score->value : 0;
+    } else if (strcmp(split, "val") == 0) payout->validating_count++;
+    else if (strcmp(split, "test") == 0) payout->test_count++;
+    else payout->unscored_count++;
+}
+
+// Makes a row per provider, and leaves only photos with a score in the list.
+static enum vw_status list_providers(struct vw_payouts *made) {
+    uint32_t scored = 0;
+    made->providers = vw_allocate(made->photo_count, sizeof *made->providers);
+    if (!made->providers) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < made->photo_count; i++) {
+        const struct vw_photo_payout *photo = &made->photos[i];
+        struct vw_payout *last = made->provider_count ? &made->providers[made->provider_count - 1] : NULL;
+        if (!last || strcmp(last->provider, photo->image->provider) != 0) {
+            last = &made->providers[made->provider_count++];
+            *last = (struct vw_payout){.provider = photo->image->provider, .first_photo = scored};
+        }
+        count_photo(photo, last);
+        if (photo->score) made->photos[scored++] = *photo;
+    }
+    made->photo_count = scored;
+    if (!scored)
+        return vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
+    return VW_OK;
+}
+
+// ---- Shares ---------------------------------------------------------------------------------------------------------
+
+// A photo's claim, in whole numbers, so that nothing is rounded.
 struct claim {
-    double value;     // by which it is weighed
-    const char *name; // by which ties are broken
-    uint64_t *cents;  // the payout
-    double *share;
+    struct vw_photo_payout *photo;
     uint64_t weight;
     unsigned __int128 remainder; // remainder of amount * weight / sum of weights: the fraction of a cent
 };
@@ -41,128 +113,240 @@ struct claim {
 static int compare_claims(const void *left, const void *right) {
     const struct claim *a = left, *b = right;
     if (a->remainder != b->remainder) return a->remainder > b->remainder ? -1 : 1;
-    return strcmp(a->name, b->name);
+    return strcmp(a->photo->image->name, b->photo->image->name);
 }
 
-// Claims in units of 2^-52 of the largest; all equal if no value is positive. Returns their sum.
-static unsigned __int128 weigh(struct claim *claims, uint32_t count, bool *none_positive) {
+// Weighs photos in units of 2^-52 of the largest score. Returns the sum.
+static unsigned __int128 weigh(struct vw_payouts *made, bool floor_equal, struct claim *claims) {
     double largest = 0;
     unsigned __int128 sum = 0; // sum of at most 2^52 each
-    for (uint32_t i = 0; i < count; i++) largest = fmax(largest, claims[i].value);
-    *none_positive = !(largest > 0);
-    for (uint32_t i = 0; i < count; i++) {
-        double value = claims[i].value;
-        claims[i].weight = *none_positive ? 1 : value > 0 ? (uint64_t)llround(value / largest * 0x1p52) : 0;
+    for (uint32_t i = 0; i < made->photo_count; i++) largest = fmax(largest, made->photos[i].score->value);
+    made->none_positive = !(largest > 0);
+    for (uint32_t i = 0; i < made->photo_count; i++) {
+        double value = made->photos[i].score->value;
+        uint64_t weight = value > 0 ? (uint64_t)llround(value / largest * 0x1p52) : 0;
+        claims[i] = (struct claim){.photo = &made->photos[i], .weight = made->none_positive ? floor_equal : weight};
         sum += claims[i].weight;
     }
     return sum;
 }
 
-static void divide(struct claim *claims, uint32_t count, uint64_t amount_cents, bool *none_positive) {
-    unsigned __int128 sum = weigh(claims, count, none_positive);
+static void divide(struct claim *claims, uint32_t count, unsigned __int128 sum, uint64_t amount_cents) {
     uint64_t left_cents = amount_cents;
-    assert(sum > 0 || count == 0); // the largest value weighs 2^52; if none is positive, all weigh 1
+    if (sum == 0) return; // nobody is paid
     for (uint32_t i = 0; i < count; i++) {
         unsigned __int128 product = (unsigned __int128)amount_cents * claims[i].weight;
         claims[i].remainder = product % sum;
-        *claims[i].cents = (uint64_t)(product / sum);
-        *claims[i].share = (double)claims[i].weight / (double)sum;
-        left_cents -= *claims[i].cents;
+        claims[i].photo->cents = (uint64_t)(product / sum);
+        claims[i].photo->share = (double)claims[i].weight / (double)sum;
+        left_cents -= claims[i].photo->cents;
     }
     qsort(claims, count, sizeof *claims, compare_claims);
-    for (uint64_t i = 0; i < left_cents; i++) ++*claims[i].cents; // there are fewer of these cents than fractions
+    assert(left_cents <= count); // there are fewer of these cents than fractions
+    for (uint64_t i = 0; i < left_cents; i++) claims[i].photo->cents++;
 }
 
-// ---- Among providers ------------------------------------------------------------------------------------------------
-
-enum vw_status vw_payout_divide(const struct vw_provider_score *groups, uint32_t group_count, const char *method,
-                                uint64_t amount_cents, struct vw_payout **payouts, uint32_t *payout_count,
-                                bool *none_positive) {
-    uint32_t count = 0;
-    struct vw_payout *made = vw_allocate(group_count, sizeof *made);
-    struct claim *claims = vw_allocate(group_count, sizeof *claims);
-    enum vw_status status = made && claims ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = 0; !status && i < group_count; i++) {
-        if (!*groups[i].provider || strcmp(groups[i].method, method) != 0) continue;
-        made[count] = (struct vw_payout){.group = &groups[i]};
-        claims[count] = (struct claim){.value = groups[i].value,
-                                       .name = groups[i].provider,
-                                       .cents = &made[count].cents,
-                                       .share = &made[count].share};
-        count++;
-    }
-    if (!status && count == 0)
-        status = vw_fail(VW_ERROR_INPUT, "no photo with a score has a provider; name them by --providers FILE.csv");
-    if (!status) divide(claims, count, amount_cents, none_positive);
+static enum vw_status pay(const struct vw_payout_input *input, struct vw_payouts *made) {
+    struct claim *claims = vw_allocate(made->photo_count, sizeof *claims);
+    if (!claims) return VW_ERROR_MEMORY;
+    divide(claims, made->photo_count, weigh(made, input->floor_equal, claims), input->amount_cents);
     free(claims);
-    if (status) {
-        free(made);
-        return status;
+    for (uint32_t p = 0; p < made->provider_count; p++) {
+        struct vw_payout *payout = &made->providers[p];
+        for (uint32_t i = 0; i < payout->photo_count; i++) {
+            payout->share += made->photos[payout->first_photo + i].share;
+            payout->cents += made->photos[payout->first_photo + i].cents;
+        }
     }
-    *payouts = made;
-    *payout_count = count;
     return VW_OK;
 }
 
-// ---- Within a provider ----------------------------------------------------------------------------------------------
+// ---- Intervals ------------------------------------------------------------------------------------------------------
 
-const char vw_payout_split_method[] = "lasting_psnr";
+static const double TAIL = 0.05;
 
-// Returns the lowest score of the method, over all photos; infinite: there is none.
-static double lowest_of(const struct vw_ledger_score *scores, uint32_t score_count) {
-    double lowest = INFINITY;
-    for (uint32_t i = 0; i < score_count; i++)
-        if (strcmp(scores[i].method, vw_payout_split_method) == 0) lowest = fmin(lowest, scores[i].value);
-    return lowest;
-}
-
-static bool harms(const struct vw_ledger_score *scores, uint32_t score_count, uint32_t image_id) {
-    for (uint32_t i = 0; i < score_count; i++)
-        if (scores[i].image_id == image_id && strcmp(scores[i].method, vw_worth_method) == 0)
-            return scores[i].ci_high < 0;
-    return false;
-}
-
-// Writes the claims of one provider's photos; their payouts come after `photos`.
-static uint32_t claim_photos(const struct vw_payout *payout, const struct vw_payout_scores *scores, double lowest,
-                             struct vw_photo_payout *photos, struct claim *claims) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < scores->score_count; i++) {
-        const struct vw_ledger_score *score = &scores->scores[i];
-        if (strcmp(score->method, vw_payout_split_method) != 0) continue;
-        const struct vw_ledger_image *image =
-            vw_ledger_find_image(scores->images, scores->image_count, score->image_id);
-        if (!image || !image->provider || strcmp(image->provider, payout->group->provider) != 0) continue;
-        bool paid = !harms(scores->scores, scores->score_count, score->image_id);
-        photos[count] = (struct vw_photo_payout){.payout = payout, .image = image, .score = score};
-        claims[count] = (struct claim){.value = paid ? score->value - lowest : 0,
-                                       .name = image->name,
-                                       .cents = &photos[count].cents,
-                                       .share = &photos[count].share};
-        count++;
-    }
-    return count;
-}
-
-enum vw_status vw_payout_split(const struct vw_payout *payouts, uint32_t payout_count,
-                               const struct vw_payout_scores *scores, struct vw_photo_payout **photos,
-                               uint32_t *photo_count) {
-    struct vw_photo_payout *made = vw_allocate(scores->score_count, sizeof *made);
-    struct claim *claims = vw_allocate(scores->score_count, sizeof *claims);
-    double lowest = lowest_of(scores->scores, scores->score_count);
-    uint32_t count = 0;
-    for (uint32_t i = 0; made && claims && i < payout_count; i++) {
-        bool none_positive;
-        uint32_t own = claim_photos(&payouts[i], scores, lowest, &made[count], claims);
-        if (own) divide(claims, own, payouts[i].cents, &none_positive);
-        count += own;
-    }
-    free(claims);
-    if (!made || !claims) {
-        free(made);
-        return VW_ERROR_MEMORY;
-    }
-    *photos = made;
-    *photo_count = count;
+// Lists which images are paid for, ascending, so that no provider's name decides an order of sums.
+static enum vw_status list_places(const struct vw_payout_input *input, const struct vw_payouts *made,
+                                  uint32_t **places) {
+    *places = vw_allocate(made->photo_count, sizeof **places);
+    if (!*places) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < made->photo_count; i++)
+        (*places)[i] = (uint32_t)(made->photos[i].image - input->of.images);
+    vw_sort_places(*places, made->photo_count);
     return VW_OK;
+}
+
+// Draws scores within their standard errors, as vw_worth_draw() draws worths together: draws[draw][image].
+static void draw_scores(const struct vw_payout_input *input, const struct vw_payouts *made, double *draws) {
+    for (size_t r = 0; r < VW_RESAMPLES; r++)
+        for (uint32_t i = 0; i < made->photo_count; i++) {
+            uint32_t place = (uint32_t)(made->photos[i].image - input->of.images);
+            const struct vw_ledger_score *score = made->photos[i].score;
+            draws[r * input->of.image_count + place] =
+                score->value + score->standard_error * vw_resampling_normal((uint32_t)r, place);
+        }
+}
+
+// Scales a draw so that its positive scores add up to the amount. Where none is positive, each gets `floor`. A score
+// without an error makes NaN of all.
+static void pay_draw(const uint32_t *places, uint32_t count, double amount, double floor, double *drawn) {
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += drawn[places[i]] <= 0 ? 0 : drawn[places[i]]; // NaN stays
+    for (uint32_t i = 0; i < count; i++) {
+        double *value = &drawn[places[i]];
+        *value = sum == 0 ? floor : isnan(sum) ? NAN : fmax(*value, 0) / sum * amount;
+    }
+}
+
+static enum vw_status pay_draws(const struct vw_payout_input *input, const struct vw_payouts *made, double *draws) {
+    uint32_t *places = NULL, count = made->photo_count;
+    double amount = (double)input->amount_cents, floor = made->none_positive && input->floor_equal ? amount / count : 0;
+    enum vw_status status = list_places(input, made, &places);
+    for (size_t r = 0; !status && r < VW_RESAMPLES; r++)
+        pay_draw(places, count, amount, floor, draws + r * input->of.image_count);
+    free(places);
+    return status;
+}
+
+static struct vw_payout_interval interval_of(double *drawn, uint64_t cents) {
+    struct vw_payout_interval interval = {NAN, NAN};
+    if (!vw_all_finite(drawn, VW_RESAMPLES)) return interval;
+    vw_sort(drawn, VW_RESAMPLES);
+    interval.low_cents = fmin((double)cents, vw_quantile_of_sorted(drawn, VW_RESAMPLES, TAIL));
+    interval.high_cents = fmax((double)cents, vw_quantile_of_sorted(drawn, VW_RESAMPLES, 1 - TAIL));
+    return interval;
+}
+
+static void take_intervals(const struct vw_payout_input *input, const double *draws, struct vw_payouts *made) {
+    double of_photo[VW_RESAMPLES], of_provider[VW_RESAMPLES];
+    for (uint32_t p = 0; p < made->provider_count; p++) {
+        struct vw_payout *payout = &made->providers[p];
+        for (size_t r = 0; r < VW_RESAMPLES; r++) of_provider[r] = 0;
+        for (uint32_t i = 0; i < payout->photo_count; i++) {
+            struct vw_photo_payout *photo = &made->photos[payout->first_photo + i];
+            const double *column = draws + (photo->image - input->of.images);
+            for (size_t r = 0; r < VW_RESAMPLES; r++) of_provider[r] += of_photo[r] = column[r * input->of.image_count];
+            photo->interval = interval_of(of_photo, photo->cents);
+        }
+        payout->interval = interval_of(of_provider, payout->cents);
+    }
+}
+
+static enum vw_status find_intervals(const struct vw_payout_input *input, struct vw_payouts *made) {
+    double *draws = vw_allocate(VW_RESAMPLES, input->of.image_count * sizeof *draws);
+    if (!draws) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (strcmp(input->method, vw_worth_method) == 0) status = vw_worth_draw(&input->of, draws);
+    else draw_scores(input, made, draws);
+    if (!status) status = pay_draws(input, made, draws);
+    if (!status) take_intervals(input, draws, made);
+    free(draws);
+    return status;
+}
+
+// ---- Who is told apart ----------------------------------------------------------------------------------------------
+
+// Sorts the best paid first.
+static int compare_payouts(const void *left, const void *right) {
+    const struct vw_payout *a = left, *b = right;
+    if (a->cents != b->cents) return a->cents > b->cents ? -1 : 1;
+    if (!a->photo_count != !b->photo_count) return a->photo_count ? -1 : 1;
+    return strcmp(a->provider, b->provider);
+}
+
+// Estimates how many times the retrainings would part two payouts, whose intervals shrink by the root of their number.
+static double times_to_part(const struct vw_payout *more, const struct vw_payout *less) {
+    double gap = (double)more->cents - (double)less->cents;
+    double width = (double)more->cents - more->interval.low_cents + less->interval.high_cents - (double)less->cents;
+    return gap > 0 ? pow(width / gap, 2) : INFINITY;
+}
+
+// Compares every provider with the best and the worst paid one; the providers are sorted.
+static uint32_t find_enough(const struct vw_payouts *made, uint32_t scored) {
+    enum { ROUND = 8, MOST = 100000 };
+    double times = INFINITY;
+    for (uint32_t i = 0; i < scored; i++) {
+        times = fmin(times, times_to_part(&made->providers[0], &made->providers[i]));
+        times = fmin(times, times_to_part(&made->providers[i], &made->providers[scored - 1]));
+    }
+    double enough = ROUND * ceil(times * made->retraining_count / ROUND);
+    return enough > 0 && enough <= MOST ? (uint32_t)enough : 0;
+}
+
+// Counts the sorted values below `limit`.
+static uint32_t count_below(const double *sorted, uint32_t count, double limit) {
+    uint32_t below = 0, end = count;
+    while (below < end) {
+        uint32_t middle = below + (end - below) / 2;
+        if (sorted[middle] < limit) below = middle + 1;
+        else end = middle;
+    }
+    return below;
+}
+
+// Counts the intervals that each one overlaps, by their sorted ends. Unknown intervals overlap all.
+static void count_alike(struct vw_payouts *made, uint32_t scored, double *lows, double *highs) {
+    bool known = true;
+    for (uint32_t i = 0; i < scored; i++) {
+        lows[i] = -made->providers[i].interval.low_cents; // so that those above an end are below its negative
+        highs[i] = made->providers[i].interval.high_cents;
+        known = known && isfinite(lows[i]) && isfinite(highs[i]);
+    }
+    if (known) vw_sort(lows, scored), vw_sort(highs, scored);
+    for (uint32_t i = 0; i < scored; i++) {
+        struct vw_payout *payout = &made->providers[i];
+        payout->alike_count = scored - 1;
+        if (!known) continue;
+        payout->alike_count -= count_below(highs, scored, payout->interval.low_cents);
+        payout->alike_count -= count_below(lows, scored, -payout->interval.high_cents);
+        made->told_apart = made->told_apart || payout->alike_count + 1 < scored;
+    }
+}
+
+static enum vw_status compare_providers(struct vw_payouts *made) {
+    uint32_t scored = 0;
+    while (scored < made->provider_count && made->providers[scored].photo_count) scored++;
+    double *ends = vw_allocate(scored, 2 * sizeof *ends);
+    if (!ends) return VW_ERROR_MEMORY;
+    made->told_apart = scored == 1;
+    count_alike(made, scored, ends, ends + scored);
+    if (!made->told_apart) made->enough_retrainings = find_enough(made, scored);
+    free(ends);
+    return VW_OK;
+}
+
+// Puts providers in order, and their photos behind each other in the same order.
+static enum vw_status sort_payouts(struct vw_payouts *made) {
+    struct vw_photo_payout *photos = vw_allocate(made->photo_count, sizeof *photos);
+    uint32_t count = 0;
+    if (!photos) return VW_ERROR_MEMORY;
+    qsort(made->providers, made->provider_count, sizeof *made->providers, compare_payouts);
+    for (uint32_t p = 0; p < made->provider_count; p++) {
+        struct vw_payout *payout = &made->providers[p];
+        memcpy(photos + count, made->photos + payout->first_photo, payout->photo_count * sizeof *photos);
+        payout->first_photo = count;
+        count += payout->photo_count;
+    }
+    free(made->photos);
+    made->photos = photos;
+    return VW_OK;
+}
+
+// ---- All of it ------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_payouts_make(const struct vw_payout_input *input, struct vw_payouts *payouts) {
+    *payouts = (struct vw_payouts){.retraining_count =
+                                       vw_worth_count(input->of.retrainings, input->of.retraining_count, false)};
+    enum vw_status status = list_photos(input, payouts);
+    if (!status) status = list_providers(payouts);
+    if (!status) status = pay(input, payouts);
+    if (!status) status = find_intervals(input, payouts);
+    if (!status) status = sort_payouts(payouts);
+    return status ? status : compare_providers(payouts);
+}
+
+void vw_payouts_free(struct vw_payouts *payouts) {
+    free(payouts->providers);
+    free(payouts->photos);
+    *payouts = (struct vw_payouts){0};
 }

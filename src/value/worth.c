@@ -7,25 +7,22 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "ledger/find_image.h"
+#include "value/evaluation/resampling.h"
 
-const char vw_worth_method[] = "worth_psnr";
+const char vw_worth_method[] = "worth_psnr", vw_joint_worth_method[] = "joint_worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
                                                              "quality"};
 static const double FEATURE_MOST = 3; // standard deviations: an outlier's score does not measure its worth
 
-enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place) {
-    uint32_t all = number / VW_WORTH_REPEAT_EVERY, others = number - all - (number % VW_WORTH_REPEAT_EVERY != 0);
-    bool has_players = provider_count > 1 && provider_count <= VW_WORTH_PROVIDERS_MAX;
-    uint32_t most = has_players ? provider_count * VW_WORTH_PER_PROVIDER : 0;
-    uint32_t of_providers = (others + 1) / 2 < most ? (others + 1) / 2 : most; // before this one
-    if (number % VW_WORTH_REPEAT_EVERY == 0) {
-        *place = all;
-        return VW_WORTH_ALL;
-    }
-    bool is_of_providers = others % 2 == 0 && others / 2 < most;
-    *place = is_of_providers ? others / 2 : others - of_providers;
-    return is_of_providers ? VW_WORTH_PROVIDERS : VW_WORTH_PHOTOS;
+bool vw_worth_is_of_all(uint32_t number) { return number % VW_WORTH_REPEAT_EVERY == 0; }
+
+uint32_t vw_worth_count(const struct vw_ledger_retraining *retrainings, uint32_t count, bool whole_providers) {
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < count; i++) found += retrainings[i].whole_providers == whole_providers;
+    return found;
 }
+
+uint32_t vw_worth_place(uint32_t number) { return number - number / VW_WORTH_REPEAT_EVERY - 1; }
 
 // ---- The game: players, subsets, outcomes --------------------------------------------------------------------------
 
@@ -105,7 +102,8 @@ static void add_subset(const struct vw_worth_input *input, const struct vw_ledge
     subsets->offsets[++subsets->count] = end;
 }
 
-// Trainings on all photos belong to both games.
+// Trainings on all photos belong to both games. Those with whole providers do not belong to that of photos: names would
+// decide what photos are worth.
 static enum vw_status list_subsets(const struct vw_worth_input *input, bool of_providers, struct game *game) {
     struct vw_subsets *subsets = &game->subsets;
     uint32_t *photos = vw_allocate(game->player_count, sizeof *photos);
@@ -117,7 +115,8 @@ static enum vw_status list_subsets(const struct vw_worth_input *input, bool of_p
     for (uint32_t i = 0; enough && i < input->retraining_count; i++) {
         const struct vw_ledger_retraining *retraining = &input->retrainings[i];
         bool all = retraining->image_count == game->photo_count;
-        if (all || retraining->whole_providers == of_providers) add_subset(input, retraining, photos, game);
+        if ((all && of_providers) || retraining->whole_providers == of_providers)
+            add_subset(input, retraining, photos, game);
     }
     free(photos);
     return enough ? VW_OK : VW_ERROR_MEMORY;
@@ -183,7 +182,9 @@ const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t 
 
 // ---- Fits ----------------------------------------------------------------------------------------------------------
 
-static struct vw_worth_params params_of(const struct game *game, bool predict) {
+enum asked { ASK_WORTHS, ASK_PREDICTIONS, ASK_DRAWS };
+
+static struct vw_worth_params params_of(const struct game *game, enum asked asked) {
     return (struct vw_worth_params){.subsets = &game->subsets,
                                     .quality = VW_QUALITY_VAL_PSNR,
                                     .form = VW_WORTH_MEAN,
@@ -191,17 +192,18 @@ static struct vw_worth_params params_of(const struct game *game, bool predict) {
                                     .features = game->features,
                                     .expected = game->expected,
                                     .feature_count = game->feature_count,
-                                    .predict = predict};
+                                    .predict = asked == ASK_PREDICTIONS,
+                                    .draw = asked == ASK_DRAWS};
 }
 
-static enum vw_status fit(const struct vw_worth_input *input, bool of_providers, bool predict, struct game *game,
+static enum vw_status fit(const struct vw_worth_input *input, bool of_providers, enum asked asked, struct game *game,
                           struct vw_worths *worths) {
     *worths = (struct vw_worths){0};
     enum vw_status status = open_game(input, of_providers, game);
     if (status || game->player_count < 2 || has_too_many(game, of_providers)) return status;
     status = list_subsets(input, of_providers, game);
     if (!status) status = list_features(input, of_providers, game);
-    const struct vw_worth_params params = params_of(game, predict);
+    const struct vw_worth_params params = params_of(game, asked);
     return status ? status : vw_worths_fit(&params, worths);
 }
 
@@ -226,7 +228,7 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
                                uint32_t *score_count) {
     struct game game;
     struct vw_worths worths;
-    enum vw_status status = fit(input, false, false, &game, &worths);
+    enum vw_status status = fit(input, false, ASK_WORTHS, &game, &worths);
     for (uint32_t i = 0; !status && worths.count && i < input->image_count; i++) {
         uint32_t player = game.players[i];
         if (player == NO_PLAYER) continue;
@@ -248,25 +250,49 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
 
 // ---- Providers -----------------------------------------------------------------------------------------------------
 
-static void replace(const struct game *game, const struct vw_worths *worths, struct vw_provider_score *group) {
-    for (uint32_t i = 0; i < game->player_count; i++)
-        if (strcmp(game->names[i], group->provider) == 0) {
-            group->value = worths->values[i];
-            group->standard_error = worths->standard_errors[i];
-        }
+static struct vw_provider_score group_of(const struct game *game, const struct vw_worths *worths, uint32_t player) {
+    return (struct vw_provider_score){.provider = game->names[player],
+                                      .method = vw_joint_worth_method,
+                                      .unit = "dB",
+                                      .value = worths->values[player],
+                                      .standard_error = worths->standard_errors[player],
+                                      .photo_count = game->player_photos[player]};
 }
 
-enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_provider_score *groups,
-                                  uint32_t group_count, bool *replaced) {
-    struct game game = {0};
-    struct vw_worths worths = {0};
-    uint32_t first = 0, end;
-    while (first < group_count && strcmp(groups[first].method, vw_worth_method) != 0) first++;
-    for (end = first; end < group_count && strcmp(groups[end].method, vw_worth_method) == 0;) end++;
-    enum vw_status status = first < end ? fit(input, true, false, &game, &worths) : VW_OK;
-    *replaced = !status && worths.count;
-    for (uint32_t i = first; *replaced && i < end; i++) replace(&game, &worths, &groups[i]);
-    if (*replaced) qsort(&groups[first], end - first, sizeof *groups, vw_provider_score_compare);
+enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_provider_score **groups,
+                                  uint32_t *group_count) {
+    struct game game;
+    struct vw_worths worths;
+    struct vw_provider_score *longer = NULL;
+    enum vw_status status = fit(input, true, ASK_WORTHS, &game, &worths);
+    bool known = !status && worths.count;
+    if (known) {
+        size_t most = (size_t)*group_count + game.player_count;
+        longer = realloc(*groups, most * sizeof *longer);
+        if (!longer) status = vw_fail(VW_ERROR_MEMORY, "out of memory for %zu providers", most);
+    }
+    if (longer) {
+        *groups = longer;
+        for (uint32_t i = 0; i < game.player_count; i++) longer[*group_count + i] = group_of(&game, &worths, i);
+        qsort(longer + *group_count, game.player_count, sizeof *longer, vw_provider_score_compare);
+        *group_count += game.player_count;
+    }
+    vw_worths_free(&worths);
+    close_game(&game);
+    return status;
+}
+
+// ---- Draws ---------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_worth_draw(const struct vw_worth_input *input, double *draws) {
+    struct game game;
+    struct vw_worths worths;
+    enum vw_status status = fit(input, false, ASK_DRAWS, &game, &worths);
+    for (size_t r = 0; !status && r < VW_RESAMPLES; r++)
+        for (uint32_t i = 0; i < input->image_count; i++) {
+            bool known = worths.count && game.players[i] != NO_PLAYER;
+            draws[r * input->image_count + i] = known ? worths.drawn[r * worths.photo_count + game.players[i]] : NAN;
+        }
     vw_worths_free(&worths);
     close_game(&game);
     return status;
@@ -308,13 +334,15 @@ enum vw_status vw_worth_summarise(const struct vw_worth_input *input, struct vw_
     struct game game;
     struct vw_worths worths;
     *summary = (struct vw_worth_summary){
-        .retraining_count = input->retraining_count, .r2 = NAN, .noise_db = NAN, .ceiling = NAN};
-    for (uint32_t i = 0; i < input->retraining_count; i++)
-        summary->provider_retraining_count += input->retrainings[i].whole_providers;
-    enum vw_status status = fit(input, false, true, &game, &worths);
+        .retraining_count = vw_worth_count(input->retrainings, input->retraining_count, false),
+        .provider_retraining_count = vw_worth_count(input->retrainings, input->retraining_count, true),
+        .r2 = NAN,
+        .noise_db = NAN,
+        .ceiling = NAN};
+    enum vw_status status = fit(input, false, ASK_PREDICTIONS, &game, &worths);
     if (!status) measure_noise(input, game.photo_count, summary);
     if (!status && worths.count) {
-        const struct vw_worth_params params = params_of(&game, true);
+        const struct vw_worth_params params = params_of(&game, ASK_PREDICTIONS);
         summary->r2 = worths.r2;
         status = claim(&params, &worths, &game, summary);
     }

@@ -10,16 +10,19 @@
 #include "value/providers.h"
 #include "viewworth/ledger.h"
 
-extern const char vw_worth_method[]; // "worth_psnr"
+extern const char vw_worth_method[];       // "worth_psnr"
+extern const char vw_joint_worth_method[]; // "joint_worth_psnr": of all photos of a provider together
 
-// The plan of retrainings by their number: every VW_WORTH_REPEAT_EVERY-th is on all photos, which shows the noise and
-// the level. With 2 to VW_WORTH_PROVIDERS_MAX providers, every second of the others has whole providers, until there
-// are VW_WORTH_PER_PROVIDER for each provider. The rest are on 40 to 100 % of the photos.
-enum { VW_WORTH_REPEAT_EVERY = 8, VW_WORTH_PROVIDERS_MAX = 12, VW_WORTH_PER_PROVIDER = 4 };
-enum vw_worth_kind { VW_WORTH_ALL, VW_WORTH_PROVIDERS, VW_WORTH_PHOTOS };
-// Returns the kind of retraining `number`, and its place among those of that kind. 0 or 1 providers: no retraining
-// leaves one out.
-enum vw_worth_kind vw_worth_kind_of(uint32_t number, uint32_t provider_count, uint32_t *place);
+// The plan of retrainings by their number, which no provider's name changes: every VW_WORTH_REPEAT_EVERY-th is on all
+// photos, which shows the noise and the level; the rest are on 40 to 100 % of the photos. Retrainings with whole
+// providers are counted apart, and show joint worths alone.
+enum { VW_WORTH_REPEAT_EVERY = 8, VW_WORTH_PROVIDERS_MAX = 12 };
+// Returns whether retraining `number` is on all photos.
+bool vw_worth_is_of_all(uint32_t number);
+// Returns the place of retraining `number` among those that are not on all photos.
+uint32_t vw_worth_place(uint32_t number);
+// Counts those with whole providers, or the others.
+uint32_t vw_worth_count(const struct vw_ledger_retraining *retrainings, uint32_t count, bool whole_providers);
 
 // Rows of a ledger. All borrowed.
 struct vw_worth_input {
@@ -43,10 +46,15 @@ const char *vw_worth_first_prior(const struct vw_ledger_score *scores, uint32_t 
 enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_ledger_score *scores,
                                uint32_t *score_count);
 
-// Replaces the sums of vw_worth_method by the worth of providers as players, where there are enough retrainings on
-// whole providers; images have their providers. `*replaced` tells whether. Groups of the method are put in order again.
-enum vw_status vw_worth_of_groups(const struct vw_worth_input *input, struct vw_provider_score *groups,
-                                  uint32_t group_count, bool *replaced);
+// Adds a row of vw_joint_worth_method per provider, the most valuable first, where there are enough retrainings with
+// whole providers: what all photos of one are worth together, which is not the sum of their worths, because they may
+// replace each other. The images have their providers. Nobody is paid by it. `*groups` may be moved.
+enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_provider_score **groups,
+                                  uint32_t *group_count);
+
+// Draws the worths of all photos together VW_RESAMPLES times from what the retrainings leave open: draws[draw][image],
+// NaN for images that do not train, or where there are too few retrainings.
+enum vw_status vw_worth_draw(const struct vw_worth_input *input, double *draws);
 
 // The accuracy of predictions of left-out retrainings, beyond what follows from the number of photos.
 struct vw_worth_claim {
@@ -54,7 +62,8 @@ struct vw_worth_claim {
     struct vw_worth_accuracy accuracy;
 };
 struct vw_worth_summary {
-    uint32_t retraining_count, repeat_count, provider_retraining_count; // in all; on all photos; of whole providers
+    uint32_t retraining_count, repeat_count; // in all but those with whole providers; on all photos
+    uint32_t provider_retraining_count;      // with whole providers
     struct vw_worth_claim claims[1 + VW_WORTH_PRIORS];
     uint32_t claim_count;
     double r2;       // over all left-out outcomes, the number of photos included

@@ -26,7 +26,7 @@ static void make_run(const char *folder, const char *name, uint64_t seed, bool r
         .scene = {.path = SMALL_SCENE, .providers = temporary_path(folder, "providers.csv")},
         .config = &config,
         .out = out,
-        .payout = "100",
+        .payout = {.amount = "100", .anyway = true},
         .lasting = {.wanted = true, .no_gate = true, .matrix = true},
         .resume = resume};
     AUTO(vw_run_close) struct vw_run *run = small_run_make(&params);
@@ -36,7 +36,7 @@ static int set_up(void **state) {
     struct fixture *fixture = vw_allocate(1, sizeof *fixture);
     fixture->folder = temporary_folder_create();
     snprintf(fixture->out, sizeof fixture->out, "%s/copy", fixture->folder);
-    temporary_file(fixture->folder, "providers.csv", "name,provider\nview_001,anna\nview_002,bob\nview_003,anna\n");
+    temporary_file(fixture->folder, "providers.csv", "name,provider\nview_001,anna\nview_002,1000\nview_003,anna\n");
     make_run(fixture->folder, "whole", 1, false, 4);
     make_run(fixture->folder, "other", 2, false, 4);
     *state = fixture;
@@ -233,6 +233,9 @@ TEST(edited_tables_are_found) {
                  {"providers.csv", "anna", "otto"},
                  {"payout.csv", "anna", "otto"},
                  {"payout_photos.csv", "view_001", "view_002"},
+                 {"matrix.csv", ",1000,", ",1e03,"}, // a name is no number, whatever it reads as
+                 {"payout.csv", "1000,dv_psnr", "1e03,dv_psnr"},
+                 {"payout_photos.csv", ",1000,", ",1e03,"},
                  {"matrix.csv", "lasting_psnr", "lasting_loss"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(edits); i++) {
         const struct fixture *fixture = renew(state);
@@ -249,40 +252,61 @@ TEST(edited_tables_are_found) {
         unlink(in_copy(fixture, tables[i]));
         assert_refused(verify(fixture), "a listed file is missing", tables[i]);
         unlist(fixture);
+        if (strcmp(tables[i], "payout.csv") == 0) {
+            assert_refused(verify(fixture), "half a payout", "payout_photos.csv: belongs to payout.csv");
+            unlink(in_copy(fixture, "payout_photos.csv"));
+        }
         ASSERT_OK(verify(fixture)); // the table tells that it is absent
     }
 }
 
-// Multiplies the second field from the end of a line of a table by `factor`.
-static void scale_number(const struct fixture *fixture, const char *name, double factor) {
+// Replaces a field of the first row of a table by a number times `factor` plus `more`, written with `digits`.
+static void change_number(const struct fixture *fixture, const char *name, int column, double factor, double more,
+                          const char *digits) {
     AUTO_FREE void *data = temporary_read(in_copy(fixture, name), NULL);
-    char *text = data, *field = strstr(text, "\nview_");
-    for (int commas = 0; commas < 6; field++) commas += *field == ',';
-    char *end = NULL, *changed = NULL;
+    char *text = data, *field = strchr(text, '\n') + 1, *end = NULL, number_text[64];
+    for (int commas = 0; commas < column; field++) commas += *field == ',';
     double number = strtod(field, &end);
-    changed = vw_format_text("%.*s%.17g%s", (int)(field - text), text, number * factor, end);
-    assert_true(number != 0 && strcmp(changed, text) != 0);
+    snprintf(number_text, sizeof number_text, *digits == '2' ? "%.2f" : "%.17g", number * factor + more);
+    AUTO_FREE char *changed = vw_format_text("%.*s%s%s", (int)(field - text), text, number_text, end);
+    assert_true(end > field && strcmp(changed, text) != 0);
     ASSERT_OK(vw_file_write(in_copy(fixture, name), changed, strlen(changed)));
-    free(changed);
 }
 
 TEST(the_matrix_may_differ_by_rounding_alone) {
     const struct fixture *fixture = renew(state);
     unlist(fixture);
-    scale_number(fixture, "matrix.csv", 1 + 1e-13);
+    change_number(fixture, "matrix.csv", 6, 1 + 1e-13, 0, "17");
     ASSERT_OK(verify(fixture));
-    scale_number(fixture, "matrix.csv", 1 + 1e-5);
+    change_number(fixture, "matrix.csv", 6, 1 + 1e-5, 0, "17");
     assert_refused(verify(fixture), "a changed number", "matrix.csv");
+}
+
+// Ends of intervals follow from logarithms, too: they may differ by a cent. An amount may not.
+TEST(ends_of_intervals_may_differ_by_a_cent) {
+    static const char *const names[] = {"payout.csv", "payout_photos.csv"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        const struct fixture *fixture = renew(state);
+        unlist(fixture);
+        change_number(fixture, names[i], 7, 1, 0.01, "2");
+        ASSERT_OK(verify(fixture));
+        change_number(fixture, names[i], 8, 1, 0.03, "2");
+        assert_refused(verify(fixture), "an interval", names[i]);
+        renew(state);
+        unlist(fixture);
+        change_number(fixture, names[i], 6, 1, 0.01, "2");
+        assert_refused(verify(fixture), "a cent more", "payout"); // of another amount, or of the same
+    }
 }
 
 // The payout must be the division of the amount that the file states, whatever it is.
 TEST(a_payout_is_divided_again) {
     const struct fixture *fixture = renew(state);
     AUTO_FREE void *data = temporary_read(in_copy(fixture, "payout.csv"), NULL);
-    char *line = strchr(data, '\n') + 1, *amount = strchr(line, '\n');
-    while (amount[-1] != ',') amount--;
+    char *amount = strchr(data, '\n') + 1;
+    for (int commas = 0; commas < 6; amount++) commas += *amount == ',';
     AUTO_FREE char *less =
-        vw_format_text("%.*s%s%s", (int)(amount - (char *)data), (char *)data, "1.23", strchr(amount, '\n'));
+        vw_format_text("%.*s%s%s", (int)(amount - (char *)data), (char *)data, "1.23", strchr(amount, ','));
     ASSERT_OK(vw_file_write(in_copy(fixture, "payout.csv"), less, strlen(less)));
     assert_refused(verify(fixture), "a cut amount", "payout.csv");
     make_run(fixture->folder, "whole", 1, true, 4); // pays again, the same
@@ -369,6 +393,7 @@ TEST(every_flipped_bit_of_the_list_is_found) {
 TEST(a_table_that_was_added_is_found) {
     const struct fixture *fixture = renew(state);
     unlink(in_copy(fixture, "payout.csv"));
+    unlink(in_copy(fixture, "payout_photos.csv"));
     AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
     ASSERT_OK(vw_checksums_write(fixture->out, head));
     ASSERT_OK(verify(fixture));

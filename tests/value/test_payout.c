@@ -1,6 +1,8 @@
-// Providers' sums and their errors, and amounts divided to the cent.
+// Providers' sums and their errors, and amounts divided among photos to the cent.
 #include "support/ledger_fixture.h"
 
+#include "base/random.h"
+#include "value/payout.h"
 #include "value/providers.h"
 
 // Photos 1 and 6 are alice's, 2 and 5 bob's, 3 nobody's; see test_images.
@@ -50,20 +52,6 @@ TEST(sums_are_of_the_photos) {
     check_group(&groups[5], "alice", "momentum_psnr", 0.25, 0.5, 1);
     assert_string_equal(groups[3].unit, "mean absolute error");
 
-    struct vw_payout *payouts = NULL;
-    uint32_t payout_count = 0;
-    bool none_positive = true;
-    ASSERT_OK(vw_payout_divide(groups, count, "dv_psnr", 10000, &payouts, &payout_count, &none_positive));
-    assert_int_equal(payout_count, 2); // nobody is paid for the photo without a provider
-    assert_false(none_positive);
-    assert_true(payouts[0].group == &groups[1] && payouts[0].cents == 6667);
-    assert_true(payouts[1].group == &groups[2] && payouts[1].cents == 3333);
-    assert_near(payouts[0].share, 2.0 / 3, 1e-15);
-    free(payouts);
-    assert_int_equal(vw_payout_divide(groups, 1, "dv_psnr", 10000, &payouts, &payout_count, &none_positive),
-                     VW_ERROR_INPUT);
-    assert_int_equal(vw_payout_divide(groups, count, "other", 10000, &payouts, &payout_count, &none_positive),
-                     VW_ERROR_INPUT);
     free(groups);
     groups = NULL;
     ASSERT_OK(vw_providers_score(NULL, 0, test_images, TEST_IMAGE_COUNT, &groups, &count));
@@ -73,143 +61,233 @@ TEST(sums_are_of_the_photos) {
     assert_int_equal(vw_providers_score(&stray, 1, test_images, TEST_IMAGE_COUNT, &groups, &count), VW_ERROR_INPUT);
 }
 
-enum { PROVIDERS_MOST = 7 };
-static const char *const names[PROVIDERS_MOST] = {"a", "b", "c", "d", "e", "f", "g"};
+// ---- Division -------------------------------------------------------------------------------------------------------
 
-static uint64_t divide(const double *values, uint32_t count, uint64_t amount_cents, uint64_t *cents,
-                       bool *none_positive) {
-    struct vw_provider_score groups[PROVIDERS_MOST] = {0};
-    struct vw_payout *payouts = NULL;
-    uint32_t payout_count = 0;
+enum { PHOTOS_MOST = 9 };
+static const char *const photo_names[PHOTOS_MOST] = {"a", "b", "c", "d", "e", "f", "g", "h", "i"};
+
+// Photos with scores of dv_psnr, whose standard error is `error`, and their providers, a letter each; '-': none.
+struct scene {
+    struct vw_ledger_image images[PHOTOS_MOST];
+    struct vw_ledger_score scores[PHOTOS_MOST];
+    char providers[PHOTOS_MOST][2];
+    struct vw_payout_input input;
+};
+
+static void set_scene(const double *values, uint32_t count, double error, const char *providers, uint64_t amount_cents,
+                      struct scene *scene) {
+    *scene = (struct scene){0};
+    for (uint32_t i = 0; i < count; i++) {
+        scene->providers[i][0] = providers[i] == '-' ? 0 : providers[i];
+        scene->images[i] = (struct vw_ledger_image){
+            .image_id = i, .name = photo_names[i], .split = "train", .provider = scene->providers[i]};
+        scene->scores[i] = (struct vw_ledger_score){
+            .image_id = i, .method = "dv_psnr", .value = values[i], .unit = "dB", .standard_error = error, .visits = 4};
+    }
+    scene->input = (struct vw_payout_input){
+        .of = {.images = scene->images, .image_count = count, .scores = scene->scores, .score_count = count},
+        .method = "dv_psnr",
+        .amount_cents = amount_cents};
+}
+
+// Returns the payout of a provider; NULL: it has none.
+static const struct vw_payout *payout_of(const struct vw_payouts *payouts, char provider) {
+    for (uint32_t i = 0; i < payouts->provider_count; i++)
+        if (payouts->providers[i].provider[0] == provider) return &payouts->providers[i];
+    return NULL;
+}
+
+// Returns the cents of all photos, in their own order; checks that those of a provider add up to its own.
+static uint64_t cents_of_photos(const struct vw_payouts *payouts, uint64_t *cents) {
     uint64_t sum = 0;
-    for (uint32_t i = 0; i < count; i++)
-        groups[i] = (struct vw_provider_score){.provider = names[i], .method = "m", .value = values[i]};
-    ASSERT_OK(vw_payout_divide(groups, count, "m", amount_cents, &payouts, &payout_count, none_positive));
-    assert_int_equal(payout_count, count);
-    for (uint32_t i = 0; i < count; i++) sum += cents[i] = payouts[i].cents;
-    free(payouts);
+    for (uint32_t p = 0, photo = 0; p < payouts->provider_count; p++) {
+        const struct vw_payout *payout = &payouts->providers[p];
+        uint64_t own = 0;
+        assert_int_equal(payout->first_photo, photo);
+        for (uint32_t i = 0; i < payout->photo_count; i++, photo++) {
+            assert_string_equal(payouts->photos[photo].image->provider, payout->provider);
+            own += cents[payouts->photos[photo].image->image_id] = payouts->photos[photo].cents;
+        }
+        assert_int_equal(own, payout->cents);
+        sum += own;
+    }
     return sum;
 }
 
 TEST(amounts_are_divided_to_the_cent) {
     static const struct {
-        double values[PROVIDERS_MOST];
+        double values[PHOTOS_MOST];
         uint32_t count;
-        uint64_t amount_cents, expected[PROVIDERS_MOST];
-        bool none_positive;
+        uint64_t amount_cents, expected[PHOTOS_MOST];
+        bool floor_equal, none_positive;
     } cases[] = {
-        {{1}, 1, 1, {1}, false},
-        {{1, 1, 1}, 3, 100, {34, 33, 33}, false},         // a tie: by name
-        {{1, 1, 1}, 3, 2, {1, 1, 0}, false},              //
-        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, false}, //
-        {{0.5, 0.3, 0.2},
-         3,
-         99,
-         {49, 30, 20},
-         false},                                     // 49.5, 29.7, 19.8: the two cents left go to the largest fractions
-        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false}, // a harmful provider is not paid, nor does it take from others
-        {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, false}, // 800.8 and 200.2
-        {{-1, -2, -3}, 3, 100, {34, 33, 33}, true},         //
-        {{0, 0}, 2, 5, {3, 2}, true},                       //
-        {{1e-300, 3e-300}, 2, 400, {100, 300}, false},      //
-        {{1, 1e-30}, 2, 1000, {1000, 0}, false},            //
-        {{1, 2, 4},
-         3,
-         1000000000000000,
-         {142857142857143, 285714285714286, 571428571428571},
-         false}, // .857, .714, .429
+        {{1}, 1, 1, {1}, false, false},
+        {{1, 1, 1}, 3, 100, {34, 33, 33}, false, false},        // a tie: by the photo's name
+        {{1, 1, 1}, 3, 2, {1, 1, 0}, false, false},             //
+        {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, true, false}, //
+        {{0.5, 0.3, 0.2}, 3, 99, {49, 30, 20}, false, false},   // 49.5, 29.7, 19.8: the largest fractions get the two
+                                                                // left
+        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false, false},     // what harms is not paid, nor does it take from others
+        {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, true, false}, // 800.8 and 200.2
+        {{-1, -2, -3}, 3, 100, {0, 0, 0}, false, true},           // nobody is paid
+        {{-1, -2, -3}, 3, 100, {34, 33, 33}, true, true},         // unless the floor says so
+        {{0, 0}, 2, 5, {3, 2}, true, true},                       //
+        {{1e-300, 3e-300}, 2, 400, {100, 300}, false, false},     //
+        {{1, 1e-30}, 2, 1000, {1000, 0}, false, false},           //
+        {{1, 2, 4}, 3, 1000000000000000, {142857142857143, 285714285714286, 571428571428571}, false, false},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        uint64_t cents[PROVIDERS_MOST];
-        const uint64_t *expected = cases[i].expected;
-        bool none_positive = !cases[i].none_positive;
-        assert_int_equal(divide(cases[i].values, cases[i].count, cases[i].amount_cents, cents, &none_positive),
-                         cases[i].amount_cents);
+        struct scene scene;
+        struct vw_payouts payouts;
+        uint64_t cents[PHOTOS_MOST], all = cases[i].none_positive && !cases[i].floor_equal ? 0 : cases[i].amount_cents;
+        set_scene(cases[i].values, cases[i].count, NAN, "zyxwvutsr", cases[i].amount_cents, &scene);
+        scene.input.floor_equal = cases[i].floor_equal;
+        ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+        assert_int_equal(cents_of_photos(&payouts, cents), all);
         for (uint32_t p = 0; p < cases[i].count; p++)
-            if (cents[p] != expected[p])
-                fail_msg("case %zu: %s gets %llu cents, not %llu", i, names[p], (unsigned long long)cents[p],
-                         (unsigned long long)expected[p]);
-        assert_int_equal(none_positive, cases[i].none_positive);
+            if (cents[p] != cases[i].expected[p])
+                fail_msg("case %zu: photo %u gets %llu cents, not %llu", i, p, (unsigned long long)cents[p],
+                         (unsigned long long)cases[i].expected[p]);
+        assert_int_equal(payouts.none_positive, cases[i].none_positive);
+        assert_true(isnan(payouts.providers[0].interval.low_cents)); // no score has an error
+        vw_payouts_free(&payouts);
     }
 }
 
-// For any scores the cents add up, every share is exact to a cent, and a provider who harms gets nothing.
-TEST(any_amount_adds_up) {
+// Photos' payouts, in their own order.
+struct paid {
+    uint64_t cents[PHOTOS_MOST];
+    struct vw_payout_interval intervals[PHOTOS_MOST];
+};
+
+static void pay(const double *values, uint32_t count, const char *providers, uint64_t amount_cents, struct paid *paid) {
+    struct scene scene;
+    struct vw_payouts payouts;
+    set_scene(values, count, 0.2, providers, amount_cents, &scene);
+    scene.input.floor_equal = true;
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    *paid = (struct paid){0};
+    assert_int_equal(cents_of_photos(&payouts, paid->cents), amount_cents);
+    for (uint32_t i = 0; i < count; i++)
+        paid->intervals[payouts.photos[i].image->image_id] = payouts.photos[i].interval;
+    vw_payouts_free(&payouts);
+}
+
+// For any scores, names and amount: cents add up, a photo's share is exact to a cent, and other names change nothing.
+TEST(names_change_no_payout) {
+    static const char *const names[] = {"pqpqpqpqp", "abcdefghi", "ihgfedcba", "zzaazzaaz"};
     const uint64_t seed = 7;
-    for (uint32_t round = 0; round < 2000; round++) {
-        double values[PROVIDERS_MOST], positive = 0;
-        uint64_t cents[PROVIDERS_MOST];
+    for (uint32_t round = 0; round < 300; round++) {
+        double values[PHOTOS_MOST], positive = 0;
+        struct paid first, other;
         uint32_t words[4];
-        bool none_positive = false;
         vw_random_words(seed, VW_RANDOM_JITTER, round, 0, 0, words);
-        uint32_t count = 1 + words[0] % PROVIDERS_MOST;
+        uint32_t count = 1 + words[0] % PHOTOS_MOST;
         uint64_t amount = 1 + ((uint64_t)words[1] << 16) % (round % 2 ? 1000 : VW_PAYOUT_CENTS_MAX);
         for (uint32_t i = 0; i < count; i++) {
             vw_random_words(seed, VW_RANDOM_JITTER, round, 1 + i, 0, words);
             values[i] = 2 * vw_random_unit(words[0]) - 0.5;
             positive += fmax(values[i], 0);
         }
-        uint64_t sum = divide(values, count, amount, cents, &none_positive);
-        if (sum != amount)
-            fail_msg("seed 7, round %u: %llu of %llu cents", round, (unsigned long long)sum,
-                     (unsigned long long)amount);
-        for (uint32_t i = 0; i < count && !none_positive; i++) {
+        pay(values, count, "ppppppppp", amount, &first);
+        for (uint32_t n = 0; n < VW_ARRAY_COUNT(names); n++) {
+            pay(values, count, names[n], amount, &other);
+            assert_memory_equal(&other, &first, sizeof first);
+        }
+        for (uint32_t i = 0; i < count && positive > 0; i++) {
             double share = (double)amount * fmax(values[i], 0) / positive;
-            assert_near((double)cents[i], share, 1 + 1e-12 * (double)amount); // and the rounding of this sum in double
-            if (values[i] <= 0) assert_int_equal(cents[i], 0);
+            assert_near((double)first.cents[i], share, 1 + 1e-12 * (double)amount); // and the rounding of this sum
+            if (values[i] <= 0) assert_int_equal(first.cents[i], 0);
         }
     }
 }
 
-static struct vw_ledger_score lasting(uint32_t image_id, double value) {
-    return (struct vw_ledger_score){.image_id = image_id, .method = "lasting_psnr", .value = value, .unit = "dB"};
+// ---- Who is paid for what -------------------------------------------------------------------------------------------
+
+TEST(what_was_not_valued_is_counted) {
+    struct scene scene;
+    struct vw_payouts payouts;
+    set_scene((double[]){1, 1, 1, 1, 1, 1, 1}, 7, 0.1, "abab-bc", 100, &scene);
+    scene.images[1].split = "val";
+    scene.images[2].split = "test";
+    scene.images[5].split = "excluded";
+    scene.images[6].split = "val";
+    scene.scores[1].method = scene.scores[2].method = scene.scores[3].method = "dv_loss";
+    scene.scores[5].method = scene.scores[6].method = "dv_loss";
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    assert_int_equal(payouts.provider_count, 3);
+    assert_int_equal(payouts.photo_count, 1);
+    const struct vw_payout *a = payout_of(&payouts, 'a'), *b = payout_of(&payouts, 'b'), *c = payout_of(&payouts, 'c');
+    assert_true(a->photo_count == 1 && a->validating_count == 0 && a->test_count == 1 && a->unscored_count == 0);
+    assert_true(b->photo_count == 0 && b->validating_count == 1 && b->test_count == 0 && b->unscored_count == 1);
+    assert_true(c->photo_count == 0 && c->validating_count == 1 && c->cents == 0);
+    assert_true(a->cents == 100 && payouts.told_apart); // the only one with a score
+    vw_payouts_free(&payouts);
+    set_scene((double[]){1, 1}, 2, 0.1, "--", 100, &scene);
+    assert_int_equal(vw_payouts_make(&scene.input, &payouts), VW_ERROR_INPUT);
+    vw_payouts_free(&payouts);
 }
 
-static struct vw_ledger_score worth(uint32_t image_id, double ci_high) {
-    return (struct vw_ledger_score){.image_id = image_id, .method = "worth_psnr", .ci_low = -1, .ci_high = ci_high};
-}
+// ---- Intervals ------------------------------------------------------------------------------------------------------
 
-// Alice's photos are 1 and 6, bob's 2 and 5; the lowest is nobody's, 3.
-TEST(a_payout_is_split_by_lasting_credit) {
-    enum { PHOTOS = 4, SCORES = 7 };
+TEST(providers_are_told_apart_by_their_intervals) {
     static const struct {
-        const char *what;
-        double values[5];          // lasting credit of photos 1, 2, 3, 5 and 6
-        double ci_high[2];         // upper limits of the worth of photos 6 and 2
-        uint64_t expected[PHOTOS]; // cents for photos 1, 6, 2 and 5
-    } cases[] = {
-        {"above the scene's lowest", {0.5, 0.25, -0.5, 0.25, -0.25}, {1, 1}, {5334, 1333, 1667, 1666}},
-        {"a shift means nothing", {100.5, 100.25, 99.5, 100.25, 99.75}, {1, 1}, {5334, 1333, 1667, 1666}},
-        {"what harms gets nothing", {0.5, 0.25, -0.5, 0.25, -0.25}, {-0.1, -0.1}, {6667, 0, 0, 3333}},
-        {"the lowest gets nothing", {0.5, 0.25, 0, 0, -0.5}, {1, 1}, {6667, 0, 2000, 1333}},
-        {"all equal", {1, 1, 1, 1, 1}, {1, 1}, {3334, 3333, 1667, 1666}},
-    };
-    const struct vw_provider_score groups[] = {{.provider = "alice"}, {.provider = "bob"}};
-    const struct vw_payout payouts[] = {{.group = &groups[0], .cents = 6667}, {.group = &groups[1], .cents = 3333}};
-    struct vw_photo_payout *photos = NULL;
-    uint32_t count = 0;
+        double error;
+        bool apart;
+        uint32_t alike_of_a;
+    } cases[] = {{0.1, true, 0}, {4, false, 1}, {NAN, false, 1}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const double *values = cases[i].values;
-        const struct vw_ledger_score all[SCORES] = {
-            lasting(1, values[0]), lasting(2, values[1]),         lasting(3, values[2]),        lasting(5, values[3]),
-            lasting(6, values[4]), worth(6, cases[i].ci_high[0]), worth(2, cases[i].ci_high[1])};
-        const struct vw_payout_scores of_run = {all, SCORES, test_images, TEST_IMAGE_COUNT};
-        ASSERT_OK(vw_payout_split(payouts, 2, &of_run, &photos, &count));
-        assert_int_equal(count, PHOTOS);
-        static const uint32_t ids[PHOTOS] = {1, 6, 2, 5};
-        for (uint32_t p = 0; p < PHOTOS; p++) {
-            assert_true(photos[p].payout == &payouts[p / 2] && photos[p].image->image_id == ids[p]);
-            if (photos[p].cents != cases[i].expected[p])
-                fail_msg("%s: photo %u gets %llu cents, not %llu", cases[i].what, ids[p],
-                         (unsigned long long)photos[p].cents, (unsigned long long)cases[i].expected[p]);
-        }
-        assert_near(photos[0].share + photos[1].share, 1, 1e-15);
-        free(photos);
+        struct scene scene;
+        struct vw_payouts payouts;
+        set_scene((double[]){3, 3, 1, 1}, 4, cases[i].error, "aabb", 8000, &scene);
+        ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+        const struct vw_payout *a = payout_of(&payouts, 'a'), *b = payout_of(&payouts, 'b');
+        assert_true(a->cents == 6000 && b->cents == 2000 && a == payouts.providers);
+        assert_int_equal(payouts.told_apart, cases[i].apart);
+        assert_int_equal(a->alike_count, cases[i].alike_of_a);
+        assert_int_equal(isnan(a->interval.low_cents), isnan(cases[i].error));
+        assert_false(a->interval.low_cents > 6000 || a->interval.high_cents < 6000);
+        vw_payouts_free(&payouts);
     }
-    const struct vw_payout_scores none = {scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT};
-    ASSERT_OK(vw_payout_split(payouts, 2, &none, &photos, &count));
-    assert_int_equal(count, 0); // no lasting credit
-    free(photos);
+}
+
+// Two photos of 3 and 1 with a small error e: the share of the first is 3/4 with the error e sqrt(10) / 16.
+TEST(intervals_hold_nine_of_ten) {
+    struct scene scene;
+    struct vw_payouts payouts;
+    set_scene((double[]){3, 1}, 2, 0.05, "ab", 1000000, &scene);
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    double half = 1.645 * 1000000 * 0.05 * sqrt(10) / 16;
+    const struct vw_payout_interval *interval = &payouts.providers[0].interval;
+    print_message("[%.0f, %.0f], expected 750000 ± %.0f\n", interval->low_cents, interval->high_cents, half);
+    assert_near(interval->low_cents, 750000 - half, 0.1 * half);
+    assert_near(interval->high_cents, 750000 + half, 0.1 * half);
+    vw_payouts_free(&payouts);
+}
+
+// The number of retrainings shrinks intervals by its root: a gap of a third of the widths needs nine times as many.
+TEST(enough_retrainings_are_estimated) {
+    struct scene scene;
+    struct vw_payouts payouts;
+    struct vw_ledger_retraining retrainings[24] = {0};
+    retrainings[3].whole_providers = true;
+    set_scene((double[]){3, 3, 2, 2}, 4, 1, "aabb", 10000, &scene);
+    scene.input.of.retrainings = retrainings;
+    scene.input.of.retraining_count = 24;
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    assert_int_equal(payouts.retraining_count, 23); // without the one on whole providers
+    const struct vw_payout *a = payout_of(&payouts, 'a'), *b = payout_of(&payouts, 'b');
+    double times =
+        pow(((double)a->cents - a->interval.low_cents + b->interval.high_cents - (double)b->cents) / 2000, 2);
+    assert_false(payouts.told_apart);
+    assert_true(times > 1 && payouts.enough_retrainings == 8 * (uint32_t)ceil(times * 23 / 8));
+    vw_payouts_free(&payouts);
+    set_scene((double[]){2, 2}, 2, 1, "ab", 10000, &scene); // the same worth: no number of retrainings parts them
+    scene.input.of.retrainings = retrainings;
+    scene.input.of.retraining_count = 24;
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    assert_true(!payouts.told_apart && payouts.enough_retrainings == 0);
+    vw_payouts_free(&payouts);
 }
 
 TEST(amounts_are_read_exactly) {

@@ -2,6 +2,11 @@
 // outcome is a mean over them, besides what their number gives.
 #include "support/draws.h"
 
+#include "base/memory.h"
+#include "base/random.h"
+#include "base/statistics.h"
+#include "value/evaluation/resampling.h"
+#include "value/payout.h"
 #include "value/worth.h"
 
 enum { PHOTOS = 12, MOST = 200 };
@@ -62,14 +67,26 @@ static void take_subset(const struct vw_subsets *subsets, uint32_t place, uint32
     played->rows[row].image_count = count;
 }
 
-// Plays `count` retrainings. With `providers`, each has the same number of neighbouring photos.
+// Lists the photos of retraining `number` of its kind.
+static void deal(const struct vw_subsets *subsets, bool whole_providers, uint32_t number, uint32_t each,
+                 struct played *played, uint32_t row) {
+    played->rows[row] = (struct vw_ledger_retraining){
+        .image_ids = played->ids[row], .image_count = PHOTOS, .whole_providers = whole_providers};
+    for (uint32_t j = 0; j < PHOTOS; j++) played->ids[row][j] = j;
+    if (whole_providers) take_subset(subsets, number % subsets->count, each, played, row);
+    else if (!vw_worth_is_of_all(number)) take_subset(subsets, vw_worth_place(number), 1, played, row);
+}
+
+// Plays `count` retrainings. With `providers`, each has the same number of neighbouring photos, and PER_PROVIDER
+// retrainings more for each have whole providers.
+enum { PER_PROVIDER = 4 };
 static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, uint32_t providers, bool copies) {
     static const char *const names[] = {"ada", "bob", "cyd", "dee"};
     struct played *played = calloc(1, sizeof *played);
     struct vw_subsets of_photos, of_providers;
-    uint32_t place;
+    uint32_t all = count + PER_PROVIDER * providers;
     assert_non_null(played);
-    assert_true(count <= MOST);
+    assert_true(all <= MOST);
     ASSERT_OK(vw_subsets_draw(&(struct vw_subsets_params){PHOTOS, 0, count, 1, seed + 1}, &of_photos));
     ASSERT_OK(
         vw_subsets_draw(&(struct vw_subsets_params){providers ? providers : 2, 0, count, 1, seed + 1}, &of_providers));
@@ -78,21 +95,17 @@ static struct played *play_game(uint32_t count, double noise_db, uint64_t seed, 
                                                      .name = "photo",
                                                      .split = "train",
                                                      .provider = providers ? names[i * providers / PHOTOS] : ""};
-    for (uint32_t i = 0; i < count; i++) {
-        enum vw_worth_kind kind = vw_worth_kind_of(i, providers, &place);
-        played->rows[i] = (struct vw_ledger_retraining){
-            .image_ids = played->ids[i], .image_count = PHOTOS, .whole_providers = kind == VW_WORTH_PROVIDERS};
-        for (uint32_t j = 0; j < PHOTOS; j++) played->ids[i][j] = j;
-        if (kind == VW_WORTH_PHOTOS) take_subset(&of_photos, place, 1, played, i);
-        if (kind == VW_WORTH_PROVIDERS)
-            take_subset(&of_providers, place % of_providers.count, PHOTOS / providers, played, i);
+    for (uint32_t i = 0; i < all; i++) {
+        bool whole = i >= count;
+        deal(whole ? &of_providers : &of_photos, whole, whole ? i - count : i, whole ? PHOTOS / providers : 1, played,
+             i);
         played->rows[i].val_psnr =
             play(played->ids[i], played->rows[i].image_count, copies) + noise_db * test_normal(seed, 5, i);
     }
     vw_subsets_free(&of_photos);
     vw_subsets_free(&of_providers);
     played->input = (struct vw_worth_input){.retrainings = played->rows,
-                                            .retraining_count = count,
+                                            .retraining_count = all,
                                             .images = played->images,
                                             .image_count = PHOTOS,
                                             .scores = played->scores};
@@ -127,17 +140,12 @@ static double error_of(struct played *played) {
 
 // ---- Photos --------------------------------------------------------------------------------------------------------
 
-TEST(retrainings_are_dealt_out_by_kind) {
-    uint32_t next[3] = {0}, place;
+TEST(every_eighth_retraining_is_of_all) {
+    uint32_t next = 0;
     for (uint32_t i = 0; i < 100; i++) {
-        enum vw_worth_kind kind = vw_worth_kind_of(i, 3, &place);
-        assert_int_equal(place, next[kind]++);
-        assert_true((kind == VW_WORTH_ALL) == (i % VW_WORTH_REPEAT_EVERY == 0));
-        if (i == 15) assert_int_equal(next[VW_WORTH_PROVIDERS], 7);
-        kind = vw_worth_kind_of(i, i % 2 ? 1 : VW_WORTH_PROVIDERS_MAX + 1, &place);
-        assert_true(kind != VW_WORTH_PROVIDERS);
+        assert_int_equal(vw_worth_is_of_all(i), i % VW_WORTH_REPEAT_EVERY == 0);
+        if (!vw_worth_is_of_all(i)) assert_int_equal(vw_worth_place(i), next++);
     }
-    assert_int_equal(next[VW_WORTH_PROVIDERS], 3 * VW_WORTH_PER_PROVIDER);
 }
 
 TEST(known_worths_are_found) {
@@ -308,18 +316,15 @@ TEST(the_claim_grows_with_what_is_known) {
 // Ada's four photos are copies: each alone is worth little, since the others stand in for it; together they are worth
 // what one gives. The sum over photos does not say that, trainings with and without her do.
 TEST(a_provider_is_worth_what_all_its_photos_are) {
-    AUTO_FREE struct played *played = play_game(120, 0.02, 7, 3, true);
-    struct vw_provider_score groups[5] = {{.method = "dv_psnr", .provider = "ada", .value = 5},
-                                          {.method = vw_worth_method, .provider = "cyd", .value = 1},
-                                          {.method = vw_worth_method, .provider = "bob", .value = 2},
-                                          {.method = vw_worth_method, .provider = "ada", .value = 3},
-                                          {.method = "quality", .provider = "ada", .value = 5}};
-    bool replaced;
-    uint32_t count;
+    AUTO_FREE struct played *played = play_game(108, 0.02, 7, 3, true);
+    struct vw_provider_score *groups = calloc(1, sizeof *groups);
+    uint32_t count, group_count = 1;
+    assert_non_null(groups);
+    *groups = (struct vw_provider_score){.method = "dv_psnr", .provider = "ada", .value = 5};
     find_worths(played, &count);
     played->input.score_count = count;
-    ASSERT_OK(vw_worth_of_groups(&played->input, groups, 5, &replaced));
-    assert_true(replaced && groups[0].value == 5 && groups[4].value == 5);
+    ASSERT_OK(vw_worth_add_joint(&played->input, &groups, &group_count));
+    assert_true(group_count == 4 && groups[0].value == 5);
     for (uint32_t i = 1; i < 4; i++) {
         uint32_t first = (uint32_t)(groups[i].provider[0] - 'a') * 4;
         double expected = worth_of(first, 4, true);
@@ -327,14 +332,87 @@ TEST(a_provider_is_worth_what_all_its_photos_are) {
                       groups[i].standard_error, expected);
         if (fabs(groups[i].value - expected) > 0.25 * fabs(expected) + 0.3)
             fail_msg("%s is worth %g, not %g", groups[i].provider, groups[i].value, expected);
-        assert_true(i == 1 || groups[i - 1].value >= groups[i].value);
+        assert_string_equal(groups[i].method, vw_joint_worth_method);
+        assert_true(groups[i].photo_count == 4 && (i == 1 || groups[i - 1].value >= groups[i].value));
     }
-    for (uint32_t i = 0; i < played->input.retraining_count; i++) // without trainings of providers sums stay
-        if (played->rows[i].whole_providers) played->rows[i].val_psnr = NAN;
-    played->input.retraining_count = 40;
-    groups[1].value = 17;
-    ASSERT_OK(vw_worth_of_groups(&played->input, groups, 5, &replaced));
-    assert_true(!replaced && groups[1].value == 17);
+    played->input.retraining_count = 40; // without trainings of providers
+    group_count = 1;
+    ASSERT_OK(vw_worth_add_joint(&played->input, &groups, &group_count));
+    assert_int_equal(group_count, 1);
+    free(groups);
+}
+
+// Retrainings with whole providers, which follow from names, change no photo's worth to the bit, nor its draws.
+TEST(whole_providers_change_no_worth) {
+    AUTO_FREE struct played *with = play_game(40, 0.1, 3, 3, false), *without = play_game(40, 0.1, 3, 0, false);
+    AUTO_FREE double *draws = calloc(2 * VW_RESAMPLES, PHOTOS * sizeof *draws);
+    uint32_t count;
+    assert_non_null(draws);
+    assert_int_equal(with->input.retraining_count, without->input.retraining_count + 12);
+    const struct vw_ledger_score *a = find_worths(with, &count), *b = find_worths(without, &count);
+    for (uint32_t i = 0; i < PHOTOS; i++)
+        assert_true(a[i].value == b[i].value && a[i].ci_low == b[i].ci_low && a[i].ci_high == b[i].ci_high);
+    ASSERT_OK(vw_worth_draw(&with->input, draws));
+    ASSERT_OK(vw_worth_draw(&without->input, draws + (size_t)VW_RESAMPLES * PHOTOS));
+    assert_memory_equal(draws, draws + (size_t)VW_RESAMPLES * PHOTOS, VW_RESAMPLES * PHOTOS * sizeof *draws);
+}
+
+// ---- Draws ---------------------------------------------------------------------------------------------------------
+
+// The draws of a photo have its worth as their mean and its standard error as their spread, with many retrainings, and
+// with fewer than photos, where most of the spread is what no retraining shows.
+TEST(draws_are_as_wide_as_intervals) {
+    static const uint32_t numbers[] = {PHOTOS - 3, 60};
+    AUTO_FREE double *draws = calloc(VW_RESAMPLES, PHOTOS * sizeof *draws);
+    assert_non_null(draws);
+    for (size_t n = 0; n < VW_ARRAY_COUNT(numbers); n++) {
+        AUTO_FREE struct played *played = play_game(numbers[n], 0.3, 11, 0, false);
+        uint32_t count;
+        add_score(played, "dv_psnr", 1, 3, 11);
+        const struct vw_ledger_score *worths = find_worths(played, &count);
+        ASSERT_OK(vw_worth_draw(&played->input, draws));
+        for (uint32_t i = 0; i < PHOTOS; i++) {
+            struct vw_spread spread = {0};
+            for (size_t r = 0; r < VW_RESAMPLES; r++) vw_spread_add(&spread, draws[r * PHOTOS + i]);
+            double error = worths[i].standard_error, degrees = numbers[n] - 2.0;
+            double expected = error * sqrt(degrees / (degrees - 2)); // Student's draws are wider
+            if (fabs(spread.mean - worths[i].value) > 0.2 * error ||
+                fabs(sqrt(vw_spread_variance(&spread)) / expected - 1) > 0.2)
+                fail_msg("%u retrainings: photo %u is drawn as %g ± %g, not %g ± %g", numbers[n], i, spread.mean,
+                         sqrt(vw_spread_variance(&spread)), worths[i].value, expected);
+        }
+    }
+}
+
+// Providers' payouts by the true worths lie within the 90 % intervals.
+TEST(intervals_hold_the_payouts) {
+    enum { GAMES = 40, PROVIDERS = 3, CENTS = 100000 };
+    uint32_t held = 0, apart = 0, all = 0;
+    for (uint32_t game = 0; game < GAMES; game++) {
+        AUTO_FREE struct played *played = play_game(game % 2 ? PHOTOS : 3 * PHOTOS, 0.3, 700 + game, PROVIDERS, false);
+        struct vw_payouts payouts;
+        uint32_t count;
+        double whole = 0, real[PROVIDERS] = {0};
+        find_worths(played, &count);
+        played->input.score_count = count;
+        for (uint32_t i = 0; i < PHOTOS; i++) {
+            double worth = fmax(worth_of(i, 1, false), 0);
+            whole += worth, real[i * PROVIDERS / PHOTOS] += worth;
+        }
+        const struct vw_payout_input input = {
+            .of = played->input, .method = vw_worth_method, .amount_cents = CENTS, .floor_equal = false};
+        ASSERT_OK(vw_payouts_make(&input, &payouts));
+        assert_int_equal(payouts.provider_count, PROVIDERS);
+        for (uint32_t p = 0; p < PROVIDERS; p++, all++) {
+            const struct vw_payout *payout = &payouts.providers[p];
+            double expected = CENTS * real[payout->provider[0] - 'a'] / whole;
+            held += payout->interval.low_cents <= expected && expected <= payout->interval.high_cents;
+        }
+        apart += payouts.told_apart;
+        vw_payouts_free(&payouts);
+    }
+    print_message("%u of %u payouts held, somebody is told apart in %u of %d games\n", held, all, apart, GAMES);
+    if (held < 0.85 * all) fail_msg("%u of %u intervals hold the payout by the true worth", held, all);
 }
 
 TEST_GROUP(set_up, NULL)

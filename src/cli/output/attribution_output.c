@@ -10,10 +10,6 @@ enum { SHOWN_ROWS = 20, SHOWN_GROUPS = 10 }; // the tables have all
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
-static bool is_shown(const struct vw_attribution *attribution, const struct vw_provider_score *group) {
-    return strcmp(group->method, attribution->method) == 0;
-}
-
 static const char *provider_of(const char *provider) { return provider && *provider ? provider : "(no provider)"; }
 
 static void print_value(double value, double standard_error, const char *unit) {
@@ -26,15 +22,12 @@ static void print_more(uint32_t count, uint32_t shown, const char *path) {
     if (count > shown) vw_print("  and %u more: %s\n", count - shown, path);
 }
 
-static void print_providers(const struct vw_attribution *attribution) {
+static void print_groups(const struct vw_attribution *attribution, const char *method, const char *meaning) {
     uint32_t count = 0;
-    if (attribution->group_count > 0)
-        vw_print("providers (%s, %s ± standard error)\n", attribution->method,
-                 attribution->players ? "all their photos at once, by trainings with and without them"
-                                      : "sum of their photos");
     for (uint32_t i = 0; i < attribution->group_count; i++) {
         const struct vw_provider_score *group = &attribution->groups[i];
-        if (!is_shown(attribution, group) || ++count > SHOWN_ROWS) continue;
+        if (strcmp(group->method, method) != 0 || ++count > SHOWN_ROWS) continue;
+        if (count == 1) vw_print("providers (%s, %s ± standard error)\n", method, meaning);
         print_value(group->value, group->standard_error, group->unit);
         vw_print("%s (%u photo%s)\n", provider_of(group->provider), group->photo_count,
                  group->photo_count == 1 ? "" : "s");
@@ -42,22 +35,73 @@ static void print_providers(const struct vw_attribution *attribution) {
     print_more(count, SHOWN_ROWS, attribution->providers_path);
 }
 
-static void print_payout(const struct vw_attribution *attribution) {
+// Says who is paid, or why nobody is.
+static void print_outcome(const struct vw_attribution *attribution) {
     char amount[VW_AMOUNT_BYTES];
-    vw_amount_to_text(attribution->amount_cents, amount);
-    if (attribution->payout_count > 0)
-        vw_print("payout of %s by %s (in proportion to positive values; other providers receive nothing)\n", amount,
-                 attribution->method);
-    for (uint32_t i = 0; i < attribution->payout_count && i < SHOWN_ROWS; i++) {
-        vw_amount_to_text(attribution->payouts[i].cents, amount);
-        vw_print("  %14s  %s\n", amount, attribution->payouts[i].group->provider);
+    uint32_t enough = attribution->advised_retrainings;
+    vw_amount_to_text(attribution->request.cents, amount);
+    if (attribution->outcome == VW_PAYOUT_PAID)
+        vw_print("payout of %s by %s, the sum over each provider's photos [90 %% interval]\n", amount,
+                 attribution->payouts.none_positive ? "the number of photos, since no photo has a positive worth"
+                                                    : attribution->method);
+    if (attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH)
+        vw_print(
+            "payout of %s: nobody is paid, since no retrainings say what the photos are worth: viewworth worth OUT "
+            "--retrainings %u --payout %s; or --pay-anyway\n",
+            amount, enough, amount);
+    if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && enough)
+        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two providers apart; about %u would be "
+                 "enough: viewworth worth OUT --retrainings %u --payout %s; or --pay-anyway\n",
+                 amount, attribution->payouts.retraining_count, enough, enough, amount);
+    if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && !enough)
+        vw_print(
+            "payout of %s: nobody is paid, since %u retrainings tell no two providers apart, and more than 100,000 "
+            "would be needed: their photos are worth about the same; --pay-anyway pays\n",
+            amount, attribution->payouts.retraining_count);
+    if (attribution->outcome == VW_PAYOUT_NONE_POSITIVE)
+        vw_print(
+            "payout of %s: nobody is paid, since no photo has a positive worth; --payout-floor equal pays all photos "
+            "the same\n",
+            amount);
+}
+
+static void print_payout(const struct vw_payout *payout) {
+    char amount[VW_AMOUNT_BYTES], low[VW_AMOUNT_BYTES], high[VW_AMOUNT_BYTES];
+    vw_amount_to_text(payout->cents, amount);
+    vw_amount_range_to_text(payout->interval, low, high);
+    vw_print("  %14s  [%s, %s]  %s", amount, *low ? low : "?", *high ? high : "?", payout->provider);
+    if (payout->alike_count)
+        vw_print(" (not told apart from %u other%s)", payout->alike_count, payout->alike_count == 1 ? "" : "s");
+    vw_print("\n");
+}
+
+static void print_unvalued(const struct vw_attribution *attribution) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < attribution->payouts.provider_count; i++) {
+        const struct vw_payout *payout = &attribution->payouts.providers[i];
+        if (!payout->validating_count && !payout->test_count && !payout->unscored_count) continue;
+        if (++count > SHOWN_ROWS) continue;
+        vw_print("  unvalued, so not paid: of %s %u that validate and %u kept for tests", payout->provider,
+                 payout->validating_count, payout->test_count);
+        if (payout->unscored_count) vw_print(", and %u without a score", payout->unscored_count);
+        vw_print("\n");
     }
-    print_more(attribution->payout_count, SHOWN_ROWS, attribution->payout_path);
-    if (attribution->photo_count)
-        vw_print("  split among each provider's photos by %s above the scene's lowest: %s\n", vw_payout_split_method,
-                 attribution->payout_photos_path);
-    else if (attribution->payout_count)
-        vw_print("  not split among photos, which needs lasting credit: viewworth lasting\n");
+    if (count > SHOWN_ROWS) vw_print("  and of %u more providers\n", count - SHOWN_ROWS);
+    if (count) vw_print("  viewworth value --kfold K scores all photos but those kept for tests\n");
+}
+
+static void print_payouts(const struct vw_attribution *attribution) {
+    const struct vw_payouts *payouts = &attribution->payouts;
+    bool shows = attribution->outcome == VW_PAYOUT_PAID || attribution->outcome == VW_PAYOUT_NOT_TOLD_APART;
+    if (attribution->outcome == VW_PAYOUT_NOT_ASKED) return;
+    print_outcome(attribution);
+    for (uint32_t i = 0; shows && i < payouts->provider_count && i < SHOWN_ROWS; i++)
+        print_payout(&payouts->providers[i]);
+    if (attribution->outcome == VW_PAYOUT_PAID) {
+        print_more(payouts->provider_count, SHOWN_ROWS, attribution->payout_path);
+        vw_print("  of each photo: %s\n", attribution->payout_photos_path);
+    }
+    print_unvalued(attribution);
 }
 
 static void print_duplicate(const struct vw_duplicate_score *row) {
@@ -80,8 +124,9 @@ static void print_duplicates(const struct vw_attribution *attribution) {
 }
 
 void vw_attribution_print(const struct vw_attribution *attribution) {
-    print_providers(attribution);
-    print_payout(attribution);
+    print_groups(attribution, attribution->method, "sum of their photos");
+    print_groups(attribution, vw_joint_worth_method, "all their photos at once, by trainings with and without them");
+    print_payouts(attribution);
     print_duplicates(attribution);
 }
 
@@ -93,19 +138,54 @@ static json_t *provider_to_json(const struct vw_provider_score *group) {
                      "photos", (json_int_t)group->photo_count);
 }
 
-static json_t *payout_to_json(const struct vw_payout *payout) {
+// The amount with its interval, for providers and photos.
+static json_t *amount_to_json(double share, uint64_t cents, struct vw_payout_interval interval) {
     char amount[VW_AMOUNT_BYTES];
-    vw_amount_to_text(payout->cents, amount);
-    return json_pack("{s:s, s:o, s:s, s:I}", "provider", payout->group->provider, "share", vw_json_real(payout->share),
-                     "amount", amount, "cents", (json_int_t)payout->cents);
+    vw_amount_to_text(cents, amount);
+    return json_pack("{s:o, s:s, s:I, s:o, s:o}", "share", vw_json_real(share), "amount", amount, "cents",
+                     (json_int_t)cents, "ci_low_cents", vw_json_real(interval.low_cents), "ci_high_cents",
+                     vw_json_real(interval.high_cents));
+}
+
+static json_t *payout_to_json(const struct vw_payout *payout) {
+    json_t *root = amount_to_json(payout->share, payout->cents, payout->interval);
+    vw_json_set(&root, "provider", json_string(payout->provider));
+    vw_json_set(&root, "overlaps", json_integer(payout->alike_count));
+    vw_json_set(&root, "photos", json_integer(payout->photo_count));
+    vw_json_set(&root, "validating", json_integer(payout->validating_count));
+    vw_json_set(&root, "tests", json_integer(payout->test_count));
+    vw_json_set(&root, "unscored", json_integer(payout->unscored_count));
+    return root;
 }
 
 static json_t *photo_to_json(const struct vw_photo_payout *photo) {
-    char amount[VW_AMOUNT_BYTES];
-    vw_amount_to_text(photo->cents, amount);
-    return json_pack("{s:s, s:s, s:s, s:o, s:o, s:s, s:I}", "name", photo->image->name, "provider",
-                     photo->image->provider, "method", photo->score->method, "value", vw_json_real(photo->score->value),
-                     "share", vw_json_real(photo->share), "amount", amount, "cents", (json_int_t)photo->cents);
+    json_t *root = amount_to_json(photo->share, photo->cents, photo->interval);
+    vw_json_set(&root, "name", json_string(photo->image->name));
+    vw_json_set(&root, "provider", json_string(photo->image->provider));
+    vw_json_set(&root, "method", json_string(photo->score->method));
+    vw_json_set(&root, "value", vw_json_real(photo->score->value));
+    return root;
+}
+
+// Adds the payouts; where nobody is paid, why, and how many retrainings would be enough.
+static void add_payouts(const struct vw_attribution *attribution, json_t **root) {
+    static const char *const reasons[] = {[VW_PAYOUT_UNKNOWN_WORTH] = "no retrainings",
+                                          [VW_PAYOUT_NOT_TOLD_APART] = "not told apart",
+                                          [VW_PAYOUT_NONE_POSITIVE] = "no photo has a positive worth"};
+    const struct vw_payouts *payouts = &attribution->payouts;
+    if (attribution->outcome == VW_PAYOUT_NOT_ASKED) return;
+    if (attribution->outcome != VW_PAYOUT_PAID) {
+        vw_json_set(root, "unpaid",
+                    json_pack("{s:s, s:I}", "reason", reasons[attribution->outcome], "retrainings_enough",
+                              (json_int_t)attribution->advised_retrainings));
+        return;
+    }
+    json_t *providers = json_array(), *photos = json_array();
+    for (uint32_t i = 0; i < payouts->provider_count; i++)
+        vw_json_append(&providers, payout_to_json(&payouts->providers[i]));
+    for (uint32_t i = 0; i < payouts->photo_count; i++) vw_json_append(&photos, photo_to_json(&payouts->photos[i]));
+    vw_json_set(root, "payout", providers);
+    vw_json_set(root, "payout_photos", photos);
 }
 
 static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
@@ -117,19 +197,12 @@ static json_t *duplicate_to_json(const struct vw_duplicate_score *row) {
 }
 
 void vw_attribution_add_json(const struct vw_attribution *attribution, json_t **root) {
-    json_t *providers = json_array(), *payout = json_array(), *photos = json_array(), *duplicates = json_array();
+    json_t *providers = json_array(), *duplicates = json_array();
     for (uint32_t i = 0; i < attribution->group_count; i++)
         vw_json_append(&providers, provider_to_json(&attribution->groups[i]));
     for (uint32_t i = 0; i < attribution->duplicate_count; i++)
         vw_json_append(&duplicates, duplicate_to_json(&attribution->duplicates[i]));
-    for (uint32_t i = 0; i < attribution->payout_count; i++)
-        vw_json_append(&payout, payout_to_json(&attribution->payouts[i]));
-    for (uint32_t i = 0; i < attribution->photo_count; i++)
-        vw_json_append(&photos, photo_to_json(&attribution->photos[i]));
     vw_json_set(root, "providers", providers);
     vw_json_set(root, "duplicates", duplicates);
-    if (attribution->payout_count) vw_json_set(root, "payout", payout);
-    else json_decref(payout);
-    if (attribution->photo_count) vw_json_set(root, "payout_photos", photos);
-    else json_decref(photos);
+    add_payouts(attribution, root);
 }

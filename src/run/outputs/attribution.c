@@ -16,10 +16,13 @@ static bool has_providers(const struct vw_scene *scene) {
     return false;
 }
 
-enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents) {
-    if (!vw_payout_parse(payout, cents))
+enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
+                                          struct vw_payout_request *request) {
+    *request = (struct vw_payout_request){.floor_equal = payout->floor_equal, .anyway = payout->anyway};
+    if (!payout->amount) return VW_OK;
+    if (!vw_payout_parse(payout->amount, &request->cents))
         return vw_fail(VW_ERROR_USAGE, "--payout takes an amount of 0.01 to %.0f, such as 1000 or 99.50, not \"%s\"",
-                       (double)VW_PAYOUT_CENTS_MAX / 100, payout);
+                       (double)VW_PAYOUT_CENTS_MAX / 100, payout->amount);
     enum vw_status status = config ? vw_check_scored_epochs(config->epochs, config->burn_in_epochs) : VW_OK;
     return status ? vw_fail_context(status, "--payout") : VW_OK;
 }
@@ -65,32 +68,47 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
                            &attribution->groups, &attribution->group_count);
     struct vw_worth_input worth = vw_scoring_worth_input(scoring);
     worth.images = attribution->images;
-    if (!status)
-        status = vw_worth_of_groups(&worth, attribution->groups, attribution->group_count, &attribution->players);
+    if (!status) status = vw_worth_add_joint(&worth, &attribution->groups, &attribution->group_count);
     if (!status && attribution->group_count > 0)
         status = vw_table_write_providers(attribution->providers_path, attribution->groups, attribution->group_count);
     return status;
 }
 
-static enum vw_status split_payouts(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
-    const struct vw_payout_scores scores = {scoring->scores, scoring->score_count, attribution->images,
-                                            scoring->input.image_count};
-    enum vw_status status = vw_payout_split(attribution->payouts, attribution->payout_count, &scores,
-                                            &attribution->photos, &attribution->photo_count);
-    if (status || !attribution->photo_count) return status;
-    return vw_table_write_payout_photos(attribution->payout_photos_path, attribution->photos, attribution->photo_count);
+// Decides whether the payouts are paid.
+static enum vw_payout_outcome decide(const struct vw_attribution *attribution) {
+    bool by_worth = strcmp(attribution->method, vw_worth_method) == 0, anyway = attribution->request.anyway;
+    if (!by_worth && !anyway) return VW_PAYOUT_UNKNOWN_WORTH;
+    if (!attribution->payouts.told_apart && !anyway) return VW_PAYOUT_NOT_TOLD_APART;
+    if (attribution->payouts.none_positive && !attribution->request.floor_equal) return VW_PAYOUT_NONE_POSITIVE;
+    return VW_PAYOUT_PAID;
+}
+
+// Advises how many retrainings to begin with: two for each photo, and 24 at least.
+static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_count) {
+    enum { LEAST = 24, PER_PHOTO = 2 };
+    uint32_t photos = 0;
+    for (uint32_t i = 0; i < image_count; i++) photos += strcmp(attribution->images[i].split, "train") == 0;
+    uint32_t wanted = (PER_PHOTO * photos + VW_WORTH_REPEAT_EVERY - 1) / VW_WORTH_REPEAT_EVERY * VW_WORTH_REPEAT_EVERY;
+    return wanted < LEAST ? LEAST : wanted;
 }
 
 static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
-    if (!attribution->amount_cents) return VW_OK;
+    if (!attribution->request.cents) return VW_OK;
     if (attribution->group_count == 0)
         return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
-    enum vw_status status =
-        vw_payout_divide(attribution->groups, attribution->group_count, attribution->method, attribution->amount_cents,
-                         &attribution->payouts, &attribution->payout_count, &attribution->none_positive);
-    if (!status)
-        status = vw_table_write_payout(attribution->payout_path, attribution->payouts, attribution->payout_count);
-    return status ? status : split_payouts(scoring, attribution);
+    struct vw_payout_input input = {.of = vw_scoring_worth_input(scoring),
+                                    .method = attribution->method,
+                                    .amount_cents = attribution->request.cents,
+                                    .floor_equal = attribution->request.floor_equal};
+    input.of.images = attribution->images;
+    enum vw_status status = vw_payouts_make(&input, &attribution->payouts);
+    if (status) return status;
+    attribution->outcome = decide(attribution);
+    attribution->advised_retrainings = attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH
+                                           ? advise(attribution, input.of.image_count)
+                                           : attribution->payouts.enough_retrainings;
+    if (attribution->outcome != VW_PAYOUT_PAID) return VW_OK;
+    return vw_table_write_payouts(attribution->payout_path, attribution->payout_photos_path, &attribution->payouts);
 }
 
 static enum vw_status make_duplicates(const struct vw_scene *scene, const struct vw_scoring *scoring,
@@ -127,14 +145,12 @@ static void warn(const struct vw_attribution *attribution) {
         vw_log_warning("%u groups of near-duplicates contain both training and validation photos (first: %s), which "
                        "inflates their scores; exclude one side",
                        leaked_count, leaked->image->name);
-    if (attribution->none_positive)
-        vw_log_warning("--payout: no provider's sum is positive, so that all share equally");
 }
 
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   uint64_t payout_cents, struct vw_attribution *attribution) {
+                                   const struct vw_payout_request *request, struct vw_attribution *attribution) {
     *attribution = (struct vw_attribution){.method = vw_scoring_payout_method(scoring->scores, scoring->score_count),
-                                           .amount_cents = payout_cents};
+                                           .request = *request};
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);
@@ -147,8 +163,7 @@ enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw
 void vw_attribution_free(struct vw_attribution *attribution) {
     free(attribution->images);
     free(attribution->groups);
-    free(attribution->payouts);
-    free(attribution->photos);
+    vw_payouts_free(&attribution->payouts);
     free(attribution->duplicates);
     free(attribution->providers_path);
     free(attribution->payout_path);

@@ -7,35 +7,52 @@
 
 #include "run/scoring.h"
 #include "value/duplicate_scores.h"
+#include "value/payout.h"
 #include "value/providers.h"
+#include "viewworth/run.h"
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
+
+// A payout that is asked for.
+struct vw_payout_request {
+    uint64_t cents; // 0: none
+    bool floor_equal, anyway;
+};
+
+// What became of it.
+enum vw_payout_outcome {
+    VW_PAYOUT_NOT_ASKED,
+    VW_PAYOUT_PAID,
+    VW_PAYOUT_UNKNOWN_WORTH, // no retrainings, or too few
+    VW_PAYOUT_NOT_TOLD_APART,
+    VW_PAYOUT_NONE_POSITIVE,
+};
 
 struct vw_attribution {
     const char *method;             // that payouts and near-duplicates go by: vw_scoring_payout_method
     struct vw_ledger_image *images; // owned: the ledger's, with the providers that the scene has now
     struct vw_provider_score *groups;
     uint32_t group_count; // groups over all methods; 0 when no photo has a provider
-    bool players;         // their worth is that of providers as players, not a sum over photos
-    uint64_t amount_cents;
-    struct vw_payout *payouts; // none unless asked for
-    uint32_t payout_count;
-    bool none_positive;
-    struct vw_photo_payout *photos; // none without payouts or lasting credit
-    uint32_t photo_count;
+    struct vw_payout_request request;
+    enum vw_payout_outcome outcome;
+    struct vw_payouts payouts;    // empty unless asked for
+    uint32_t advised_retrainings; // for a payout, where there is no worth or nobody is told apart; 0: unknown
     struct vw_duplicate_score *duplicates;
     uint32_t duplicate_count;
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
-// Reads an amount. VW_ERROR_USAGE when it is none, and where the config (NULL: unknown) leaves no epoch to score.
-enum vw_status vw_attribution_read_payout(const char *payout, const struct vw_config *config, uint64_t *cents);
+// Reads what is asked for. VW_ERROR_USAGE when it is no amount, and where the config (NULL: unknown) leaves no epoch to
+// score. No amount: nothing is asked for.
+enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
+                                          struct vw_payout_request *request);
 // Returns VW_ERROR_USAGE when no photo has a provider to be paid.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
 // Computes everything from the scores and writes providers.csv, payout.csv, payout_photos.csv and duplicates.csv to
-// OUT, those that have rows. Divides no amount where payout_cents is 0. Warns of copies. Free it also after a failure.
+// OUT, those that have rows; the tables of payouts only where somebody is paid. Warns of copies. Free it also after a
+// failure.
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   uint64_t payout_cents, struct vw_attribution *attribution);
+                                   const struct vw_payout_request *request, struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
 
 #endif

@@ -14,6 +14,7 @@
 #include "scene/builder.h"
 #include "scene/name_index.h"
 #include "value/matrix.h"
+#include "value/payout.h"
 #include "value/providers.h"
 
 // ---- Providers -----------------------------------------------------------------------------------------------------
@@ -71,8 +72,11 @@ static void free_provided(struct provided_images *provided) {
 // A table in memory. No text: the ledger gives no such table.
 struct derived {
     struct vw_csv_text made;
-    double scale; // numbers may differ by 1e-9 of it; 0: not at all
+    double tolerance;                   // by which numbers may differ that a C library computes; 0: not at all
+    uint32_t first_number, last_number; // columns that it holds for; all others are text, and compared as such
 };
+static const double SAME = 1e-9, CENT = 0.01 + 1e-6;
+enum { FIRST_VIEW = 4, FIRST_END = 7 }; // columns: the means of the matrix; the ends of a payout's interval
 
 static enum vw_status make_scores(const struct vw_table_sources *sources, const char *path, struct derived *derived) {
     return vw_report_make_csv(path, sources->scores, sources->score_count, sources->input->images,
@@ -100,104 +104,111 @@ static enum vw_status make_matrix(const struct vw_table_sources *sources, const 
     if (has_rows && !status)
         status = vw_table_make_matrix(path, &matrix, standard_errors, sources->input->images,
                                       sources->input->image_count, &derived->made);
-    derived->scale = largest_of(&matrix);
+    derived->tolerance = SAME * largest_of(&matrix);
+    derived->first_number = FIRST_VIEW;
+    derived->last_number = UINT32_MAX;
     vw_matrix_clear(&matrix);
     free(views);
     free(standard_errors);
     return status;
 }
 
-// Reads the amount that the file states: the sum of its payments, in the last column of both tables of payouts.
-static enum vw_status read_amount(const struct vw_table_sources *sources, const char *name, const char *path,
-                                  uint64_t *cents) {
-    enum { AMOUNT_FIELD = 6, FIELDS = 7, LIMIT_BYTES = 64 << 20 };
+static const char payout_name[] = "payout.csv";
+
+// Reads the amount that both tables of payouts divide: the sum of the payments to providers.
+static enum vw_status read_amount(const struct vw_table_sources *sources, const char *path, uint64_t *cents) {
+    enum { AMOUNT_FIELD = 6, LIMIT_BYTES = 64 << 20 };
     struct vw_csv csv;
     bool found = false;
     uint64_t paid;
     void *text = NULL;
     size_t size_bytes = 0;
-    enum vw_status status = vw_file_read_inside(sources->out, name, LIMIT_BYTES, &text, &size_bytes);
+    if (!vw_file_exists_inside(sources->out, payout_name))
+        return vw_fail(VW_ERROR_MISMATCH, "%s: belongs to %s, which is missing; restore both from a copy", path,
+                       payout_name);
+    enum vw_status status = vw_file_read_inside(sources->out, payout_name, LIMIT_BYTES, &text, &size_bytes);
     if (status) return status;
     status = vw_csv_take(path, text, size_bytes, &csv);
     if (!status) status = vw_csv_next(&csv, &found); // the header
     while (!status && !(status = vw_csv_next(&csv, &found)) && found) {
-        bool pays = csv.field_count == FIELDS && strcmp(csv.fields[AMOUNT_FIELD], "0.00") != 0;
+        bool pays = csv.field_count > AMOUNT_FIELD && strcmp(csv.fields[AMOUNT_FIELD], "0.00") != 0;
         if (pays && vw_payout_parse(csv.fields[AMOUNT_FIELD], &paid) && *cents <= VW_PAYOUT_CENTS_MAX) *cents += paid;
     }
     vw_csv_close(&csv);
     return status;
 }
 
-static enum vw_status take_worth(const struct vw_table_sources *sources, const struct provided_images *provided,
-                                 struct vw_provider_score *groups, uint32_t group_count) {
-    struct vw_ledger_retraining *retrainings = NULL;
-    struct vw_worth_input worth = {.images = provided->images,
-                                   .image_count = provided->count,
-                                   .scores = sources->scores,
-                                   .score_count = sources->score_count};
-    bool replaced;
-    enum vw_status status = vw_ledger_get_retrainings(sources->ledger, &retrainings, &worth.retraining_count);
-    worth.retrainings = retrainings;
-    if (!status) status = vw_worth_of_groups(&worth, groups, group_count, &replaced);
-    free(retrainings);
+static enum vw_status open_worth(const struct vw_table_sources *sources, const struct provided_images *provided,
+                                 struct vw_ledger_retraining **retrainings, struct vw_worth_input *worth) {
+    *worth = (struct vw_worth_input){.images = provided->images,
+                                     .image_count = provided->count,
+                                     .scores = sources->scores,
+                                     .score_count = sources->score_count};
+    enum vw_status status = vw_ledger_get_retrainings(sources->ledger, retrainings, &worth->retraining_count);
+    worth->retrainings = *retrainings;
     return status;
 }
 
-static const char payout_name[] = "payout.csv", photos_name[] = "payout_photos.csv";
-
-static enum vw_status make_photos(const struct vw_table_sources *sources, const struct provided_images *provided,
-                                  const struct vw_payout *payouts, uint32_t payout_count, const char *path,
-                                  struct derived *derived) {
-    const struct vw_payout_scores scores = {sources->scores, sources->score_count, provided->images, provided->count};
-    struct vw_photo_payout *photos = NULL;
-    uint32_t photo_count = 0;
-    enum vw_status status = vw_payout_split(payouts, payout_count, &scores, &photos, &photo_count);
-    if (!status && photo_count) status = vw_table_make_payout_photos(path, photos, photo_count, &derived->made);
-    free(photos);
+static enum vw_status make_groups(const struct vw_table_sources *sources, const struct vw_worth_input *worth,
+                                  const char *path, struct derived *derived) {
+    struct vw_provider_score *groups = NULL;
+    uint32_t group_count = 0;
+    enum vw_status status = vw_providers_score(sources->scores, sources->score_count, worth->images, worth->image_count,
+                                               &groups, &group_count);
+    if (!status) status = vw_worth_add_joint(worth, &groups, &group_count);
+    if (!status && group_count > 0) status = vw_table_make_providers(path, groups, group_count, &derived->made);
+    free(groups);
     return status;
 }
 
-// Makes a table by provider; `pays` names a table of payouts, NULL: providers.csv.
-static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, const char *pays,
+// Divides the amount again. Who is paid although no score is positive is paid by the floor.
+static enum vw_status make_payouts(const struct vw_table_sources *sources, const struct vw_worth_input *worth,
+                                   const char *path, bool of_photos, struct derived *derived) {
+    struct vw_payouts payouts = {0};
+    struct vw_payout_input input = {
+        .of = *worth, .method = vw_scoring_payout_method(sources->scores, sources->score_count), .floor_equal = true};
+    enum vw_status status = read_amount(sources, path, &input.amount_cents);
+    if (status || !input.amount_cents || input.amount_cents > VW_PAYOUT_CENTS_MAX) return status;
+    status = vw_payouts_make(&input, &payouts);
+    if (!status)
+        status = of_photos ? vw_table_make_payout_photos(path, &payouts, &derived->made)
+                           : vw_table_make_payout(path, &payouts, &derived->made);
+    derived->tolerance = CENT + SAME * (double)input.amount_cents / 100;
+    derived->first_number = FIRST_END;
+    derived->last_number = FIRST_END + 1;
+    vw_payouts_free(&payouts);
+    return status;
+}
+
+enum by_provider { OF_GROUPS, OF_PAYOUTS, OF_PHOTOS };
+
+static enum vw_status make_by_provider(const struct vw_table_sources *sources, const char *path, enum by_provider which,
                                        struct derived *derived) {
     struct provided_images provided;
-    struct vw_provider_score *groups = NULL;
-    struct vw_payout *payouts = NULL;
-    uint32_t group_count = 0, payout_count = 0;
-    uint64_t cents = 0;
-    bool none_positive = false;
+    struct vw_ledger_retraining *retrainings = NULL;
+    struct vw_worth_input worth;
     enum vw_status status = provide(sources, &provided);
-    if (!status && provided.some)
-        status = vw_providers_score(sources->scores, sources->score_count, provided.images, provided.count, &groups,
-                                    &group_count);
-    if (!status) status = take_worth(sources, &provided, groups, group_count);
-    if (!status && pays) status = read_amount(sources, pays, path, &cents);
-    if (!status && group_count > 0 && !pays)
-        status = vw_table_make_providers(path, groups, group_count, &derived->made);
-    if (!status && group_count > 0 && cents > 0 && cents <= VW_PAYOUT_CENTS_MAX) {
-        const char *method = vw_scoring_payout_method(sources->scores, sources->score_count);
-        status = vw_payout_divide(groups, group_count, method, cents, &payouts, &payout_count, &none_positive);
-        if (!status && pays == payout_name) status = vw_table_make_payout(path, payouts, payout_count, &derived->made);
-        else if (!status) status = make_photos(sources, &provided, payouts, payout_count, path, derived);
-    }
-    free(payouts);
-    free(groups);
+    if (!status) status = open_worth(sources, &provided, &retrainings, &worth);
+    if (!status && provided.some && sources->score_count)
+        status = which == OF_GROUPS ? make_groups(sources, &worth, path, derived)
+                                    : make_payouts(sources, &worth, path, which == OF_PHOTOS, derived);
+    free(retrainings);
     free_provided(&provided);
     return status;
 }
 
 static enum vw_status make_providers(const struct vw_table_sources *sources, const char *path,
                                      struct derived *derived) {
-    return make_by_provider(sources, path, NULL, derived);
+    return make_by_provider(sources, path, OF_GROUPS, derived);
 }
 
 static enum vw_status make_payout(const struct vw_table_sources *sources, const char *path, struct derived *derived) {
-    return make_by_provider(sources, path, payout_name, derived);
+    return make_by_provider(sources, path, OF_PAYOUTS, derived);
 }
 
 static enum vw_status make_payout_photos(const struct vw_table_sources *sources, const char *path,
                                          struct derived *derived) {
-    return make_by_provider(sources, path, photos_name, derived);
+    return make_by_provider(sources, path, OF_PHOTOS, derived);
 }
 
 static const struct table {
@@ -205,39 +216,55 @@ static const struct table {
     enum vw_status (*make)(const struct vw_table_sources *sources, const char *path, struct derived *derived);
     bool by_provider;
 } tables_of_out[VW_DERIVED_TABLE_COUNT] = {
-    {"scores.csv", make_scores, false},      {"matrix.csv", make_matrix, false},
-    {"providers.csv", make_providers, true}, {payout_name, make_payout, true},
-    {photos_name, make_payout_photos, true},
+    {"scores.csv", make_scores, false},
+    {"matrix.csv", make_matrix, false},
+    {"providers.csv", make_providers, true},
+    {payout_name, make_payout, true},
+    {"payout_photos.csv", make_payout_photos, true},
 };
 
 // ---- Comparison ----------------------------------------------------------------------------------------------------
 
-// Reads a number as vw_csv_write_real() writes it; `text` itself when there is none.
-static const char *read_number(const char *text, double *number) {
-    size_t length = strspn(text, "+-.0123456789e");
+// A field as it stands in the text, quotes included.
+struct field {
+    const char *text;
+    size_t length;
+};
+
+static struct field read_field(const char *text) {
+    const char *end = text;
+    for (bool quoted = false; *end && (quoted || (*end != ',' && *end != '\n')); end++) quoted ^= *end == '"';
+    return (struct field){text, (size_t)(end - text)};
+}
+
+// Reads a number as vw_csv_write_real() writes it; false if the field is something else.
+static bool read_number(struct field field, double *number) {
     char *end = NULL;
-    *number = strtod(text, &end);
-    bool ends = text[length] == ',' || text[length] == '\n';
-    return length > 0 && end == text + length && ends ? end : text;
+    if (!field.length || strspn(field.text, "+-.0123456789e") != field.length) return false;
+    *number = strtod(field.text, &end);
+    return end == field.text + field.length;
+}
+
+static bool same_field(const struct derived *derived, uint32_t row, uint32_t column, struct field ours,
+                       struct field its) {
+    double number, its_number;
+    if (ours.length == its.length && memcmp(ours.text, its.text, ours.length) == 0) return true;
+    bool of_numbers = row > 0 && column >= derived->first_number && column <= derived->last_number;
+    return of_numbers && derived->tolerance > 0 && read_number(ours, &number) && read_number(its, &its_number) &&
+           fabs(number - its_number) <= derived->tolerance;
 }
 
 static bool same_table(const struct derived *derived, const char *file, size_t file_bytes) {
-    if (!derived->made.text) return false;
-    if (derived->made.size_bytes == file_bytes && memcmp(derived->made.text, file, file_bytes) == 0) return true;
-    if (derived->scale <= 0 || strlen(file) != file_bytes) return false;
-    const char *ours = derived->made.text, *field = ours, *its_field = file;
-    while (*ours || *file) {
-        if (*ours == *file) {
-            bool ends = *ours == ',' || *ours == '\n';
-            ours++, file++;
-            if (ends) field = ours, its_field = file;
-            continue;
-        }
-        double number, its_number;
-        const char *end = read_number(field, &number), *its_end = read_number(its_field, &its_number);
-        if (end == field || its_end == its_field) return false;
-        if (!(fabs(number - its_number) <= 1e-9 * derived->scale)) return false;
-        ours = end, file = its_end;
+    const char *ours = derived->made.text;
+    if (!ours || strlen(file) != file_bytes) return false;
+    for (uint32_t row = 0, column = 0; *ours || *file; ours++, file++) {
+        struct field field = read_field(ours), its_field = read_field(file);
+        if (!same_field(derived, row, column, field, its_field)) return false;
+        ours += field.length, file += its_field.length;
+        if (*ours != *file) return false;
+        if (!*ours) break;
+        row += *ours == '\n';
+        column = *ours == '\n' ? 0 : column + 1;
     }
     return true;
 }

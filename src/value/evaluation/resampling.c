@@ -32,6 +32,13 @@ double vw_resampling_unit(uint32_t resample, uint32_t item) {
     return vw_random_unit(words[0]);
 }
 
+double vw_resampling_normal(uint32_t resample, uint32_t item) {
+    uint32_t words[4];
+    vw_random_words(RESAMPLING_SEED, VW_RANDOM_ORDER, resample, item, 2, words);
+    double radius = (words[0] + 0.5) / 4294967296.0; // above 0
+    return sqrt(-2 * log(radius)) * cos(2 * M_PI * ((words[1] + 0.5) / 4294967296.0));
+}
+
 void vw_resampling_interval(double *resampled, double *ci_low, double *ci_high) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < VW_RESAMPLES; i++)

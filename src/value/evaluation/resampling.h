@@ -18,6 +18,8 @@ bool vw_all_finite(const double *values, uint32_t count);
 uint16_t *vw_resamples_draw(uint32_t count);
 // Draws a uniform number in [0,1) for item `item` of resample `resample`; no training and nothing else uses it.
 double vw_resampling_unit(uint32_t resample, uint32_t item);
+// Draws a standard normal number (Box and Muller 1958) in the same way.
+double vw_resampling_normal(uint32_t resample, uint32_t item);
 
 // Sets ci_low and ci_high to the middle 95 % of a statistic's VW_RESAMPLES values, which are sorted; those that are not
 // finite are left out.

@@ -40,7 +40,8 @@ struct regression {
     double *pulled;           // [column]: `moments` and what pulls B to what is expected
     double *solutions;        // [fit][column]
     double errors[FITS], weights[FITS];
-    double *variances; // [fit][player], of the worths
+    double *variances;   // [fit][player], of the worths
+    double noises[FITS]; // variance of an outcome, dB^2
 };
 
 // ---- Rows ----
@@ -258,6 +259,7 @@ static void find_variances(struct regression *regression, uint32_t fit, const do
         rest += penalty_of(regression, fit, i) * pow(expected_of(regression, i), 2);
     double noise = fmax(rest, 0) / fmax(regression->used - 2.0, 1); // the penalty counts as a prior's part
     double penalty = penalty_of(regression, fit, regression->first_player);
+    regression->noises[fit] = noise;
     for (uint32_t i = 0; i < regression->params->subsets->photo_count; i++)
         variances[i] = noise * (leverage(regression, regression->contrasts + (size_t)i * regression->columns) +
                                 regression->unseen[i] / penalty); // no subset tells anything about these
@@ -378,6 +380,85 @@ static enum vw_status resample(struct regression *regression, struct vw_worths *
     return VW_OK;
 }
 
+// ---- Draws ----
+
+// Chooses a fit by its weight.
+static uint32_t draw_fit(const struct regression *regression, uint32_t draw) {
+    double left = vw_resampling_unit(draw, 0);
+    uint32_t fit = 0;
+    while (fit + 1 < FITS && left >= regression->weights[fit]) left -= regression->weights[fit++];
+    while (fit && !(regression->weights[fit] > 0)) fit--; // rounding led past the last
+    return fit;
+}
+
+// Returns a factor that turns normal draws into Student's, the same for all players of a draw: the noise is estimated.
+static double draw_scale(const struct regression *regression, uint32_t draw) {
+    uint32_t degrees = regression->used > 3 ? regression->used - 2 : 1;
+    double squares = 0;
+    for (uint32_t i = 0; i < degrees; i++) squares += pow(vw_resampling_normal(draw, UINT32_MAX / 4 - i), 2);
+    return sqrt(degrees / squares);
+}
+
+// Adds to each player's worth what no subset tells: normal directions outside the basis, `spread` dB wide. A contrast
+// is c_i (own share) less a_i of every other player; it is read off the form here, since its row is not kept.
+static void add_unseen(const struct regression *regression, double spread, double *directions, double *worths) {
+    const struct vw_worth_params *params = regression->params;
+    uint32_t players = params->subsets->photo_count, first = regression->first_player;
+    for (uint32_t k = first; k < regression->columns; k++) {
+        const double *basis = regression->basis + (size_t)(k - first) * players;
+        double share = vw_dot(directions, basis, players);
+        for (uint32_t j = 0; j < players; j++) directions[j] -= share * basis[j];
+    }
+    double all = 0, sum = 0;
+    for (uint32_t j = 0; j < players; j++) all += photos_of(params, j), sum += photos_of(params, j) * directions[j];
+    for (uint32_t i = 0; i < players; i++) {
+        double photos = photos_of(params, i), share = (all - photos) / all, own = photos * directions[i];
+        bool mean = params->form == VW_WORTH_MEAN;
+        worths[i] += spread * ((mean ? 1 : share) * own - (mean ? 1 / share - 1 : 1 - share) * (sum - own));
+    }
+}
+
+// Solves factor' x = x, in place.
+static void solve_backward(const struct regression *regression, double *x) {
+    for (uint32_t i = regression->columns; i-- > 0;) {
+        for (uint32_t k = i + 1; k < regression->columns; k++)
+            x[i] -= regression->factor[(size_t)k * regression->columns + i] * x[k];
+        x[i] /= regression->factor[(size_t)i * regression->columns + i];
+    }
+}
+
+// Draws the worths of all players together by one fit, whose factor is there.
+static void draw_once(const struct regression *regression, uint32_t fit, uint32_t draw, double *coefficients,
+                      double *directions, double *worths) {
+    uint32_t players = regression->params->subsets->photo_count;
+    const double *solution = regression->solutions + (size_t)fit * regression->columns;
+    double scale = draw_scale(regression, draw) * sqrt(regression->noises[fit]);
+    for (uint32_t k = 0; k < regression->columns; k++) coefficients[k] = vw_resampling_normal(draw, 1 + k);
+    solve_backward(regression, coefficients);
+    for (uint32_t k = 0; k < regression->columns; k++) coefficients[k] = solution[k] + scale * coefficients[k];
+    for (uint32_t i = 0; i < players; i++)
+        worths[i] = vw_dot(regression->contrasts + (size_t)i * regression->columns, coefficients, regression->columns);
+    if (!regression->basis) return;
+    for (uint32_t j = 0; j < players; j++) directions[j] = vw_resampling_normal(draw, 1 + regression->columns + j);
+    add_unseen(regression, scale / sqrt(penalty_of(regression, fit, regression->first_player)), directions, worths);
+}
+
+static enum vw_status draw_worths(struct regression *regression, struct vw_worths *worths) {
+    uint32_t players = worths->photo_count;
+    double *coefficients = vw_allocate(regression->columns, sizeof *coefficients);
+    double *directions = vw_allocate(players, sizeof *directions);
+    enum vw_status status = coefficients && directions ? VW_OK : VW_ERROR_MEMORY;
+    for (uint32_t fit = 0; !status && fit < FITS; fit++) {
+        if (!(regression->weights[fit] > 0) || !factorise(regression, fit)) continue;
+        for (uint32_t draw = 0; draw < VW_RESAMPLES; draw++)
+            if (draw_fit(regression, draw) == fit)
+                draw_once(regression, fit, draw, coefficients, directions, worths->drawn + (size_t)draw * players);
+    }
+    free(coefficients);
+    free(directions);
+    return status;
+}
+
 // ---- All of it ----
 
 static enum vw_status allocate_rows(struct regression *regression) {
@@ -448,17 +529,21 @@ static void close_regression(struct regression *regression) {
 static enum vw_status open_worths(const struct vw_worth_params *params, struct vw_worths *worths) {
     size_t players = params->subsets->photo_count, subsets = params->subsets->count;
     size_t resampled = params->resample ? (1 + (size_t)VW_RESAMPLES) * players : 0;
+    size_t drawn = params->draw ? (size_t)VW_RESAMPLES * players : 0;
     *worths = (struct vw_worths){.photo_count = params->subsets->photo_count, .pearson = NAN, .r2 = NAN};
     worths->values = vw_allocate(players, 4 * sizeof *worths->values);
     worths->predicted = vw_allocate(subsets, 2 * sizeof *worths->predicted);
     if (resampled) worths->resampled = vw_allocate(resampled, sizeof *worths->resampled);
-    if (!worths->values || !worths->predicted || (resampled && !worths->resampled)) return VW_ERROR_MEMORY;
+    if (drawn) worths->drawn = vw_allocate(drawn, sizeof *worths->drawn);
+    if (!worths->values || !worths->predicted || (resampled && !worths->resampled) || (drawn && !worths->drawn))
+        return VW_ERROR_MEMORY;
     worths->ci_low = worths->values + players;
     worths->ci_high = worths->ci_low + players;
     worths->standard_errors = worths->ci_high + players;
     worths->by_size = worths->predicted + subsets;
     for (size_t i = 0; i < 4 * players; i++) worths->values[i] = NAN;
     for (size_t i = 0; i < resampled; i++) worths->resampled[i] = NAN;
+    for (size_t i = 0; i < drawn; i++) worths->drawn[i] = NAN;
     for (size_t i = 0; i < 2 * subsets; i++) worths->predicted[i] = NAN;
     return VW_OK;
 }
@@ -473,6 +558,7 @@ enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_wor
         if (params->predict) status = compare_left_out(&regression, worths);
         if (!status) fit_all(&regression, VW_WORTH_FOLDS);
         if (!status) take_worths(&regression, worths);
+        if (!status && params->draw) status = draw_worths(&regression, worths); // before resample() takes the sums
         if (!status && params->resample) status = resample(&regression, worths);
     }
     close_regression(&regression);
@@ -482,85 +568,6 @@ enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_wor
 void vw_worths_free(struct vw_worths *worths) {
     free(worths->values);
     free(worths->resampled);
+    free(worths->drawn);
     free(worths->predicted);
-}
-
-// ---- Accuracy ----
-
-// Subtracts the effect of size from each kept subset's outcome and from `predicted`. Returns their number.
-static uint32_t take_off_size(const struct vw_worth_params *params, const struct vw_worths *worths,
-                              const double *predicted, double *real, double *expected) {
-    const struct vw_subsets *subsets = params->subsets;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < subsets->count; i++) {
-        double outcome = 0;
-        for (uint32_t seed = 0; seed < subsets->seed_count; seed++)
-            outcome += vw_quality_of(&subsets->results[(size_t)i * subsets->seed_count + seed], params->quality) /
-                       subsets->seed_count;
-        if (vw_subset_size(subsets, i) == subsets->photo_count || !isfinite(worths->by_size[i])) continue;
-        real[count] = outcome - worths->by_size[i];
-        expected[count++] = predicted[i];
-    }
-    return count;
-}
-
-static enum vw_status find_accuracy(const double *real, const double *expected, uint32_t count,
-                                    struct vw_worth_accuracy *accuracy) {
-    double *values = vw_allocate(1 + VW_RESAMPLES, sizeof *values), error = 0, total = 0;
-    uint16_t *times = vw_resamples_draw(count);
-    enum vw_status status = values && times ? VW_OK : VW_ERROR_MEMORY;
-    if (!status) status = vw_resampled_spearman_add(real, expected, times, count, 1, values);
-    for (uint32_t i = 0; i < count; i++) {
-        error += pow(expected[i] - real[i], 2);
-        total += real[i] * real[i];
-    }
-    if (!status) {
-        accuracy->spearman = values[0];
-        vw_resampling_interval(values + 1, &accuracy->ci_low, &accuracy->ci_high);
-        accuracy->r2 = total > 0 ? 1 - error / total : NAN;
-        accuracy->variance = count ? total / count : NAN;
-        accuracy->count = count;
-    }
-    free(values);
-    free(times);
-    return status;
-}
-
-// Compares outcomes with `predicted`, the part beyond the size, [subset].
-static enum vw_status compare(const struct vw_worth_params *params, const struct vw_worths *worths,
-                              const double *predicted, struct vw_worth_accuracy *accuracy) {
-    double *real = vw_allocate(params->subsets->count, 2 * sizeof *real), *expected = real + params->subsets->count;
-    *accuracy = (struct vw_worth_accuracy){NAN, NAN, NAN, NAN, 0, NAN};
-    if (!real) return VW_ERROR_MEMORY;
-    uint32_t count = take_off_size(params, worths, predicted, real, expected);
-    enum vw_status status = count >= 3 ? find_accuracy(real, expected, count, accuracy) : VW_OK;
-    free(real);
-    return status;
-}
-
-enum vw_status vw_worths_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
-                                  struct vw_worth_accuracy *accuracy) {
-    double *predicted = vw_allocate(params->subsets->count, sizeof *predicted);
-    if (!predicted) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < params->subsets->count; i++) predicted[i] = worths->predicted[i] - worths->by_size[i];
-    enum vw_status status = compare(params, worths, predicted, accuracy);
-    free(predicted);
-    return status;
-}
-
-enum vw_status vw_worths_score_accuracy(const struct vw_worth_params *params, const struct vw_worths *worths,
-                                        const double *scores, struct vw_worth_accuracy *accuracy) {
-    const struct vw_subsets *subsets = params->subsets;
-    double *predicted = vw_allocate(subsets->count, sizeof *predicted), mean = 0;
-    if (!predicted) return VW_ERROR_MEMORY;
-    for (uint32_t i = 0; i < subsets->photo_count; i++) mean += scores[i] / subsets->photo_count;
-    for (uint32_t i = 0; i < subsets->count; i++) {
-        uint32_t size = vw_subset_size(subsets, i);
-        for (uint32_t j = subsets->offsets[i]; j < subsets->offsets[i + 1]; j++)
-            predicted[i] += (scores[subsets->places[j]] - mean) / (params->form == VW_WORTH_MEAN ? size : 1);
-    }
-    enum vw_status status = compare(params, worths, predicted, accuracy);
-    accuracy->r2 = NAN; // a score has no scale of outcomes
-    free(predicted);
-    return status;
 }

@@ -31,6 +31,7 @@ struct vw_worth_params {
     uint32_t feature_count;
     bool predict;  // fill `predicted`, `by_size`, pearson and r2, which takes VW_WORTH_FOLDS fits more
     bool resample; // fill `resampled`
+    bool draw;     // fill `drawn`
 };
 
 struct vw_worths {
@@ -39,6 +40,7 @@ struct vw_worths {
     double *ci_low, *ci_high; // [player]: 95 %; part of `values`
     double *standard_errors;  // [player]; part of `values`
     double *resampled;        // owned; [1 + VW_RESAMPLES][player]: worths by subsets drawn anew; NULL unless asked for
+    double *drawn;            // owned; [VW_RESAMPLES][player]: drawn together; NULL unless asked for
     double *predicted;        // owned; [subset]: by the fit without its fold; NaN where that is unknown
     double *by_size;          // [subset]: the same from its size alone; part of `predicted`
     double pearson, r2;       // between predicted and real outcomes
@@ -48,12 +50,16 @@ struct vw_worths {
 // Penalties (lambda and rho, 16 and 4 of them) are weighed by cross-validation within each fit: each subset is left out
 // in turn (PRESS: Allen 1974), and penalties of the squared error E weigh E^(-n/2), as their likelihoods would (Geisser
 // and Eddy 1979). Values are the mean over penalties, intervals hold the variance within and between them (Student).
-// Predictions come from VW_WORTH_FOLDS folds, each predicted by a fit that knows nothing of it, penalties included.
+// `drawn` are draws of all worths together from that distribution: what other subsets and seeds, and photos of which
+// the retrainings say little, leave open, with the correlations that intervals of single players lack. Predictions come
+// from VW_WORTH_FOLDS folds, each predicted by a fit that knows nothing of it, penalties included.
 enum { VW_WORTH_FOLDS = 8 };
 // Fits the worths. Fewer than VW_WORTH_FOLDS outcomes give none. Free it also after a failure.
 enum vw_status vw_worths_fit(const struct vw_worth_params *params, struct vw_worths *worths);
 void vw_worths_free(struct vw_worths *worths);
 
+// The accuracy (worth_accuracy.c).
+//
 // Spearman's correlation of what is left of left-out outcomes and of their predictions when the part that follows from
 // the size alone is taken off: what the players' differences explain. Subsets of all players count in neither. The
 // interval is the middle 95 % over resampled subsets.
