@@ -72,7 +72,10 @@ enum vw_status vw_phototourism_load(struct vw_scene_builder *builder);
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
 // Decides the splits: by lists, otherwise by the loader, otherwise by every eighth view (split.c).
 enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene);
-// Reads the providers (split.c).
+// Copies a provider's name without the spaces around it (providers.c). VW_ERROR_INPUT, without a place, when it has
+// characters that cannot be seen.
+enum vw_status vw_provider_name_take(const char *text, char **name);
+// Reads the providers, NULL: those of the scene are all (providers.c). VW_ERROR_INPUT also when two look alike.
 enum vw_status vw_providers_read(const char *path, struct vw_scene *scene);
 // Fits the cameras to --downscale, reads and hashes the photos and their masks, and sets has_alpha and the background
 // (photo.c).

@@ -73,7 +73,7 @@ static enum vw_status finish(struct vw_scene_builder *builder) {
     struct vw_scene *scene = builder->scene;
     enum vw_status status = vw_scene_index_names(scene);
     if (!status) status = vw_splits_assign(params, scene);
-    if (!status && params->providers) status = vw_providers_read(params->providers, scene);
+    if (!status) status = vw_providers_read(params->providers, scene);
     if (!status && builder->photos) status = vw_photos_read(builder);
     if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);

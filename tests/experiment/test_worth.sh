@@ -5,6 +5,7 @@
 tiny=(--rays 16 --samples 8 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe --epochs 5 --no-thumbnails)
 printf 'name,provider\n' >"$folder/providers.csv"
 for i in 0 1 2 3 4 5; do echo "view_00$i,p$((i / 2))" >>"$folder/providers.csv"; done
+sed 's/,p.$/,one/' "$folder/providers.csv" >"$folder/one.csv"
 
 value() { "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:2}"; }             # value OUT [OPTION]...
 worth() { "$program" worth "$folder/$1" --device llvmpipe --no-thumbnails --quiet "${@:2}"; }        # worth OUT [OPTION]...
@@ -14,6 +15,7 @@ head_of() { query "$1" 'SELECT final_hash FROM run'; }                          
 fresh() { rm -rf "${folder:?}/$1" && cp -r "$folder/before" "$folder/$1"; }                          # fresh OUT: the run without worth
 
 check "a run with providers" run value before --providers "$folder/providers.csv"
+check "and one without" run value nameless
 fresh run
 before=$(head_of run)
 
@@ -22,7 +24,7 @@ before=$(head_of run)
 check "without retrainings worth is a score of the run" \
     prints '^worth without retrainings is its prior alone: (dv|lasting)_psnr, whose level is unknown' worth run
 check "and changes nothing" test "$(head_of run)" = "$before"
-check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos and 11 with whole providers$' worth run --retrainings 24
+check "24 retrainings" prints '^worth from 24 retrainings, 3 of them on all photos$' worth run --retrainings 24
 check "their accuracy is told" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  worth_psnr \(R\^2 ' "$folder/stdout"
 check "and that of the scores" grep -qE '^ +[+-][0-9.]+ \[ ?[+-][0-9.]+, ?[+-][0-9.]+\]  dv_psnr$' "$folder/stdout"
 check "and the noise" grep -qE '^noise    3 trainings on all photos differ by [0-9.]+ dB' "$folder/stdout"
@@ -30,17 +32,16 @@ check "the ledger has them, each with a seed of its own" test "$(query run 'SELE
     FROM run), min(epochs), max(epochs) FROM retraining')" = '24|24|1|5|5'
 check "every eighth is on all photos" test "$(query run "SELECT count(*) FROM retraining WHERE retraining % 8 = 0 AND
     image_ids = (SELECT group_concat(image_id, ' ') FROM image WHERE split = 'train')")" = 3
-check "a provider's photos are in or out together" test "$(query run "SELECT count(*) FROM retraining WHERE whole_providers AND
-    (instr(image_ids, '0') > 0) = (instr(image_ids, '1') > 0) AND (instr(image_ids, '2') > 0) = (instr(image_ids, '3') > 0)")" = 11
 check "the run is intact" intact run
+head24=$(head_of run)
+cp "$folder/run/scores.csv" "$folder/scores24.csv"
 check "every photo has a worth with an interval" test "$(query run "SELECT count(*), min(ci_low < value AND value < ci_high AND stderr > 0
     AND unit = 'dB') FROM score WHERE method = 'worth_psnr'")" = '6|1'
 check "also in scores.csv" test "$(grep -c ',worth_psnr,.*,dB,' "$folder/run/scores.csv")" = 6
-check "providers have their own" test "$(grep -c ',worth_psnr,.*,dB,.*,2,' "$folder/run/providers.csv")" = 3
-check "which is not the sum of their photos'" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/run/providers.csv t" \
-    -cmd "ATTACH '$folder/run/ledger.db' AS run" :memory: "SELECT sum(abs(t.value - s.total) > 1e-9) FROM t JOIN (SELECT provider,
-    sum(value) AS total FROM run.score JOIN run.image USING (image_id) WHERE method = 'worth_psnr' GROUP BY 1) AS s USING (provider)
-    WHERE t.method = 'worth_psnr'")" = 3
+check "that of providers is the sum of their photos'" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/run/providers.csv t" \
+    -cmd "ATTACH '$folder/run/ledger.db' AS run" :memory: "SELECT count(*), sum(abs(t.value - s.total) > 1e-9) FROM t JOIN (SELECT
+    provider, sum(value) AS total FROM run.score JOIN run.image USING (image_id) WHERE method = 'worth_psnr' GROUP BY 1) AS s
+    USING (provider) WHERE t.method = 'worth_psnr'")" = 3,0
 check "the report has it" grep -q worth_psnr "$folder/run/report.html"
 check "photos are selected by it" prints 'by worth_psnr: interval not below zero' "$program" select "$folder/run" --method worth_psnr \
     --not-harmful --to "$folder/list.txt"
@@ -52,14 +53,47 @@ check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].ci_low') <=
     (CAST(readfile('$folder/worth.json') AS TEXT) ->> '$.accuracy[0].spearman')")" = '24|6|worth_psnr|1'
 
+# ---- Whole providers -----------------------------------------------------------------------------------------------------
+
+rm -rf "$folder/joint" && cp -r "$folder/run" "$folder/joint"
+joint_retrainings() { query joint "SELECT $1 FROM retraining WHERE whole_providers"; } # joint_retrainings COLUMNS
+scores_of() { query "$1" 'SELECT image_id, method, value, stderr, ci_low, ci_high FROM score'; }   # scores_of OUT
+check "retrainings with whole providers come besides" prints '^worth from 24 retrainings, 3 of them on all photos; 12 more with whole providers$' \
+    worth joint --retrainings 24 --provider-retrainings 12
+check "a provider's photos are in or out together" test "$(query joint "SELECT count(*) FROM retraining WHERE whole_providers AND
+    (instr(image_ids, '0') > 0) = (instr(image_ids, '1') > 0) AND (instr(image_ids, '2') > 0) = (instr(image_ids, '3') > 0)")" = 12
+check "with seeds of their own" test "$(query joint 'SELECT count(DISTINCT seed) FROM retraining')" = 36
+check "they say what providers are worth jointly" test "$(grep -c ',joint_worth_psnr,.*,dB,.*,2,' "$folder/joint/providers.csv")" = 3
+check "and change the worth of no photo" test "$(scores_of joint)" = "$(scores_of run)"
+check "nor the retrainings that follow" eval 'run worth joint --retrainings 32 && run worth run --retrainings 32 &&
+    [[ $(query joint "SELECT seed, image_ids, val_psnr FROM retraining WHERE NOT whole_providers") == \
+       "$(query run "SELECT seed, image_ids, val_psnr FROM retraining")" ]]'
+check "whose run is intact" intact joint
+check "a run without providers cannot have them" fails 2 'provider-retrainings needs 2 to 12 providers' worth nameless --provider-retrainings 8
+# The same run without names of providers has the same retrainings, and the same worth of photos.
+check "no names: the same retrainings" eval 'run worth nameless --retrainings 32 && [[ $(retrained nameless) == "$(retrained run)" ]]'
+check "and the same worth" test "$(scores_of nameless)" = "$(scores_of run)"
+
+# ---- Payouts -------------------------------------------------------------------------------------------------------------
+
 rm -rf "$folder/swept" && cp -r "$folder/run" "$folder/swept"
-check "a payout follows worth" prints '^payout of 100000.00 by worth_psnr' worth swept --payout 100000
+check "retrainings that tell nobody apart pay nobody, and say how many would" prints \
+    '^payout of 100000.00: nobody is paid, since 32 retrainings tell no two providers apart(; about [0-9]+ would|, nor how many would)' \
+    worth swept --payout 100000
+check "there is no table" test ! -e "$folder/swept/payout.csv"
+check "who is not told apart is marked" test "$(grep -cE '^ +[0-9.]+  \[[0-9.]+, [0-9.]+\]  p[0-2] \(not told apart from 2 others\)$' \
+    "$folder/stdout")" = 3
+check "where no photo is worth anything, nobody is paid" prints '^payout of 100000.00: nobody is paid, since no photo has a positive worth' \
+    worth swept --payout 100000 --pay-anyway
+check "unless the floor pays all photos the same" prints '^payout of 100000.00 by the number of photos' \
+    worth swept --payout 100000 --pay-anyway --payout-floor equal
+check "it is intact" prints '^payout_photos.csv +intact' "$program" verify "$folder/swept" --quiet
 check "a sweep of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
 check "which has it in its prior" prints ' lasting_psnr$' worth swept
 check "and is intact: a payout by the worth of before is gone" intact swept
-check "with lasting credit a payout is split among photos" prints '^  split among each provider.s photos by lasting_psnr' \
-    worth swept --payout 1000.01
-check "to the cent of each provider" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/swept/payout.csv p" \
+check "lasting credit pays nobody" prints '^payout of 1000.01 by the number of photos' worth swept --payout 1000.01 --pay-anyway \
+    --payout-floor equal
+check "photos add up to the cent of each provider" test "$(sqlite3 -cmd '.mode csv' -cmd ".import $folder/swept/payout.csv p" \
     -cmd ".import $folder/swept/payout_photos.csv t" :memory: "SELECT count(*), sum(paid = CAST(round(100 * amount) AS INTEGER)),
     sum(paid) FROM p JOIN (SELECT provider, sum(CAST(round(100 * amount) AS INTEGER)) AS paid FROM t GROUP BY provider)
     USING (provider)")" \
@@ -72,7 +106,7 @@ fresh steps
 check "8 retrainings" run worth steps --retrainings 8
 check "and 16 more, on two devices" run "$program" worth "$folder/steps" --devices llvmpipe,llvmpipe --no-thumbnails --quiet \
     --retrainings 24
-check "give the bits of 24 at once" test "$(head_of steps)" = "$(head_of run)"
+check "give the bits of 24 at once" test "$(head_of steps)" = "$head24"
 fresh cut
 interrupt() { # interrupts 24 retrainings after 9 at least, of which the ledger has 8 or 16
     local process
@@ -90,19 +124,22 @@ check "an interrupted worth says how to go on" interrupt
 check "and leaves a run that is intact" intact cut
 check "with a table of the scores of its ledger" test "$(wc -l <"$folder/cut/scores.csv")" = "$(query cut 'SELECT 1 + count(*) FROM score')"
 check "the same command goes on" run worth cut --retrainings 24
-check "to the same bits" test "$(head_of cut)" = "$(head_of run)"
-check "and the same table" cmp "$folder/cut/scores.csv" "$folder/run/scores.csv"
+check "to the same bits" test "$(head_of cut)" = "$head24"
+check "and the same table" cmp "$folder/cut/scores.csv" "$folder/scores24.csv"
 rm "$folder/cut/report.html"
 check "a report that a kill left out is made by the same command" eval 'run worth cut --retrainings 24 && [[ -e $folder/cut/report.html ]]'
 
 # ---- In one command ------------------------------------------------------------------------------------------------------
 
-check "value --worth" prints '^payout of 10.00 by worth_psnr' value whole --providers "$folder/providers.csv" --worth 24 --payout 10
-check "makes the same retrainings" test "$(retrained whole)" = "$(retrained run)"
+check "value --worth" prints '^payout of 10.00 by ' value whole --providers "$folder/providers.csv" --worth 24 --payout 10 --pay-anyway \
+    --payout-floor equal
+check "makes the same retrainings" test "$(retrained whole)" = "$(retrained steps)"
 check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.csv")" = 3
 check "it is intact, payout included" prints '^payout.csv +intact' "$program" verify "$folder/whole" --quiet
-check "again: the report and the payout are written by worth" prints '^payout of 5.00 by worth_psnr' \
-    value whole --providers "$folder/providers.csv" --resume --payout 5
+check "again: the report and the payout are written by worth" prints '^payout of 5.00 by ' \
+    value whole --providers "$folder/providers.csv" --resume --payout 5 --pay-anyway --payout-floor equal
+check "one provider alone needs not be told apart" prints '^payout of 6.00 by ' \
+    value whole --providers "$folder/one.csv" --resume --payout 6 --payout-floor equal
 check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' \
     worth steps --retrainings 25 --until-confidence 0.99
 check "after the last" test "$(query steps 'SELECT count(*) FROM retraining')" = 25

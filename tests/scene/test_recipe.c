@@ -4,6 +4,9 @@
 
 #define DEFECTS(list) "\"defects\": [" list "]"
 #define NO_DEFECTS DEFECTS("")
+#define ORBIT_OF(provider)                                                                                                           \
+    "{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 3, \"count\": 8, \"field_of_view_deg\": 50, \"provider\": \"" provider \
+    "\"}"
 
 static const struct vw_scene_params headers = {.headers_only = true};
 
@@ -48,6 +51,10 @@ TEST(bad_recipes_are_refused) {
          "cameras: there is no validation view"},
         {"\"radius\": 3", "\"radius\": 3, \"look_at\": [2.8190778623577, 0, 0]",
          "cameras[0].look_at: camera 0 looks straight"},
+        {"\"radius\": 3", "\"radius\": 3, \"provider\": \"an\u00a0na\"",
+         "cameras: the provider's name has the character"},
+        {"\"cameras\": [", "\"cameras\": [" ORBIT_OF("Anna") ", " ORBIT_OF("anna") ", ",
+         "provider \"anna\" looks like \"Anna\" of the scene"},
         {NO_DEFECTS, DEFECTS("{\"kind\": \"rain\"}"), "defects[0].kind: is not allowed"},
         {NO_DEFECTS, DEFECTS("{\"kind\": \"blur\", \"views\": [1]}"), "defects[0].strength: is missing"},
         {NO_DEFECTS, DEFECTS("{\"kind\": \"blur\", \"strength\": 2}"), "defects[0]: give exactly one of"},

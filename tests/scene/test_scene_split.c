@@ -114,11 +114,13 @@ FOLDER_TEST(bad_lists_are_refused) {
 
 FOLDER_TEST(providers_are_read) {
     tiny_scene_write(*state, &(struct tiny_scene){.count = 4});
-    const char *csv =
-        temporary_file(*state, "p.csv", "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png,anna\n\n");
+    const char *csv = temporary_file(*state, "p.csv",
+                                     "name,provider\r\nimages/02.png,\"Smith, \"\"Jo\"\"\"\nimages/00.png, anna \t\n"
+                                     "images/03.png,anna\n\nimages/01.png,Żółć 李 Ö. d'Arc-№ 5\n");
     struct vw_scene *scene = tiny_scene_open(SCENE_PARAMS(.path = *state, .providers = csv));
     assert_string_equal(scene->views[0].provider, "anna");
-    assert_string_equal(scene->views[1].provider, "");
+    assert_string_equal(scene->views[3].provider, "anna");
+    assert_string_equal(scene->views[1].provider, "Żółć 李 Ö. d'Arc-№ 5");
     assert_string_equal(scene->views[2].provider, "Smith, \"Jo\"");
 }
 
@@ -132,11 +134,34 @@ FOLDER_TEST(bad_providers_are_refused) {
         {"name,provider\nimages/00.png\n", "p.csv:2", "two fields"},
         {"name,provider\nimages/00.png,a,b\n", "p.csv:2", "two fields"},
         {"name,provider\n\nimages/00.png,\"a\n", "p.csv:3", "quote is not closed"},
-        {"name,provider\nimages/00.png,\"a\nb\"\n", "p.csv:2", "control characters"},
+        {"name,provider\nimages/00.png,\"a\nb\"\n", "p.csv:2", "U+000A"},
         {"name,provider\n\"images/9\n9.png\",a\nimages/00.png,a,b\n", "p.csv:2", "images/9?9.png"},
         {"name,provider\nimages/00.png,a\"b\n", "p.csv:2", "a quote within a field"},
         {"name,provider\nimages/99.png,a\n", "p.csv:2", "images/99.png"},
         {"name,provider\nimages/00.png,a\nimages/00.png,b\n", "p.csv:3", "images/00.png"},
+        {"name,provider\nimages/00.png,a\xff\n", "p.csv:2", "not UTF-8"},
+        // Characters that cannot be seen: a control character, zero width, joiners, directions, spaces, fillers, tags.
+        {"name,provider\nimages/00.png,a\xc2\x85\n", "p.csv:2", "U+0085"},
+        {"name,provider\nimages/00.png,an\u200bna\n", "p.csv:2", "U+200B"},
+        {"name,provider\nimages/00.png,anna\u200d\n", "p.csv:2", "U+200D"},
+        {"name,provider\nimages/00.png,\ufeffanna\n", "p.csv:2", "U+FEFF"},
+        {"name,provider\nimages/00.png,\u202eanna\n", "p.csv:2", "U+202E"},
+        {"name,provider\nimages/00.png,an\u00adna\n", "p.csv:2", "U+00AD"},
+        {"name,provider\nimages/00.png,anna\u00a0\n", "p.csv:2", "U+00A0"},
+        {"name,provider\nimages/00.png,a\u2003b\n", "p.csv:2", "U+2003"},
+        {"name,provider\nimages/00.png,a\u3000b\n", "p.csv:2", "U+3000"},
+        {"name,provider\nimages/00.png,anna\u3164\n", "p.csv:2", "U+3164"},
+        {"name,provider\nimages/00.png,anna\ufe0f\n", "p.csv:2", "U+FE0F"},
+        {"name,provider\nimages/00.png,anna\u2800\n", "p.csv:2", "U+2800"},
+        {"name,provider\nimages/00.png,anna\U000e0041\n", "p.csv:2", "U+E0041"},
+        {"name,provider\nimages/00.png,anna\ue000\n", "p.csv:2", "U+E000"},
+        // Names that look alike: case, sharp s, composition, width, spaces, hyphens.
+        {"name,provider\nimages/00.png,anna\nimages/01.png,bob\nimages/02.png,Anna\n", "p.csv:4", "\"anna\" of line 2"},
+        {"name,provider\nimages/00.png,STRASSE\nimages/01.png,Straße\n", "p.csv:3", "\"STRASSE\" of line 2"},
+        {"name,provider\nimages/00.png,Zo\u00eb\nimages/01.png,Zoe\u0308\n", "p.csv:3", "of line 2"},
+        {"name,provider\nimages/00.png,Anna\nimages/01.png,\uff21nna\n", "p.csv:3", "of line 2"},
+        {"name,provider\nimages/00.png,a b\nimages/01.png,a  b\n", "p.csv:3", "of line 2"},
+        {"name,provider\nimages/00.png,a-b\nimages/01.png,a\u2010b\n", "p.csv:3", "of line 2"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *csv = temporary_file(*state, "p.csv", cases[i].text);

@@ -54,10 +54,9 @@ static void print_outcome(const struct vw_attribution *attribution) {
                  "enough: viewworth worth OUT --retrainings %u --payout %s; or --pay-anyway\n",
                  amount, attribution->payouts.retraining_count, enough, enough, amount);
     if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && !enough)
-        vw_print(
-            "payout of %s: nobody is paid, since %u retrainings tell no two providers apart, and more than 100,000 "
-            "would be needed: their photos are worth about the same; --pay-anyway pays\n",
-            amount, attribution->payouts.retraining_count);
+        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two providers apart, nor how many would; "
+                 "make more by viewworth worth OUT --retrainings M, or --pay-anyway\n",
+                 amount, attribution->payouts.retraining_count);
     if (attribution->outcome == VW_PAYOUT_NONE_POSITIVE)
         vw_print(
             "payout of %s: nobody is paid, since no photo has a positive worth; --payout-floor equal pays all photos "
@@ -81,13 +80,11 @@ static void print_unvalued(const struct vw_attribution *attribution) {
         const struct vw_payout *payout = &attribution->payouts.providers[i];
         if (!payout->validating_count && !payout->test_count && !payout->unscored_count) continue;
         if (++count > SHOWN_ROWS) continue;
-        vw_print("  unvalued, so not paid: of %s %u that validate and %u kept for tests", payout->provider,
-                 payout->validating_count, payout->test_count);
-        if (payout->unscored_count) vw_print(", and %u without a score", payout->unscored_count);
-        vw_print("\n");
+        vw_print("  unvalued, so not paid: of %s %u that validate, %u kept for tests, %u without a score\n",
+                 payout->provider, payout->validating_count, payout->test_count, payout->unscored_count);
     }
-    if (count > SHOWN_ROWS) vw_print("  and of %u more providers\n", count - SHOWN_ROWS);
-    if (count) vw_print("  viewworth value --kfold K scores all photos but those kept for tests\n");
+    if (count > SHOWN_ROWS) vw_print("  and photos of %u more providers\n", count - SHOWN_ROWS);
+    if (count) vw_print("  (viewworth value --kfold K values all photos but those kept for tests)\n");
 }
 
 static void print_payouts(const struct vw_attribution *attribution) {

@@ -1,4 +1,5 @@
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "cli/output/print.h"
@@ -36,15 +37,23 @@ static void print_claims(const struct vw_worth_summary *summary) {
             "longer runs\n");
 }
 
-static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_confidence) {
+static void print_origin(const struct vw_worth_run *result) {
     const struct vw_worth_summary *summary = &result->summary;
+    char more[48] = "";
+    if (summary->provider_retraining_count)
+        snprintf(more, sizeof more, "; %u more with whole providers", summary->provider_retraining_count);
     if (result->prior)
         vw_print(
             "worth without retrainings is its prior alone: %s, whose level is unknown; --retrainings M measures it\n",
             result->prior);
     else
-        vw_print("worth from %u retrainings, %u of them on all photos and %u with whole providers\n",
-                 summary->retraining_count, summary->repeat_count, summary->provider_retraining_count);
+        vw_print("worth from %u retrainings, %u of them on all photos%s\n", summary->retraining_count,
+                 summary->repeat_count, more);
+}
+
+static void print_text(const struct vw_worth_run *result, const struct vw_ranking *ranking, double until_confidence) {
+    const struct vw_worth_summary *summary = &result->summary;
+    print_origin(result);
     if (!result->prior && !summary->claim_count)
         vw_print("too few retrainings on a part of the photos have a result; increase --retrainings\n");
     vw_ranking_print(ranking, "highest worth", "lowest worth");

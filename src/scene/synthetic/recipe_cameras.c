@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "scene/synthetic/recipe_private.h"
 
 static const double COORDINATE_MAX = 1e9;
@@ -119,8 +120,9 @@ static enum vw_status add_view(const struct orbit *orbit, const double pose[3][4
     view->image.height_px = orbit->camera.height_px;
     view->split = orbit->split < 0 ? split_by_index(index) : (enum vw_split)orbit->split;
     view->name = vw_format_text("view_%03u", index);
-    view->provider = vw_copy_text(orbit->provider);
-    return view->name && view->provider ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status = vw_provider_name_take(orbit->provider, &view->provider);
+    if (status == VW_ERROR_INPUT) status = vw_fail_context(status, "%s: cameras", state->scene->path);
+    return view->name || status ? status : VW_ERROR_MEMORY;
 }
 
 static void read_path(struct vw_json_reader *reader, const json_t *object, void *context) {
