@@ -23,7 +23,7 @@ static const struct vw_command commands[] = {
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
      "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
      "report), field.vwf (the trained field) and checkpoints. Also writes providers.csv if providers are known, "
-     "payout.csv with --payout (with lasting credit also payout_photos.csv), and duplicates.csv if photos are "
+     "payout.csv and payout_photos.csv with --payout if somebody is paid, and duplicates.csv if photos are "
      "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Running the command again resumes it; "
@@ -47,10 +47,12 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_BATCH | VW_OPTIONS_JSON, vw_command_batch},
     {VALUE, "worth", "OUT", "Retrain on subsets of the photos of a run, and score what each photo is worth",
      "OUT is the --out folder of value. The retrainings take as many steps as the run, each on 40 to 100 % of the "
-     "photos and with a seed of its own; every eighth is on all photos. With 2 to 12 providers some have whole "
-     "providers, for what each provider is worth. A regression over their results gives worth_psnr in dB: what a "
-     "training on all photos loses without the photo; below 0 the photo harms. Where the results say little, worth "
-     "follows the other scores.\n"
+     "photos and with a seed of its own; every eighth is on all photos. A regression over their results gives "
+     "worth_psnr in dB: what a training on all photos loses without the photo; below 0 the photo harms. Where the "
+     "results say little, worth follows the other scores. Names of providers change none of it.\n"
+     "--payout divides an amount among the photos by their worth where that is positive, and prints a 90 % interval for "
+     "each provider and who is not told apart. It pays nobody if no two providers are told apart, unless --pay-anyway "
+     "is given, and says about how many retrainings would be enough.\n"
      "Prints how well left-out retrainings are predicted beyond what the number of photos tells: that is how far these "
      "scores can be trusted on this scene. Adds the retrainings to ledger.db and retrainings.db, and writes "
      "scores.csv, the tables and the report again. Run the same command again to resume it. " NEEDS_SCENE_FOLDER,

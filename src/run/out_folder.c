@@ -71,6 +71,11 @@ enum vw_status vw_run_remove_outdated(const char *out) {
     return status ? status : remove_outdated(out, names, VW_ARRAY_COUNT(names));
 }
 
+enum vw_status vw_run_remove_payouts(const char *out) {
+    static const char *const names[] = {VW_CHECKSUMS_FILE, "payout.csv", "payout_photos.csv"};
+    return remove_outdated(out, names, VW_ARRAY_COUNT(names));
+}
+
 enum vw_status vw_run_remove_outdated_scores(const char *out) {
     static const char *const names[] = {VW_CHECKSUMS_FILE, "scores.csv",        "report.html",   "providers.csv",
                                         "payout.csv",      "payout_photos.csv", "duplicates.csv"};

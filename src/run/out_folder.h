@@ -9,6 +9,8 @@
 enum vw_status vw_out_check(const char *out);
 // Removes what further steps make out of date: SHA256SUMS, tables, report and the state of a stopped lasting pass.
 enum vw_status vw_run_remove_outdated(const char *out);
+// Removes the tables of a payout, and SHA256SUMS, which may list them.
+enum vw_status vw_run_remove_payouts(const char *out);
 // Removes what further scores of the same steps make out of date: SHA256SUMS, tables and report.
 enum vw_status vw_run_remove_outdated_scores(const char *out);
 

@@ -104,6 +104,8 @@ check "--json tells the same" bash -c "sqlite3 :memory: \"SELECT (SELECT sum(val
         AND json_array_length(j, '\$.duplicates') = 0 AND json_array_length(j, '\$.validation_views') = 2
         AND j ->> '\$.validation_views[0].ranking_without' <= 1 AND j ->> '\$.validation_views[1].far' = 0
         FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)\" | grep -qx 1"
+check "a command that is asked for no payout leaves none" eval 'run "${resume[@]}" --providers "$folder/providers.csv" --quiet &&
+    [[ ! -e $out/payout.csv && ! -e $out/payout_photos.csv ]] && run "$program" verify "$out" --quiet'
 sed 's/,chris$/,dora/' "$folder/providers.csv" >"$folder/others.csv"
 check "providers may be named afterwards" prints ' dora( |$)' "${resume[@]}" --providers "$folder/others.csv" --payout 5 --pay-anyway
 check "that they differ from the ledger's is said" grep -q '^warning: providers are those given now' "$folder/stderr"

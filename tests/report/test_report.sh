@@ -24,7 +24,7 @@ refuses() { fails 2 "$1" "${by:-$program}" report --quiet "${@:2}"; } # refuses 
 
 # ---- Made with the run, and again ---------------------------------------------------------------------------------------
 
-check "value writes a report" value run --payout 10
+check "value writes a report" value run --payout 10 --pay-anyway
 check "and says where" grep -qx "report   $folder/run/report.html" "$folder/stdout"
 check "another seed" value other --seed 1 --no-thumbnails
 cp "$folder/run/report.html" "$folder/first.html"

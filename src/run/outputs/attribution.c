@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "report/tables.h"
+#include "run/out_folder.h"
 #include "run/scoring.h"
 #include "scene/duplicates.h"
 #include "viewworth/log.h"
@@ -92,8 +93,11 @@ static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_
     return wanted < LEAST ? LEAST : wanted;
 }
 
-static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
-    if (!attribution->request.cents) return VW_OK;
+// Pays, if that is asked for. A payout of an earlier command goes: OUT has what this one was asked for.
+static enum vw_status make_payout(const struct vw_scoring *scoring, const char *out,
+                                  struct vw_attribution *attribution) {
+    enum vw_status status = vw_run_remove_payouts(out);
+    if (status || !attribution->request.cents) return status;
     if (attribution->group_count == 0)
         return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
     struct vw_payout_input input = {.of = vw_scoring_worth_input(scoring),
@@ -101,7 +105,7 @@ static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_at
                                     .amount_cents = attribution->request.cents,
                                     .floor_equal = attribution->request.floor_equal};
     input.of.images = attribution->images;
-    enum vw_status status = vw_payouts_make(&input, &attribution->payouts);
+    status = vw_payouts_make(&input, &attribution->payouts);
     if (status) return status;
     attribution->outcome = decide(attribution);
     attribution->advised_retrainings = attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH
@@ -154,7 +158,7 @@ enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);
-    if (!status) status = make_payout(scoring, attribution);
+    if (!status) status = make_payout(scoring, out, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);
     if (!status) warn(attribution);
     return status;
