@@ -59,7 +59,7 @@ static enum vw_status draw_photos(struct vw_worth_plan *plan) {
     return status;
 }
 
-// Few providers have few subsets, which are repeated with other seeds.
+// Draws subsets of providers. Few providers have few subsets, which are repeated with other seeds.
 static enum vw_status draw_providers(struct vw_worth_plan *plan) {
     const struct vw_worth_plan_params *params = &plan->params;
     if (!params->provider_retrainings) return VW_OK;

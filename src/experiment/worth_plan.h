@@ -12,7 +12,7 @@ struct vw_worth_plan_params {
     uint32_t photo_count;
     const char *const *providers;  // by photo; also borrowed; NULL: none
     uint32_t count;                // retrainings at most, but those with whole providers
-    uint32_t provider_retrainings; // those at most
+    uint32_t provider_retrainings; // retrainings with whole providers at most
     uint64_t key;                  // plans of other keys draw other subsets; not 0, which is of benchmarks
     uint64_t first_seed;           // seed of the first retraining; those after it count up
     uint32_t epochs;
@@ -30,7 +30,7 @@ struct vw_worth_plan {
 enum vw_status vw_worth_plan_make(const struct vw_worth_plan_params *params, struct vw_worth_plan *plan);
 void vw_worth_plan_free(struct vw_worth_plan *plan);
 
-// How far the plan is carried out.
+// The part of the plan that is carried out.
 struct vw_worth_plan_progress {
     const struct vw_ledger_retraining *recorded; // borrowed; their kinds say in which order they were made
     uint32_t recorded_count;

@@ -68,10 +68,12 @@ function fillProviders() {
   const together = row => joint.find(one => one.provider === row.provider);
   if (joint.length && chosen.method === 'worth_psnr')
     columns.push({title: 'Joint worth, dB', number: true,
-      cell: row => together(row) ? signed(number(together(row).value), decimals) + ' ± ' + fixed(number(together(row).stderr), decimals) : '–'});
+      cell: row => together(row) ? signed(number(together(row).value), decimals) + ' ± ' +
+        fixed(number(together(row).stderr), decimals) : '–'});
   if (paid.length)
     columns.push({title: 'Payout', number: true, cell: row => payout(row) ? payout(row).amount : '–'},
-      {title: '90 % interval', number: true, cell: row => payout(row) && payout(row).ci_low ? payout(row).ci_low + ' to ' + payout(row).ci_high : '–'},
+      {title: '90 % interval', number: true,
+        cell: row => payout(row) && payout(row).ci_low ? payout(row).ci_low + ' to ' + payout(row).ci_high : '–'},
       {title: 'Not told apart from', number: true, cell: row => payout(row) ? payout(row).overlaps : '–'},
       {title: 'Share', number: true, cell: row => payout(row) ? (100 * number(payout(row).share)).toFixed(1) + ' %' : '–'});
   if (providersTable) printable.splice(printable.indexOf(providersTable), 1);

@@ -1,4 +1,4 @@
-// Who supplied a view: a CSV file with the header name,provider, and what a provider's name may be. Names that look the
+// Providers of views: a CSV file with the header name,provider, and the names that they may have. Names that look the
 // same must be the same, since money follows them.
 #include <stdio.h>
 #include <stdlib.h>
@@ -93,7 +93,7 @@ static enum vw_status refuse_alike(const char *path, const struct named *first, 
 }
 
 static enum vw_status find_alike(const char *path, struct named *named, uint32_t count) {
-    uint32_t first = 0; // of those with this key
+    uint32_t first = 0; // the first with this key
     qsort(named, count, sizeof *named, compare_named);
     for (uint32_t i = 1; i < count; i++) {
         if (strcmp(named[i].key, named[first].key) != 0) first = i;

@@ -315,7 +315,7 @@ static enum vw_status compare_providers(struct vw_payouts *made) {
     return VW_OK;
 }
 
-// Puts providers in order, and their photos behind each other in the same order.
+// Puts providers in order, and their photos in the same order.
 static enum vw_status sort_payouts(struct vw_payouts *made) {
     struct vw_photo_payout *photos = vw_allocate(made->photo_count, sizeof *photos);
     uint32_t count = 0;

@@ -64,26 +64,27 @@ steps=$(query run 'SELECT group_concat(row_hash) FROM step')
 head=$(query run 'SELECT final_hash FROM run')
 resume=("$program" value "$scene" --out "$out" "${tiny[@]}" --resume)
 check "without retrainings nobody is paid, and how many to begin with is said" \
-    prints '^payout of 1000\.01: nobody is paid, since no retrainings .*: viewworth worth OUT --retrainings 24 --payout 1000\.01; or --pay-anyway$' \
+    prints '^payout of 1000\.01: nobody is paid, .*: viewworth worth OUT --retrainings 24 --payout 1000\.01; or --pay-anyway$' \
     "${resume[@]}" --providers "$folder/providers.csv" --payout 1000.01
 check "there is no table of payouts" test ! -e "$out/payout.csv" -a ! -e "$out/payout_photos.csv"
-check "photos that were not valued are named, and how they would be" test "$(grep -cE '^  unvalued, so not paid: of (anna 1 that validate, 1 kept|dan 1 that validate, 0 kept)|value --kfold K' \
-    "$folder/stdout")" = 3
+check "photos that were not valued are named, and how they would be" test "$(grep -cE \
+    '^  unvalued, so not paid: of (anna 1 that validate, 1 kept|dan 1 that validate, 0 kept)|value --kfold K' "$folder/stdout")" = 3
 "${resume[@]}" --providers "$folder/providers.csv" --payout 5 --json --quiet >"$folder/answer.json"
 check "--json says why nobody is paid" test "$(sqlite3 :memory: "SELECT j ->> '\$.unpaid.reason', j ->> '\$.unpaid.retrainings_enough',
     j -> '\$.payout' IS NULL FROM (SELECT CAST(readfile('$folder/answer.json') AS TEXT) AS j)")" = 'no retrainings|24|1'
-check "--pay-anyway pays by credit" prints '^payout of 1000\.01 by dv_psnr' "${resume[@]}" --providers "$folder/providers.csv" --payout 1000.01 \
-    --pay-anyway
+check "--pay-anyway pays by credit" prints '^payout of 1000\.01 by dv_psnr' "${resume[@]}" --providers "$folder/providers.csv" \
+    --payout 1000.01 --pay-anyway
 check "it takes no step and leaves the ledger as it was" test "$(query run 'SELECT group_concat(row_hash) FROM step')$(query run \
     'SELECT final_hash FROM run')" = "$steps$head"
 check "payout.csv adds up to the cent" test "$(table payout.csv "SELECT printf('%.2f', sum(amount)), count(*), sum(photos), sum(validating),
     sum(tests) FROM t")" = '1000.01|4|9|2|1'
 check "a score that is not positive gets nothing, the others are in proportion" test "$(table payout_photos.csv "SELECT count(*),
-    max(CASE WHEN value + 0 > 0 THEN abs(amount - 1000.01 * value / (SELECT sum(value) FROM t WHERE value + 0 > 0)) ELSE amount + 0 END) <= 0.01
-    FROM t")" = '9|1'
+    max(CASE WHEN value + 0 > 0 THEN abs(amount - 1000.01 * value / (SELECT sum(value) FROM t WHERE value + 0 > 0))
+    ELSE amount + 0 END) <= 0.01 FROM t")" = '9|1'
 check "providers get the sums of their photos to the cent" test "$(sqlite3 -cmd '.mode csv' -cmd ".import '$out/payout.csv' p" \
     -cmd ".import '$out/payout_photos.csv' t" :memory: "SELECT count(*), max(CAST(round(100 * p.amount) AS INTEGER) <> coalesce(paid, 0))
-    FROM p LEFT JOIN (SELECT provider, sum(CAST(round(100 * amount) AS INTEGER)) AS paid FROM t GROUP BY provider) USING (provider)")" = '4,0'
+    FROM p LEFT JOIN (SELECT provider, sum(CAST(round(100 * amount) AS INTEGER)) AS paid FROM t GROUP BY provider)
+    USING (provider)")" = '4,0'
 check "intervals hold the amounts" test "$(table payout.csv "SELECT min(ci_low <= amount + 0 AND amount + 0 <= ci_high) FROM (SELECT
     ci_low + 0 AS ci_low, ci_high + 0 AS ci_high, amount FROM t)")" = 1
 cp "$out/payout.csv" "$out/payout_photos.csv" "$folder"
@@ -93,8 +94,8 @@ check "to the byte" cmp "$out/payout.csv" "$folder/payout.csv"
 paid_by_photo() { cut -d, -f 1,4- "$1" | sort; }
 for names in 's/^\(view_0..\),.*/\1,one/' 's/^\(view_0..\),.*/\1,of \1/'; do
     sed -e "$names" -e '1s/.*/name,provider/' "$folder/providers.csv" >"$folder/names.csv"
-    check "other names ($(tail -n 1 "$folder/names.csv"))" prints '^payout of ' "${resume[@]}" --providers "$folder/names.csv" --payout 1000.01 \
-        --pay-anyway
+    check "other names ($(tail -n 1 "$folder/names.csv"))" prints '^payout of ' "${resume[@]}" --providers "$folder/names.csv" \
+        --payout 1000.01 --pay-anyway
     sed 's/"Smith, ""Jo"""/jo/' "$folder/payout_photos.csv" >"$folder/photos.csv"
     check "change no photo's payout" cmp <(paid_by_photo "$out/payout_photos.csv") <(paid_by_photo "$folder/photos.csv")
 done

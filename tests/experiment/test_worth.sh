@@ -58,7 +58,8 @@ check "with the interval of the accuracy" test "$(sqlite3 :memory: "SELECT CAST(
 rm -rf "$folder/joint" && cp -r "$folder/run" "$folder/joint"
 joint_retrainings() { query joint "SELECT $1 FROM retraining WHERE whole_providers"; } # joint_retrainings COLUMNS
 scores_of() { query "$1" 'SELECT image_id, method, value, stderr, ci_low, ci_high FROM score'; }   # scores_of OUT
-check "retrainings with whole providers come besides" prints '^worth from 24 retrainings, 3 of them on all photos; 12 more with whole providers$' \
+check "retrainings with whole providers come besides" \
+    prints '^worth from 24 retrainings, 3 of them on all photos; 12 more with whole providers$' \
     worth joint --retrainings 24 --provider-retrainings 12
 check "a provider's photos are in or out together" test "$(query joint "SELECT count(*) FROM retraining WHERE whole_providers AND
     (instr(image_ids, '0') > 0) = (instr(image_ids, '1') > 0) AND (instr(image_ids, '2') > 0) = (instr(image_ids, '3') > 0)")" = 12
@@ -69,7 +70,8 @@ check "nor the retrainings that follow" eval 'run worth joint --retrainings 32 &
     [[ $(query joint "SELECT seed, image_ids, val_psnr FROM retraining WHERE NOT whole_providers") == \
        "$(query run "SELECT seed, image_ids, val_psnr FROM retraining")" ]]'
 check "whose run is intact" intact joint
-check "a run without providers cannot have them" fails 2 'provider-retrainings needs 2 to 12 providers' worth nameless --provider-retrainings 8
+check "a run without providers cannot have them" fails 2 'provider-retrainings needs 2 to 12 providers' \
+    worth nameless --provider-retrainings 8
 # The same run without names of providers has the same retrainings, and the same worth of photos.
 check "no names: the same retrainings" eval 'run worth nameless --retrainings 32 && [[ $(retrained nameless) == "$(retrained run)" ]]'
 check "and the same worth" test "$(scores_of nameless)" = "$(scores_of run)"
@@ -83,8 +85,8 @@ check "retrainings that tell nobody apart pay nobody, and say how many would" pr
 check "there is no table" test ! -e "$folder/swept/payout.csv"
 check "who is not told apart is marked" test "$(grep -cE '^ +[0-9.]+  \[[0-9.]+, [0-9.]+\]  p[0-2] \(not told apart from 2 others\)$' \
     "$folder/stdout")" = 3
-check "where no photo is worth anything, nobody is paid" prints '^payout of 100000.00: nobody is paid, since no photo has a positive worth' \
-    worth swept --payout 100000 --pay-anyway
+check "where no photo is worth anything, nobody is paid" \
+    prints '^payout of 100000.00: nobody is paid, since no photo has a positive worth' worth swept --payout 100000 --pay-anyway
 check "unless the floor pays all photos the same" prints '^payout of 100000.00 by the number of photos' \
     worth swept --payout 100000 --pay-anyway --payout-floor equal
 check "it is intact" prints '^payout_photos.csv +intact' "$program" verify "$folder/swept" --quiet

@@ -233,7 +233,7 @@ TEST(edited_tables_are_found) {
                  {"providers.csv", "anna", "otto"},
                  {"payout.csv", "anna", "otto"},
                  {"payout_photos.csv", "view_001", "view_002"},
-                 {"matrix.csv", ",1000,", ",1e03,"}, // a name is no number, whatever it reads as
+                 {"matrix.csv", ",1000,", ",1e03,"}, // a name is text, whatever it reads as
                  {"payout.csv", "1000,dv_psnr", "1e03,dv_psnr"},
                  {"payout_photos.csv", ",1000,", ",1e03,"},
                  {"matrix.csv", "lasting_psnr", "lasting_loss"}};
@@ -295,7 +295,7 @@ TEST(ends_of_intervals_may_differ_by_a_cent) {
         renew(state);
         unlist(fixture);
         change_number(fixture, names[i], 6, 1, 0.01, "2");
-        assert_refused(verify(fixture), "a cent more", "payout"); // of another amount, or of the same
+        assert_refused(verify(fixture), "a cent more", "payout"); // both tables must state the same amount
     }
 }
 

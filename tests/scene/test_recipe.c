@@ -4,9 +4,9 @@
 
 #define DEFECTS(list) "\"defects\": [" list "]"
 #define NO_DEFECTS DEFECTS("")
-#define ORBIT_OF(provider)                                                                                                           \
-    "{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 3, \"count\": 8, \"field_of_view_deg\": 50, \"provider\": \"" provider \
-    "\"}"
+#define ORBIT_OF(provider)                                                                                             \
+    "{\"path\": \"orbit\", \"centre\": [0, 0, 0], \"radius\": 3, \"count\": 8, \"field_of_view_deg\": 50, "            \
+    "\"provider\": \"" provider "\"}"
 
 static const struct vw_scene_params headers = {.headers_only = true};
 

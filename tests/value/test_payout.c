@@ -127,7 +127,8 @@ TEST(amounts_are_divided_to_the_cent) {
         {{5, 3, 2}, 3, 10000, {5000, 3000, 2000}, true, false}, //
         {{0.5, 0.3, 0.2}, 3, 99, {49, 30, 20}, false, false},   // 49.5, 29.7, 19.8: the largest fractions get the two
                                                                 // left
-        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false, false},     // what harms is not paid, nor does it take from others
+        {{4, -9, 1}, 3, 1000, {800, 0, 200}, false, false},     // a photo that harms is not paid, nor does it take from
+                                                                // others
         {{4, 0, 1, NAN}, 4, 1001, {801, 0, 200, 0}, true, false}, // 800.8 and 200.2
         {{-1, -2, -3}, 3, 100, {0, 0, 0}, false, true},           // nobody is paid
         {{-1, -2, -3}, 3, 100, {34, 33, 33}, true, true},         // unless the floor says so

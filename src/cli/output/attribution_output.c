@@ -135,7 +135,7 @@ static json_t *provider_to_json(const struct vw_provider_score *group) {
                      "photos", (json_int_t)group->photo_count);
 }
 
-// The amount with its interval, for providers and photos.
+// Makes the amount with its interval, of a provider or a photo.
 static json_t *amount_to_json(double share, uint64_t cents, struct vw_payout_interval interval) {
     char amount[VW_AMOUNT_BYTES];
     vw_amount_to_text(cents, amount);

@@ -19,7 +19,7 @@ struct vw_payout_request {
     bool floor_equal, anyway;
 };
 
-// What became of it.
+// The outcome of the request.
 enum vw_payout_outcome {
     VW_PAYOUT_NOT_ASKED,
     VW_PAYOUT_PAID,
@@ -42,8 +42,8 @@ struct vw_attribution {
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
-// Reads what is asked for. VW_ERROR_USAGE when it is no amount, and where the config (NULL: unknown) leaves no epoch to
-// score. No amount: nothing is asked for.
+// Reads what is asked for. VW_ERROR_USAGE when it is not an amount, and where the config (NULL: unknown) leaves no
+// epoch to score. No amount: nothing is asked for.
 enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
                                           struct vw_payout_request *request);
 // Returns VW_ERROR_USAGE when no photo has a provider to be paid.

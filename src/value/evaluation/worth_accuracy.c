@@ -1,4 +1,4 @@
-// How well worths, or scores, predict retrainings that they did not see.
+// The accuracy of worths and scores: how well they predict retrainings that they did not see.
 #include <math.h>
 #include <stdlib.h>
 
