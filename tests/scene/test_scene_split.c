@@ -155,6 +155,7 @@ FOLDER_TEST(bad_providers_are_refused) {
         {"name,provider\nimages/00.png,anna\u2800\n", "p.csv:2", "U+2800"},
         {"name,provider\nimages/00.png,anna\U000e0041\n", "p.csv:2", "U+E0041"},
         {"name,provider\nimages/00.png,anna\ue000\n", "p.csv:2", "U+E000"},
+        {"name,provider\nimages/00.png,anna\ufff9\n", "p.csv:2", "U+FFF9"},
         // Names that look alike: case, sharp s, composition, width, spaces, hyphens.
         {"name,provider\nimages/00.png,anna\nimages/01.png,bob\nimages/02.png,Anna\n", "p.csv:4", "\"anna\" of line 2"},
         {"name,provider\nimages/00.png,STRASSE\nimages/01.png,Straße\n", "p.csv:3", "\"STRASSE\" of line 2"},

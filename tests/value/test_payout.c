@@ -252,6 +252,19 @@ TEST(providers_are_told_apart_by_their_intervals) {
     }
 }
 
+// Whoever has no score gets exactly nothing, which tells nobody apart.
+TEST(who_has_no_score_tells_nobody_apart) {
+    struct scene scene;
+    struct vw_payouts payouts;
+    set_scene((double[]){1, 1, 1}, 3, 0.1, "abc", 1000, &scene);
+    scene.images[2].split = "val";
+    scene.scores[2].method = "dv_loss";
+    ASSERT_OK(vw_payouts_make(&scene.input, &payouts));
+    assert_true(payouts.provider_count == 3 && payouts.providers[1].interval.low_cents > 0);
+    assert_true(!payouts.told_apart && payouts.providers[0].alike_count == 1);
+    vw_payouts_free(&payouts);
+}
+
 // Two photos of 3 and 1 with a small error e: the share of the first is 3/4 with the error e sqrt(10) / 16.
 TEST(intervals_hold_nine_of_ten) {
     struct scene scene;
