@@ -11,7 +11,6 @@ FROM run ORDER BY job, run_id;
 SELECT 'image' AS "table", * FROM image ORDER BY job, scene_hash, image_id;
 SELECT 'step' AS "table", * FROM step ORDER BY job, run_id, step;
 SELECT 'view' AS "table", * FROM view ORDER BY job, run_id, step, image_id;
-SELECT 'probe' AS "table", * FROM probe ORDER BY job, run_id, step, probe;
 SELECT 'score' AS "table", * FROM score ORDER BY job, run_id, method, image_id;
 SELECT 'retraining' AS "table", * FROM retraining ORDER BY job, run_id, retraining;
 SELECT 'lasting' AS "table", * FROM lasting ORDER BY job, run_id;

@@ -118,7 +118,7 @@ free_locks() { # free_locks OUT: nobody writes into a job's folder any more
 }
 check "and its processes end" free_locks stopped
 check "before their jobs do" test "$(query stopped/a/seed-0 'SELECT status FROM run')" = interrupted
-check "is resumed, and interrupted" stop INT stopped $(($(steps stopped) + 20))
+check "is resumed, and interrupted" stop INT stopped $(($(steps stopped) + 2))
 check "says what was stopped" grep -q '^stopped: [ab]/seed-[01]$' "$folder/stderr"
 check "whose ledgers say so" test "$(query stopped/a/seed-0 "SELECT status IN ('interrupted', 'finished') FROM run")" = 1
 check "is resumed, and ends" run batch long.json stopped --per-device 2
