@@ -103,7 +103,7 @@ stop() {
     return 1
 }
 jobs_file short.json 2
-rays=1024 # slow enough to be stopped in between
+rays=3072 # slow enough to be stopped in between
 jobs_file long.json 30
 check "a batch is killed" stop KILL stopped 20
 free_locks() { # free_locks OUT: nobody writes into a job's folder any more
