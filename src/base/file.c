@@ -73,6 +73,11 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
     return status;
 }
 
+bool vw_descriptor_is_private(int descriptor) {
+    struct stat info;
+    return !fstat(descriptor, &info) && info.st_uid == geteuid() && !(info.st_mode & (S_IWGRP | S_IWOTH));
+}
+
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 // Unpredictable, so that nobody can plant a link where a file is about to be written; the pattern tells what a killed
@@ -99,23 +104,30 @@ static bool is_temporary_name(const char *name) {
            !strcmp(name + prefix + RANDOM_DIGITS, TEMPORARY_SUFFIX);
 }
 
-static bool write_all(int descriptor, const void *data, size_t size_bytes) {
+int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes) {
     const char *next = data;
     while (size_bytes) {
         ssize_t written = write(descriptor, next, size_bytes);
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return false;
+        if (written < 0) return errno;
         next += written;
         size_bytes -= (size_t)written;
     }
-    return fsync(descriptor) == 0;
+    return 0;
 }
 
+// A file to be written.
+struct target {
+    mode_t mode;   // before the user's mask
+    bool replaces; // an older file of that name
+};
+
 // Returns the cause of a failure, or 0. After a failure no file remains.
-static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes) {
-    int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+static int write_temporary(int folder, const char *name, const void *data, size_t size_bytes, mode_t mode) {
+    int descriptor = openat(folder, name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
     if (descriptor < 0) return errno;
-    int cause = write_all(descriptor, data, size_bytes) ? 0 : errno;
+    int cause = vw_descriptor_write(descriptor, data, size_bytes);
+    if (!cause && fsync(descriptor)) cause = errno;
     if (close(descriptor) && !cause) cause = errno;
     if (cause) unlinkat(folder, name, 0);
     return cause;
@@ -136,38 +148,42 @@ static int publish(int folder, const char *temporary, const char *name, bool rep
 
 // Returns the cause of a failure, or 0.
 static int write_in_folder(const char *folder_path, const char *name, const void *data, size_t size_bytes,
-                           bool replaces) {
+                           struct target target) {
     char temporary[TEMPORARY_NAME_BYTES];
     int folder = open(folder_path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0) return errno;
     int cause = make_temporary_name(temporary);
-    if (!cause) cause = write_temporary(folder, temporary, data, size_bytes);
-    if (!cause) cause = publish(folder, temporary, name, replaces);
+    if (!cause) cause = write_temporary(folder, temporary, data, size_bytes, target.mode);
+    if (!cause) cause = publish(folder, temporary, name, target.replaces);
     // Makes the new name survive a power cut. Some file systems cannot sync a folder; the file is there all the same.
     if (!cause) fsync(folder);
     close(folder);
     return cause;
 }
 
-static enum vw_status write_file(const char *path, const void *data, size_t size_bytes, bool replaces) {
+static enum vw_status write_file(const char *path, const void *data, size_t size_bytes, struct target target) {
     char *folder = vw_path_folder(path);
     if (!folder) return VW_ERROR_MEMORY;
     const char *slash = strrchr(path, '/');
-    int cause = write_in_folder(folder, slash ? slash + 1 : path, data, size_bytes, replaces);
+    int cause = write_in_folder(folder, slash ? slash + 1 : path, data, size_bytes, target);
     free(folder);
     if (!cause) return VW_OK;
-    if (cause == EEXIST && !replaces)
+    if (cause == EEXIST && !target.replaces)
         return vw_fail(VW_ERROR_USAGE, "%s: is there already; remove it or choose another path", path);
     return vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder, its permissions and the free space", path,
                    strerror(cause));
 }
 
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes) {
-    return write_file(path, data, size_bytes, true);
+    return write_file(path, data, size_bytes, (struct target){0666, true});
+}
+
+enum vw_status vw_file_write_private(const char *path, const void *data, size_t size_bytes) {
+    return write_file(path, data, size_bytes, (struct target){0600, true});
 }
 
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes) {
-    return write_file(path, data, size_bytes, false);
+    return write_file(path, data, size_bytes, (struct target){0666, false});
 }
 
 void vw_folder_remove_leftovers(const char *path) {
@@ -231,10 +247,4 @@ int vw_file_open_unnamed(const char *folder) {
     if (descriptor >= 0) unlink(path);
     free(path);
     return descriptor;
-}
-
-char *vw_cache_path(const char *name) {
-    const char *base = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    if (base && *base == '/') return vw_format_text("%s/viewworth/%s", base, name);
-    return home && *home == '/' ? vw_format_text("%s/.cache/viewworth/%s", home, name) : NULL;
 }

@@ -17,15 +17,22 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
 // Reads an opened file, which stays open. `path` is for messages.
 enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
+// Returns whether this user owns an opened file or folder and nobody else may write to it: otherwise others may have
+// written what it holds.
+bool vw_descriptor_is_private(int descriptor);
+// Writes all bytes; returns the cause of a failure, or 0.
+int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes);
 // Replaces `path`, or a link of that name, by a new file, which is on the disk with its name when the call returns. At
 // every moment the old or the new file is there, whole. VW_ERROR_IO leaves what was there.
 enum vw_status vw_file_write(const char *path, const void *data, size_t size_bytes);
+// Writes such a file that only this user may read.
+enum vw_status vw_file_write_private(const char *path, const void *data, size_t size_bytes);
 // Writes a new file; VW_ERROR_USAGE if `path` exists.
 enum vw_status vw_file_create(const char *path, const void *data, size_t size_bytes);
 // Opens a new file without a name in a folder, to be written and read; the caller closes it, which also removes it.
 // Where the file system has no such files it has a name for a moment. -1 with errno.
 int vw_file_open_unnamed(const char *folder);
-// Removes temporary files of the two functions above that a killed program has left in a folder. Only while no other
+// Removes temporary files of the functions above that a killed program has left in a folder. Only while no other
 // program writes there.
 void vw_folder_remove_leftovers(const char *path);
 bool vw_file_exists(const char *path); // a plain file: not a folder, and not a device or pipe, which might never end
@@ -36,9 +43,5 @@ enum vw_status vw_folder_create(const char *path);
 char *vw_path_join(const char *folder, const char *name);
 // Returns the folder part of a path ("." if it has none), owned by the caller.
 char *vw_path_folder(const char *path);
-
-// Returns the path of a file in $XDG_CACHE_HOME/viewworth (or ~/.cache/viewworth), owned by the caller; NULL when there
-// is no such folder, or memory is short.
-char *vw_cache_path(const char *name);
 
 #endif

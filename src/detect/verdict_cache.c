@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "base/cache.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -54,11 +54,11 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     return VW_OK;
 }
 
-static char *name_file(const uint8_t key[VW_HASH_BYTES]) {
-    char hex[VW_HASH_HEX_BYTES], name[64];
+enum { NAME_BYTES = 64 };
+static void name_file(const uint8_t key[VW_HASH_BYTES], char name[NAME_BYTES]) {
+    char hex[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(key, hex);
-    snprintf(name, sizeof name, "verdicts-%.32s.json", hex);
-    return vw_cache_path(name);
+    snprintf(name, NAME_BYTES, "verdicts-%.32s.json", hex);
 }
 
 static void hash_content(const uint8_t key[VW_HASH_BYTES], const char *json, char hex[VW_HASH_HEX_BYTES]) {
@@ -96,13 +96,13 @@ static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t coun
     return count == known;
 }
 
-static bool read_verdicts(const char *path, const uint8_t key[VW_HASH_BYTES], struct vw_effect_verdict *verdicts,
+static bool read_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], struct vw_effect_verdict *verdicts,
                           uint32_t *count) {
     void *file = NULL;
     size_t size_bytes = 0;
     char hex[VW_HASH_HEX_BYTES];
     bool read = false;
-    if (!vw_file_exists(path) || vw_file_read(path, FILE_BYTES_MAX, &file, &size_bytes)) return false;
+    if (!vw_cache_read(name, FILE_BYTES_MAX, &file, &size_bytes)) return false;
     const char *text = file;
     if (size_bytes > HEX_LENGTH && text[HEX_LENGTH] == '\n' && strlen(text) == size_bytes) {
         hash_content(key, text + HEX_LENGTH + 1, hex);
@@ -123,16 +123,15 @@ static void take_measured(const struct vw_effect_verdict *kept, struct vw_effect
 
 // ---- Writing --------------------------------------------------------------------------------------------------------
 
-static void write_verdicts(const char *path, const uint8_t key[VW_HASH_BYTES], const struct vw_effect_verdict *verdicts,
+static void write_verdicts(const char *name, const uint8_t key[VW_HASH_BYTES], const struct vw_effect_verdict *verdicts,
                            uint32_t count) {
     json_t *array = vw_effects_to_json(verdicts, count);
-    char *json = vw_json_to_text(array, JSON_COMPACT), *folder = vw_path_folder(path), hex[VW_HASH_HEX_BYTES];
+    char *json = vw_json_to_text(array, JSON_COMPACT), hex[VW_HASH_HEX_BYTES];
     if (json) hash_content(key, json, hex);
     char *text = json ? vw_format_text("%s\n%s", hex, json) : NULL;
-    if (text && folder && !vw_folder_create(folder)) (void)vw_file_write(path, text, strlen(text));
+    if (text) vw_cache_write(name, text, strlen(text));
     json_decref(array);
     free(json);
-    free(folder);
     free(text);
 }
 
@@ -144,19 +143,19 @@ enum vw_status vw_effects_decide_cached(struct vw_gpu *gpu, const struct vw_scen
     struct vw_effect_verdict kept[VW_EFFECT_COUNT_MAX], decided[VW_EFFECT_COUNT_MAX];
     uint32_t kept_count = 0, decided_count = 0;
     uint8_t key[VW_HASH_BYTES];
+    char name[NAME_BYTES];
     if (!vw_effects_need_pilots(gpu, scene, planned)) return vw_effects_decide(gpu, scene, planned, verdicts, count);
     enum vw_status status = hash_key(gpu, scene, planned, key);
-    char *path = status ? NULL : name_file(key);
-    bool found = path && read_verdicts(path, key, kept, &kept_count);
-    if (!status && found) {
+    if (status) return status;
+    name_file(key, name);
+    if (read_verdicts(name, key, kept, &kept_count)) {
         status = vw_effects_find_facts(scene, planned->effects, decided, &decided_count);
         if (!status) take_measured(kept, decided, decided_count);
         if (!status) status = vw_effects_choose(planned->effects, decided, decided_count);
-    } else if (!status) {
+    } else {
         status = vw_effects_decide(gpu, scene, planned, decided, &decided_count);
-        if (!status && path) write_verdicts(path, key, decided, decided_count);
+        if (!status) write_verdicts(name, key, decided, decided_count);
     }
-    free(path);
     if (status) return status;
     memcpy(verdicts, decided, decided_count * sizeof *decided);
     *count = decided_count;

@@ -1,7 +1,7 @@
 // Verdicts of pilots, kept from run to run: the same scene, pilots, device and version decide at once, with the same
 // verdicts.
 //
-// A file per search in the user's cache folder (vw_cache_path() of base/file.h): a BLAKE2b-256 of its key and of what
+// A file per search in the user's cache folder (base/cache.h): a BLAKE2b-256 of its key and of what
 // follows, in hex, a line end, and the verdicts as run.effects_json. A file that is damaged, of another key or not
 // plausible counts as missing, and the pilots are made again. No cache is worth an error. Files are replaced as a
 // whole, so that several programs may share the folder.

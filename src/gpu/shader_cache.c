@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "base/cache.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
@@ -20,17 +20,17 @@ void vw_shader_cache_separate_widths(void) {
     char name[32];
     if (!*width || width[strspn(width, "0123456789")] || strlen(width) > 4 || getenv("MESA_SHADER_CACHE_DIR")) return;
     snprintf(name, sizeof name, "mesa-%s", width);
-    char *path = vw_cache_path(name);
-    if (path && !vw_folder_create(path)) setenv("MESA_SHADER_CACHE_DIR", path, 1);
+    char *path = vw_cache_folder(name);
+    if (path) setenv("MESA_SHADER_CACHE_DIR", path, 1);
     free(path);
 }
 
 // Names the file for this device, driver and vector width.
-static char *name_file(struct vw_gpu *gpu) {
+static void name_file(struct vw_gpu *gpu) {
     VkPhysicalDeviceProperties device;
     struct vw_hasher hasher;
     uint8_t hash[HASH_BYTES];
-    char hex[VW_HASH_HEX_BYTES], name[64];
+    char hex[VW_HASH_HEX_BYTES];
     vkGetPhysicalDeviceProperties(gpu->chosen.physical, &device);
     vw_hasher_begin(&hasher);
     vw_hasher_add_integer(&hasher, device.vendorID);
@@ -40,16 +40,14 @@ static char *name_file(struct vw_gpu *gpu) {
     vw_hasher_add_text(&hasher, vector_width());
     vw_hasher_end(&hasher, hash);
     vw_hash_to_hex(hash, hex);
-    snprintf(name, sizeof name, "pipelines-%.16s.bin", hex);
-    return vw_cache_path(name);
+    snprintf(gpu->pipeline_cache_name, sizeof gpu->pipeline_cache_name, "pipelines-%.16s.bin", hex);
 }
 
 // Reads a SHA-256 and the data that it covers: drivers do not check the data that they load.
 static void read_file(struct vw_gpu *gpu, void **file, size_t *data_bytes) {
     size_t size_bytes = 0;
     *data_bytes = 0;
-    if (!gpu->pipeline_cache_path || !vw_file_exists(gpu->pipeline_cache_path)) return;
-    if (vw_file_read(gpu->pipeline_cache_path, CACHE_BYTES_MAX, file, &size_bytes) || size_bytes < HASH_BYTES) return;
+    if (!vw_cache_read(gpu->pipeline_cache_name, CACHE_BYTES_MAX, file, &size_bytes) || size_bytes < HASH_BYTES) return;
     uint8_t hash[HASH_BYTES];
     vw_sha256((uint8_t *)*file + HASH_BYTES, size_bytes - HASH_BYTES, hash);
     if (memcmp(*file, hash, HASH_BYTES)) return;
@@ -60,7 +58,7 @@ static void read_file(struct vw_gpu *gpu, void **file, size_t *data_bytes) {
 enum vw_status vw_shader_cache_open(struct vw_gpu *gpu) {
     void *file = NULL;
     size_t data_bytes;
-    gpu->pipeline_cache_path = name_file(gpu);
+    name_file(gpu);
     read_file(gpu, &file, &data_bytes);
     VkPipelineCacheCreateInfo info = {.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO,
                                       .initialDataSize = data_bytes,
@@ -93,12 +91,9 @@ static uint8_t *make_file(struct vw_gpu *gpu, size_t *size_bytes) {
 void vw_shader_cache_close(struct vw_gpu *gpu) {
     struct vw_saved_error why = vw_error_save(); // the device may be closing because something failed
     size_t size_bytes = 0;
-    uint8_t *file = gpu->pipeline_cache_path && gpu->pipeline_cache ? make_file(gpu, &size_bytes) : NULL;
-    char *folder = file ? vw_path_folder(gpu->pipeline_cache_path) : NULL;
-    if (folder && !vw_folder_create(folder)) (void)vw_file_write(gpu->pipeline_cache_path, file, size_bytes);
+    uint8_t *file = gpu->pipeline_cache ? make_file(gpu, &size_bytes) : NULL;
+    if (file) vw_cache_write(gpu->pipeline_cache_name, file, size_bytes);
     vkDestroyPipelineCache(gpu->device, gpu->pipeline_cache, NULL);
-    free(folder);
     free(file);
-    free(gpu->pipeline_cache_path);
     vw_error_restore(&why);
 }

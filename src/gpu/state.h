@@ -21,7 +21,7 @@ struct vw_gpu {
     bool hung;                  // see transfer.h
     struct vw_gpu *hung_before; // list of hung devices, which are never freed
     VkPipelineCache pipeline_cache;
-    char *pipeline_cache_path;                  // owned; NULL: not kept
+    char pipeline_cache_name[64];               // name of its file in the cache folder
     uint8_t pipeline_cache_hash[VW_HASH_BYTES]; // hash of the file as it was read
     VkCommandPool transfer_pool;
     VkCommandBuffer transfer;        // for copies that the host waits for

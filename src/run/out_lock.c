@@ -85,7 +85,7 @@ static enum vw_status open_file(struct vw_out_lock *lock) {
     int flags = O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
     enum vw_status status = VW_OK;
     for (int tries = 0; !status && tries < TRIES; tries++) {
-        lock->file = openat(lock->folder, VW_OUT_LOCK_FILE, flags, 0666);
+        lock->file = openat(lock->folder, VW_OUT_LOCK_FILE, flags, 0600);
         if (lock->file >= 0 || errno != ENOENT) break;
         status = create_folder(lock); // the one that was opened is removed
     }
@@ -93,9 +93,14 @@ static enum vw_status open_file(struct vw_out_lock *lock) {
     if (lock->file < 0)
         return vw_fail(VW_ERROR_USAGE, "%s/%s: cannot open: %s; name another folder, or remove the file", lock->out,
                        VW_OUT_LOCK_FILE, strerror(errno));
-    if (!fstat(lock->file, &info) && S_ISREG(info.st_mode)) return VW_OK;
-    return vw_fail(VW_ERROR_INPUT, "%s/%s: is another kind of file than viewworth puts there; remove it", lock->out,
-                   VW_OUT_LOCK_FILE);
+    if (fstat(lock->file, &info) || !S_ISREG(info.st_mode))
+        return vw_fail(VW_ERROR_INPUT, "%s/%s: is another kind of file than viewworth puts there; remove it", lock->out,
+                       VW_OUT_LOCK_FILE);
+    if (vw_descriptor_is_private(lock->file)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s/%s: another user owns it or may write to it; remove it once nobody writes there, or name "
+                   "another folder",
+                   lock->out, VW_OUT_LOCK_FILE);
 }
 
 // Tells whether the locked file still has the name: the process that held the lock before may just have removed it.

@@ -5,15 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
+#include "base/cache.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "scene/photo_source.h"
 #include "viewworth/log.h"
 #include "viewworth/scene.h"
 
-static _Atomic uint64_t allowed_bytes; // 0: the default
+static const uint64_t LEFT_BYTES = UINT64_C(64) << 20; // left on the disk: ledger and results may be on the same one
+static _Atomic uint64_t allowed_bytes;                 // 0: the default
 
 void vw_scene_set_memory(uint64_t size_bytes) { atomic_store(&allowed_bytes, size_bytes); }
 
@@ -27,16 +30,17 @@ static uint64_t memory_bytes(void) {
 // Chooses the cache folder or, if it cannot be written to, that of temporary files; owned by the caller.
 static char *choose_folder(void) {
     const char *temporary = getenv("TMPDIR");
-    struct vw_saved_error kept = vw_error_save();
-    char *folder = vw_cache_path("");
-    if (folder && !vw_folder_create(folder) && !access(folder, W_OK | X_OK)) return folder;
-    vw_error_restore(&kept);
+    char *folder = vw_cache_folder("");
+    if (folder && !access(folder, W_OK | X_OK)) return folder;
     free(folder);
     return vw_copy_text(temporary && *temporary == '/' ? temporary : "/tmp");
 }
 
+// Asks first: to reserve what is not there would fill the disk until it fails, and with it everybody else's writes.
 static int reserve(int descriptor, uint64_t size_bytes) {
+    struct statvfs disk;
     int error;
+    if (!fstatvfs(descriptor, &disk) && disk.f_bavail < (size_bytes + LEFT_BYTES) / disk.f_frsize) return ENOSPC;
     do error = posix_fallocate(descriptor, 0, (off_t)size_bytes);
     while (error == EINTR);
     return error;

@@ -93,6 +93,28 @@ FOLDER_TEST(hostile_files_are_refused) {
     assert_string_equal(data, "precious");
 }
 
+// Whoever can open the file can hold its lock.
+FOLDER_TEST(the_lock_is_the_users_alone) {
+    struct vw_out_lock *lock = NULL;
+    struct stat info;
+    const char *out = temporary_path(*state, "out"), *file = temporary_path(*state, "out/.viewworth.lock");
+    ASSERT_OK(vw_out_lock_take(out, &lock));
+    assert_int_equal(stat(file, &info), 0);
+    assert_int_equal(info.st_mode & 0777, 0600);
+    vw_out_lock_release(&lock);
+    temporary_file(*state, "out/.viewworth.lock", "1\n");
+    assert_int_equal(chmod(file, 0666), 0);
+    ASSERT_FAILS(vw_out_lock_take(out, &lock), VW_ERROR_INPUT, "another user owns it or may write to it");
+    assert_int_equal(chmod(file, 0600), 0);
+    if (geteuid() == 0) {
+        assert_int_equal(chown(file, 65534, 65534), 0);
+        ASSERT_FAILS(vw_out_lock_take(out, &lock), VW_ERROR_INPUT, "another user owns it or may write to it");
+        assert_int_equal(chown(file, 0, 0), 0);
+    }
+    ASSERT_OK(vw_out_lock_take(out, &lock));
+    vw_out_lock_release(&lock);
+}
+
 FOLDER_TEST(only_a_target_in_the_folder_locks_it) {
     const char *const folders[] = {temporary_path(*state, "none"), *state};
     struct vw_out_lock *held = NULL, *lock = NULL;

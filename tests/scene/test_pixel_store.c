@@ -1,11 +1,13 @@
 // Pixels are decoded when they are needed, from the files that were hashed, and live in a file without a name when they
 // are more than the memory for them.
+// wrap: fstatvfs
 #include "support/cmocka_test.h"
 
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -95,6 +97,27 @@ TEST_WITHIN(a_disk_without_room_is_an_error, make_folder, remove_folder) {
     enum vw_status status = vw_scene_open(SCENE_PARAMS(.path = *state), &scene);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &kept), 0);
     ASSERT_FAILS(status, VW_ERROR_IO, "cache/viewworth", "--memory");
+}
+
+static bool almost_full;
+int __real_fstatvfs(int descriptor, struct statvfs *disk);
+int __wrap_fstatvfs(int descriptor, struct statvfs *disk);
+int __wrap_fstatvfs(int descriptor, struct statvfs *disk) {
+    int failed = __real_fstatvfs(descriptor, disk);
+    if (almost_full) disk->f_bavail = (64 << 20) / disk->f_frsize;
+    return failed;
+}
+
+// The disk has the room, but then none for results.
+TEST_WITHIN(the_last_of_a_disk_is_left_to_others, make_folder, remove_folder) {
+    struct vw_pixel_store store = {0};
+    vw_scene_set_memory(1);
+    almost_full = true;
+    enum vw_status status = vw_pixel_store_open(1 << 20, &store);
+    almost_full = false;
+    ASSERT_FAILS(status, VW_ERROR_IO, "cannot reserve 0.000977 GiB for pixels: No space left on device");
+    ASSERT_OK(vw_pixel_store_open(1 << 20, &store));
+    vw_pixel_store_close(&store);
 }
 
 TEST_WITHIN(another_file_than_was_hashed_is_refused, make_folder, remove_folder) {
