@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/streams.h"
 #include "cli/help.h"
 #include "cli/output/progress.h"
 #include "cli/params.h"
@@ -54,7 +55,8 @@ static enum vw_status run(const struct vw_program *program, int argc, char **arg
 }
 
 int vw_program_run(const struct vw_program *program, int argc, char **argv) {
-    enum vw_status status = run(program, argc, argv);
+    enum vw_status status = vw_streams_prepare() ? run(program, argc, argv)
+                                                 : vw_fail(VW_ERROR_IO, "/dev/null: cannot be opened; mount /dev");
     if ((fflush(stdout) || ferror(stdout)) && !status)
         status = vw_fail(VW_ERROR_IO, "stdout: cannot write; check where it goes");
     if (status) fprintf(stderr, "%s: %s\n", program->name, vw_error_message());

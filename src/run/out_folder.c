@@ -1,7 +1,6 @@
 #include "run/out_folder.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -17,19 +16,11 @@ enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 // Returns the errno of the failure; 0 when the file could be written.
 static int try_to_write(const char *folder) {
     static const char block[BLOCK_BYTES];
-    int file = open(folder, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);   // without a name, so that a kill leaves nothing
-    bool named = file < 0 && (errno == EOPNOTSUPP || errno == EISDIR); // on file systems without such files
-    char *name = named ? vw_path_join(folder, ".viewworth-XXXXXX") : NULL;
-    if (name) file = mkostemp(name, O_CLOEXEC);
+    int file = vw_file_open_unnamed(folder); // so that a kill leaves nothing
     int cause = file < 0 ? errno : 0;
-    if (name && file >= 0) unlink(name);
-    for (int i = 0; !cause && i < BLOCK_COUNT; i++) {
-        ssize_t written = write(file, block, sizeof block);
-        if (written < (ssize_t)sizeof block) cause = written < 0 ? errno : ENOSPC;
-    }
+    for (int i = 0; !cause && i < BLOCK_COUNT; i++) cause = vw_descriptor_write(file, block, sizeof block);
     if (!cause && fsync(file)) cause = errno;
     if (file >= 0) close(file);
-    free(name);
     return cause;
 }
 

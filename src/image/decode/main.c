@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/streams.h"
 #include "image/decode/oiio_shim.h"
 #include "image/decode/tasks.h"
 #include "image/decoder_protocol.h"
@@ -82,6 +83,7 @@ static void stop(void) {
 // Unblocks the signals that the library has blocked: the process acts on those of the terminal itself.
 int main(int argument_count, char **arguments) {
     sigset_t child;
+    if (!vw_streams_prepare()) return 1;
     sigemptyset(&child);
     sigaddset(&child, SIGCHLD);
     server.without_seccomp = argument_count > 1 && !strcmp(arguments[1], "--without-seccomp");
