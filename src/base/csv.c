@@ -10,10 +10,34 @@
 #include "base/memory.h"
 #include "base/text_stream.h"
 
-// Tells whether a spreadsheet would evaluate the text, with or without its leading apostrophes.
+// Tells whether a spreadsheet would evaluate the text, with or without its leading apostrophes and quotes. Those of
+// East Asia also take the signs in full width: U+FF1D, U+FF0B, U+FF0D, U+FF20.
 static bool looks_like_formula(const char *text) {
-    text += strspn(text, "'");
+    static const char *const wide[] = {"\xef\xbc\x9d", "\xef\xbc\x8b", "\xef\xbc\x8d", "\xef\xbc\xa0"};
+    text += strspn(text, "'\"");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(wide); i++)
+        if (!strncmp(text, wide[i], strlen(wide[i]))) return true;
     return *text && strchr("=+-@\t\r\n", *text);
+}
+
+// Returns the length of the part up to which a text is one cell everywhere: where a comma separates decimals, a
+// semicolon separates cells, whatever quotes say.
+static size_t cell_bytes(const char *text) {
+    size_t length = strcspn(text, ";");
+    return length + (text[length] == ';');
+}
+
+// Takes away the apostrophes that vw_csv_write_text() has put before cells.
+static void drop_guards(char *text) {
+    char *to = text;
+    while (*text) {
+        text += *text == '\'' && looks_like_formula(text);
+        size_t length = cell_bytes(text);
+        memmove(to, text, length);
+        to += length;
+        text += length;
+    }
+    *to = 0;
 }
 
 // ---- Reading ----
@@ -93,8 +117,7 @@ static enum vw_status take_field(struct vw_csv *csv, bool *more) {
     csv->next += *more ? 1 : end_bytes;
     csv->next_line += end_bytes > 0;
     *end = 0;
-    char **field = &csv->fields[csv->field_count - 1];
-    if (**field == '\'' && looks_like_formula(*field)) ++*field;
+    drop_guards(csv->fields[csv->field_count - 1]);
     return VW_OK;
 }
 
@@ -112,17 +135,16 @@ enum vw_status vw_csv_next(struct vw_csv *csv, bool *found) {
 
 void vw_csv_write_text(FILE *stream, const char *text) {
     if (!text) return;
-    const char *guard = looks_like_formula(text) ? "'" : "";
-    if (!strpbrk(text, ",\"\r\n")) {
-        fprintf(stream, "%s%s", guard, text);
-        return;
+    bool quoted = strpbrk(text, ",;\"\r\n");
+    if (quoted) fputc('"', stream);
+    while (*text) {
+        if (looks_like_formula(text)) fputc('\'', stream);
+        for (size_t left = cell_bytes(text); left; left--, text++) {
+            if (*text == '"') fputc('"', stream);
+            fputc(*text, stream);
+        }
     }
-    fprintf(stream, "\"%s", guard);
-    for (const char *next = text; *next; next++) {
-        if (*next == '"') fputc('"', stream);
-        fputc(*next, stream);
-    }
-    fputc('"', stream);
+    if (quoted) fputc('"', stream);
 }
 
 void vw_csv_write_real(FILE *stream, double value) {

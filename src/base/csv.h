@@ -38,9 +38,9 @@ enum vw_status vw_csv_take(const char *path, void *text, size_t size_bytes, stru
 enum vw_status vw_csv_next(struct vw_csv *csv, bool *found);
 void vw_csv_close(struct vw_csv *csv);
 
-// Writes a text field, quoted if necessary; nothing for NULL. If the text, without leading apostrophes, begins with = +
-// - @, a tab or a line end, an apostrophe is put before it. Otherwise a spreadsheet would evaluate it as a formula, and
-// names may come from untrusted scenes.
+// Writes a text field, quoted if necessary; nothing for NULL. If the text, or what follows a semicolon in it, begins
+// with = + - @ (also in full width), a tab or a line end, after any apostrophes and quotes, an apostrophe is put before
+// it. Otherwise a spreadsheet would evaluate it as a formula, and names may come from untrusted scenes.
 void vw_csv_write_text(FILE *stream, const char *text);
 // Writes the shortest decimal that reads back to the same double, and -0 as 0; an empty field for NaN.
 void vw_csv_write_real(FILE *stream, double value);

@@ -12,6 +12,7 @@
 #include "base/file.h"
 #include "base/inside.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "base/text_stream.h"
 #include "ledger/merge.h"
 #include "report/page.h"
@@ -26,6 +27,8 @@ enum { DEPTH_MAX = 4, RUNS_MAX = 1 << 16 }; // levels of folders below one; numb
 
 enum vw_status vw_merged_runs_add(struct vw_merged_runs *runs, const char *job, const char *folder) {
     if (runs->count == RUNS_MAX) return vw_fail(VW_ERROR_USAGE, "%s: more than %d runs; merge fewer", folder, RUNS_MAX);
+    if (!vw_text_is_clean(job))
+        return vw_fail(VW_ERROR_INPUT, "%s: its name is not UTF-8 or has control characters; rename it", folder);
     enum vw_status status = vw_grow((void **)&runs->runs, &runs->capacity, (size_t)runs->count + 1, sizeof *runs->runs);
     if (status) return status;
     struct vw_merged_run *run = &runs->runs[runs->count++];

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "cli/option_text.h"
 
 enum {
@@ -179,12 +180,23 @@ static enum vw_status check_needs(const struct vw_program *program, const struct
     return VW_OK;
 }
 
+// Refuses what could not be shown as it is: names are printed, and written to tables, JSON and pages.
+static enum vw_status check_texts(int argc, char **argv) {
+    for (int i = 1; i < argc; i++)
+        if (!vw_text_is_clean(argv[i]))
+            return vw_fail(VW_ERROR_USAGE, "argument %d (%s) is not UTF-8 or has control characters; rename the file",
+                           i, argv[i]);
+    return VW_OK;
+}
+
 enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
                                 char **argv, struct vw_options *options) {
     memcpy((void *)options, program->defaults, program->options_bytes);
     options->program = program;
     options->config = vw_config_default;
     struct option list[OPTIONS_MAX + 1];
+    enum vw_status status = check_texts(argc, argv);
+    if (status) return status;
     list_for_getopt(program, command, list);
     optind = 0; // getopt keeps its state between calls: reset it
     opterr = 0; // getopt prints nothing: messages come from refuse()
@@ -193,13 +205,13 @@ enum vw_status vw_options_parse(const struct vw_program *program, const struct v
         if (code == ':' || code == '?') return refuse(program, command, code == ':', argv[optind - 1]);
         uint32_t row = (uint32_t)(code - FIRST_CODE);
         const struct vw_option *option = vw_program_option(program, row);
-        enum vw_status status = refuse_beginning(command, argv, option->name);
+        status = refuse_beginning(command, argv, option->name);
         if (status) return status;
         options->given[row / 64] |= UINT64_C(1) << row % 64;
         status = store(option, optarg, options);
         if (status) return status;
     }
-    enum vw_status status = apply_preset(options);
+    status = apply_preset(options);
     if (status) return status;
     const struct vw_config of_field = vw_config_of_field(options->config.field);
     if (!vw_options_have(options, "width")) options->config.width = of_field.width;

@@ -7,7 +7,6 @@
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/memory.h"
-#include "base/text.h"
 #include "experiment/experiment.h"
 #include "experiment/retrain.h"
 #include "experiment/whole_views.h"
@@ -36,8 +35,6 @@ static enum vw_status check(const struct vw_comparison_params *params) {
         return vw_fail(VW_ERROR_USAGE, "--valuation-seeds: values the scene itself; leave out --scores");
     if (params->valuation_seeds) sets.scores = common->out; // valued there
     enum vw_status status = vw_photo_sets_check(&sets);
-    if (!status && !vw_text_is_clean(common->scene.path))
-        status = vw_fail(VW_ERROR_USAGE, "the scene's path is not UTF-8 or holds control characters; rename it");
     uint32_t valuations = params->valuation_seeds,
              seeds = valuations ? valuations * (common->seeds + 1) : common->seeds;
     return status ? status : vw_experiment_check(common, seeds, valuations > 0);

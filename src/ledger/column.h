@@ -7,9 +7,9 @@
 // The kind of a column, with the type of its member and the values that viewworth writes.
 enum vw_column_kind {
     VW_COLUMN_OWNER,         // no member: a text that all inserted rows share, such as the run_id
-    VW_COLUMN_TEXT,          // const char *
+    VW_COLUMN_TEXT,          // const char *: UTF-8 without control characters, as all texts of a ledger
     VW_COLUMN_TEXT_OR_NULL,  // const char *
-    VW_COLUMN_NAME,          // const char *: a short line without control characters, which pages and tables show
+    VW_COLUMN_NAME,          // const char *: a short one, which pages and tables show
     VW_COLUMN_FLAG,          // bool
     VW_COLUMN_COUNT,         // uint32_t
     VW_COLUMN_COUNT64,       // uint64_t below 2^63

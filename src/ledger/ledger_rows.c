@@ -34,7 +34,7 @@ static enum vw_status read_text(struct vw_ledger *ledger, sqlite3_stmt *statemen
     *text = NULL;
     if (type == SQLITE_NULL && column->kind == VW_COLUMN_TEXT_OR_NULL) return VW_OK;
     if (!found || strlen(found) != (size_t)sqlite3_column_bytes(statement, index) ||
-        (column->kind == VW_COLUMN_NAME && (strlen(found) > NAME_BYTES_MOST || !vw_text_is_clean(found))))
+        (column->kind == VW_COLUMN_NAME && strlen(found) > NAME_BYTES_MOST) || !vw_text_is_clean(found))
         return vw_ledger_fail_column(ledger, column->name);
     *text = vw_ledger_keep_text(ledger, found);
     return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "%s: out of memory", ledger->database.path);

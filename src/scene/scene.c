@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "image/decoder.h"
 #include "image/image.h"
 #include "scene/builder.h"
@@ -107,7 +108,10 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
     struct vw_scene_builder builder = {.params = params, .scene = vw_allocate(1, sizeof *builder.scene)};
     if (!builder.scene) return VW_ERROR_MEMORY;
     vw_decoder_hold(); // until the scene is closed
-    enum vw_status status = load(&builder);
+    enum vw_status status =
+        vw_text_is_clean(params->path)
+            ? load(&builder)
+            : vw_fail(VW_ERROR_USAGE, "%s: not UTF-8, or has control characters; rename it", params->path);
     if (!status) status = finish(&builder);
     close_builder(&builder);
     if (status) vw_scene_close(&builder.scene);

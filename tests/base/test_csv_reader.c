@@ -114,7 +114,7 @@ static void print_fields(FILE *stream, const void *context) {
 
 // Any text comes back, as one record of as many fields.
 FOLDER_TEST(what_is_written_reads_back) {
-    static const char letters[] = "a,\"\n\r x'=+-@\t";
+    static const char letters[] = "a,\"\n\r ;'=+-@\t";
     const uint64_t seed = 20261121;
     for (uint32_t round = 0; round < 50; round++) {
         struct fields fields = {.count = VW_ARRAY_COUNT(fields.texts)};
@@ -159,6 +159,17 @@ TEST(formulas_are_guarded) {
         {"'a", "'a"},
         {"a=1", "a=1"},
         {" =1", " =1"},
+        {"\xef\xbc\x9d"
+         "1",
+         "'\xef\xbc\x9d"
+         "1"}, // in full width
+        {"\xef\xbc\x8c"
+         "1",
+         "\xef\xbc\x8c"
+         "1"},                     // a comma in full width
+        {"a;=1;b", "\"a;'=1;b\""}, // a cell of its own where commas separate decimals
+        {"a;\"=1;", "\"a;'\"\"=1;\""},
+        {"\"=1", "\"'\"\"=1\""},
         {"1-2", "1-2"},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
