@@ -7,11 +7,14 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
 #include "batch/child.h"
 
 enum { ANSWER_BYTES = 65536 };
+#define JOB_LOG(number) "slurm-" number ".log"
+#define MERGE_LOG JOB_LOG("merge")
 
 // The absolute places that a job needs, wherever it begins; all owned.
 struct places {
@@ -63,7 +66,7 @@ static void write_command(FILE *stream, const struct vw_slurm_params *params, co
 }
 
 static void write_job(FILE *stream, const struct vw_slurm_params *params, const struct places *places) {
-    write_head(stream, "viewworth", "slurm-%a.log");
+    write_head(stream, "viewworth", JOB_LOG("%a"));
     fputs("#SBATCH --requeue\n#SBATCH --signal=B:USR1@90\n#SBATCH --array=", stream);
     write_array(stream, params->batch);
     fputc('\n', stream);
@@ -84,7 +87,7 @@ static void write_job(FILE *stream, const struct vw_slurm_params *params, const 
 }
 
 static void write_merge(FILE *stream, const struct vw_slurm_params *params, const struct places *places) {
-    write_head(stream, "viewworth-merge", "slurm-merge.log");
+    write_head(stream, "viewworth-merge", MERGE_LOG);
     write_command(stream, params, places);
     fputs(" --merge-only\n", stream);
 }
@@ -156,6 +159,17 @@ static enum vw_status submit_merge(const struct places *places, char *script, st
                            numbers->array);
 }
 
+// Refuses links in place of logs, which Slurm would follow.
+static enum vw_status check_logs(const struct vw_batch *batch, const char *out) {
+    enum vw_status status = vw_file_check_inside(out, MERGE_LOG);
+    for (uint32_t i = 0; !status && i < batch->jobs->count; i++) {
+        char name[32];
+        snprintf(name, sizeof name, JOB_LOG("%" PRIu32), i + 1);
+        status = vw_file_check_inside(out, name);
+    }
+    return status;
+}
+
 static enum vw_status submit_all(const struct vw_slurm_params *params, const struct places *places,
                                  struct vw_slurm_numbers *numbers) {
     char *job = NULL, *merge = NULL;
@@ -184,6 +198,7 @@ enum vw_status vw_slurm_submit(const struct vw_slurm_params *params, struct vw_s
     *numbers = (struct vw_slurm_numbers){0};
     enum vw_status status = vw_folder_create(params->out);
     if (!status) status = find_places(params, &places);
+    if (!status) status = check_logs(params->batch, places.out);
     if (!status) status = submit_all(params, &places, numbers);
     free(places.folder);
     free(places.jobs_path);

@@ -126,7 +126,7 @@ enum vw_status vw_database_check_free(const char *path) {
         char *beside = vw_format_text("%s%s", path, endings[i]);
         if (!beside) return VW_ERROR_MEMORY;
         if (lstat(beside, &info) == 0)
-            status = vw_fail(VW_ERROR_USAGE, "%s: belongs to a removed file; remove it too, or choose another --out",
+            status = vw_fail(VW_ERROR_INPUT, "%s: belongs to a removed file; remove it too, or choose another --out",
                              beside);
         free(beside);
     }

@@ -12,7 +12,7 @@ enum { VW_DATABASE_PAGE_BYTES = 4096 };
 // left when it was killed. VW_ERROR_INPUT names the file and the remedy.
 enum vw_status vw_database_check_place(const char *path, enum vw_database_access access);
 // Checks the path before a file is created. No file that SQLite would treat as part of the new one may exist next to
-// it, such as the journal of a file that was removed. VW_ERROR_USAGE names it.
+// it, such as the journal of a file that was removed. VW_ERROR_INPUT names it.
 enum vw_status vw_database_check_free(const char *path);
 // Reads bytes of an open file. Bytes beyond its end are 0.
 enum vw_status vw_database_read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset);

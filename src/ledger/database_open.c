@@ -118,9 +118,11 @@ enum vw_status vw_database_open(const char *path, const struct vw_database_forma
 
 enum vw_status vw_database_create_file(struct vw_database *database) {
     sqlite3_int64 size_bytes = 0;
+    enum vw_status status = vw_database_check_free(database->path);
+    if (status) return status;
     unsigned char *bytes = sqlite3_serialize(database->handle, "main", &size_bytes, 0);
     if (!bytes) return vw_fail(VW_ERROR_MEMORY, "%s: out of memory", database->path);
-    enum vw_status status = vw_file_create(database->path, bytes, (size_t)size_bytes);
+    status = vw_file_create(database->path, bytes, (size_t)size_bytes);
     sqlite3_free(bytes);
     return status;
 }
@@ -139,8 +141,7 @@ enum vw_status vw_database_open_or_create(const char *path, const struct vw_data
     struct stat info;
     *database = (struct vw_database){0};
     if (lstat(path, &info) && errno == ENOENT) {
-        enum vw_status status = vw_database_check_free(path);
-        if (!status) status = create_empty(path, format);
+        enum vw_status status = create_empty(path, format);
         if (status) return status;
     }
     return vw_database_open(path, format, VW_DATABASE_APPEND, database);

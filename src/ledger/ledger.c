@@ -45,8 +45,7 @@ static enum vw_status build_file(const char *path, const struct vw_ledger_run *r
 enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *run, const struct vw_ledger_image *images,
                                 uint32_t image_count, struct vw_ledger **ledger) {
     if (vw_file_exists(path)) return vw_fail(VW_ERROR_USAGE, "%s: already contains a run; name another folder", path);
-    enum vw_status status = vw_database_check_free(path);
-    if (!status) status = build_file(path, run, images, image_count);
+    enum vw_status status = build_file(path, run, images, image_count);
     return status ? status : vw_ledger_open_to_append(path, ledger);
 }
 

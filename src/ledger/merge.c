@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "ledger/database_file.h"
 #include "ledger/database_open.h"
 #include "ledger/ledger_private.h"
 #include "ledger/schema.h"
@@ -80,7 +81,7 @@ enum vw_status vw_merged_create(const char *path, struct vw_merged_ledger **merg
     if (!created) return VW_ERROR_MEMORY;
     created->path = vw_copy_text(path);
     created->part_path = vw_format_text("%s.part", path);
-    enum vw_status status = created->path && created->part_path ? VW_OK : VW_ERROR_MEMORY;
+    enum vw_status status = created->path && created->part_path ? vw_database_check_free(path) : VW_ERROR_MEMORY;
     if (!status) {
         remove_part(created); // left by a merge that was killed
         status = open_part(created);
@@ -94,6 +95,7 @@ enum vw_status vw_merged_finish(struct vw_merged_ledger *merged) {
     merged->written = false;
     enum vw_status status = vw_database_end(&merged->database, VW_OK);
     vw_database_close(&merged->database);
+    if (!status) status = vw_database_check_free(merged->path);
     if (!status && rename(merged->part_path, merged->path))
         status = vw_fail(VW_ERROR_IO, "%s: cannot write: %s; check the folder and its permissions", merged->path,
                          strerror(errno));

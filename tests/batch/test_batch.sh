@@ -199,11 +199,15 @@ check "into which nothing is written" test -z "$(ls "$folder/linked/elsewhere")"
 rm "$folder/linked/a" && mkdir "$folder/linked/a" && ln -s ../elsewhere "$folder/linked/a/seed-0"
 check "a job's own folder that is a link" ends_with 2 'linked.*a/seed-0' batch short.json linked
 check "into which nothing is written either" test -z "$(ls "$folder/linked/elsewhere")"
+mkdir -p "$folder/slurm" && ln -s ../elsewhere.log "$folder/slurm/slurm-2.log"
+check "a log of Slurm that is a link" fails 2 'slurm-2.log: is reached through a link' \
+    "$program" batch "$folder/short.json" --out "$folder/slurm" --devices llvmpipe --slurm
+check "before anything is submitted" test ! -e "$folder/elsewhere.log" -a ! -e "$folder/slurm/slurm_job.sh"
 check "two runs of one job" fails 2 'both are the job a/seed-0' "$program" merge "$folder/single" "$folder/array" --out "$folder/none"
 check "a merge into the folder of a run" fails 2 'already contains a run' "$program" merge "$folder/single" --out "$folder/single/a/seed-0"
 latin=$folder/$'caf\xe9'
 cp -r "$folder/single" "$latin"
-check "a folder whose name is not UTF-8, as JSON" prints '"job"' "$program" merge "$latin" --out "$latin/all" --json
+check "a folder whose name is not UTF-8" fails 2 'is not UTF-8' "$program" merge "$latin" --out "$folder/none"
 check "a folder without runs" fails 2 'locked: no run lies in it' "$program" merge "$folder/locked" --out "$folder/none"
 check "a file in place of a folder" fails 2 'cannot be read: Not a directory' "$program" merge "$folder/short.json" --out "$folder/none"
 sqlite3 "$folder/array/b/seed-1/ledger.db" 'UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 3'

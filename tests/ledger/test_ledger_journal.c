@@ -177,7 +177,8 @@ FOLDER_TEST(a_new_ledger_follows_no_link) {
         AUTO_FREE char *link_path = vw_format_text("%s/ledger.db%s", folder, endings[i]);
         AUTO_FREE char *path = vw_path_join(folder, "ledger.db");
         assert_int_equal(symlink(victim, link_path), 0);
-        ASSERT_FAILS(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger), VW_ERROR_USAGE, link_path);
+        ASSERT_FAILS(vw_ledger_create(path, &run, test_images, TEST_IMAGE_COUNT, &ledger),
+                     i ? VW_ERROR_INPUT : VW_ERROR_USAGE, link_path);
         assert_null(ledger);
         assert_false(vw_file_exists(victim));
         unlink(link_path);
@@ -205,7 +206,7 @@ FOLDER_TEST(journals_beside_stores_delete_nothing) {
         assert_same_file(victim, "my thesis", 9);
         unlink(paths[i]); // now the journal is that of a removed store
         assert_int_equal(i ? vw_sweeps_open(paths[1], &sweeps) : vw_retraining_store_open(paths[0], &retrainings),
-                         VW_ERROR_USAGE);
+                         VW_ERROR_INPUT);
         assert_same_file(victim, "my thesis", 9);
         free(paths[i]);
     }
