@@ -34,6 +34,7 @@ struct axes {
     double centroid_world[3];
     double mean_look[3]; // mean of the unit directions: length 1 if all are parallel, near 0 if they cancel
     double spread_world; // root mean square distance from the centroid
+    double reach_world;  // largest difference of a coordinate from the centroid's
     double focus[3];     // the point closest to all axes, relative to the centroid
     bool common_point;   // the axes have one, and it is in front of most cameras
 };
@@ -93,6 +94,7 @@ static struct axes measure_axes(const struct vw_scene *scene) {
         for (int i = 0; i < 3; i++) {
             axes.mean_look[i] += look[i] / scene->view_count;
             square += position[i] * position[i] / scene->view_count;
+            axes.reach_world = fmax(axes.reach_world, fabs(position[i]));
             for (int j = 0; j < 3; j++) {
                 double across = ((i == j) - look[i] * look[j]) / scene->view_count;
                 matrix[i][j] += across;
@@ -199,10 +201,16 @@ static bool is_plausible(const struct vw_box *declared, const struct vw_box *see
     return ratio >= 0.25 && ratio <= 128;
 }
 
-// Sums and products of finite numbers can overflow.
-static enum vw_status check_box(const struct vw_scene *scene, const struct vw_box *box) {
-    const double *centre = box->centre_world;
-    if (isnormal(box->half_extent_world) && isfinite(centre[0]) && isfinite(centre[1]) && isfinite(centre[2]))
+// Sums and products of finite numbers can overflow, and squares of small ones vanish.
+static enum vw_status check_box(const struct vw_scene *scene, const struct axes *axes, const struct vw_box *box) {
+    const double *centre = box->centre_world, reach_world = axes->reach_world;
+    if (reach_world > 0 && reach_world < VW_DISTANCE_LEAST_WORLD)
+        return vw_fail(VW_ERROR_INPUT,
+                       "%s: positions (field transform_matrix, or translation) differ by %g at most, less than %g; "
+                       "scale the scene",
+                       scene->path, reach_world, VW_DISTANCE_LEAST_WORLD);
+    if (box->half_extent_world >= VW_DISTANCE_LEAST_WORLD && isfinite(box->half_extent_world) && isfinite(centre[0]) &&
+        isfinite(centre[1]) && isfinite(centre[2]))
         return VW_OK;
     return vw_fail(
         VW_ERROR_INPUT,
@@ -230,7 +238,7 @@ enum vw_status vw_bounds_choose(const struct vw_ngp_box *declared, struct vw_sce
             if (status) return status;
         }
     }
-    status = check_box(scene, &box);
+    status = check_box(scene, &axes, &box);
     if (status) {
         free(text);
         return status;

@@ -102,6 +102,15 @@ enum vw_status vw_scene_photo_probe(const struct vw_scene_builder *builder, cons
 
 // ---- Cameras, depths and the box ----
 
+// Bounds of numbers in scene files. Within them, quotients and squares of what they describe are floats.
+#define VW_FOCAL_LEAST_PX 1e-3
+#define VW_FOCAL_MOST_PX 1e9
+#define VW_DISTANCE_LEAST_WORLD 1e-18 // between cameras that are not all in one place
+#define VW_POSITION_MOST_WORLD 1e12
+// Checks the focal lengths of a camera that is fitted to its photo. VW_ERROR_INPUT says `where`, and which `fields`
+// gave them.
+enum vw_status vw_camera_check(const char *where, const char *fields, const struct vw_camera *camera);
+
 // Scales the camera to photos of this size: each axis by its ratio of pixel counts, so that the photo's edges stay in
 // place.
 void vw_camera_resize(uint32_t width_px, uint32_t height_px, struct vw_camera *camera);

@@ -239,6 +239,16 @@ void vw_camera_resize(uint32_t width_px, uint32_t height_px, struct vw_camera *c
     camera->height_px = height_px;
 }
 
+enum vw_status vw_camera_check(const char *where, const char *fields, const struct vw_camera *camera) {
+    if (fmin(camera->focal_x_px, camera->focal_y_px) >= VW_FOCAL_LEAST_PX &&
+        fmax(camera->focal_x_px, camera->focal_y_px) <= VW_FOCAL_MOST_PX)
+        return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: %s make focal lengths of %g and %g pixels in the photo; they must be from %g to %g; correct "
+                   "them",
+                   where, fields, camera->focal_x_px, camera->focal_y_px, VW_FOCAL_LEAST_PX, VW_FOCAL_MOST_PX);
+}
+
 enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t height_px, struct vw_camera *camera,
                              bool *rescaled) {
     if ((uint64_t)camera->width_px * height_px != (uint64_t)camera->height_px * width_px)
@@ -249,5 +259,5 @@ enum vw_status vw_camera_fit(const char *where, uint32_t width_px, uint32_t heig
     if (camera->width_px == width_px) return VW_OK;
     vw_camera_resize(width_px, height_px, camera);
     *rescaled = true;
-    return VW_OK;
+    return vw_camera_check(where, "the fields of its camera", camera);
 }

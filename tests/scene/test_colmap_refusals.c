@@ -142,6 +142,7 @@ FOLDER_TEST(bad_numbers_are_refused) {
 FOLDER_TEST(inconsistent_models_are_refused) {
     const struct colmap_test_model good = colmap_test_scene(*state);
     REFUSED("cameras", "camera 7: field focal_y_px is 0", model.cameras[0].params[1] = 0);
+    REFUSED("cameras", "camera 7: field focal_y_px is 1e-300", model.cameras[0].params[1] = 1e-300);
     REFUSED("cameras", "camera 3: field focal_x_px is -20", model.cameras[1].params[0] = -20);
     REFUSED("cameras", "camera 3: fields width and height", model.cameras[1].width_px = 0);
     REFUSED("cameras", "camera 3: fields width and height", model.cameras[1].height_px = (uint64_t)1 << 33);

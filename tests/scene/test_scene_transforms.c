@@ -143,6 +143,11 @@ FOLDER_TEST(bad_keys_are_refused) {
     static const char *const cases[][2] = {
         {"", "focal length"},
         {"\"fl_x\": 0,", "fl_x"},
+        {"\"fl_x\": 1e-300,", "fl_x"},
+        {"\"fl_x\": 7, \"fl_y\": 0.0009,", "fl_y"},
+        {"\"camera_angle_x\": 1e-300,", "angles"},
+        {"\"x_fov\": 179.9999999999999,", "angles"},
+        {"\"fl_x\": 7, \"w\": 8e-9,", "w, h"},
         {"\"fl_x\": -3,", "fl_x"},
         {"\"fl_x\": \"7\",", "fl_x"},
         {"\"camera_angle_x\": 3.2,", "camera_angle_x"},
@@ -170,6 +175,16 @@ FOLDER_TEST(bad_keys_are_refused) {
     }
     tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .frame_keys = "\"k5\": 1,"});
     tiny_folder_refused(*state, "frame 0 (images/00.png)", "k5");
+}
+
+// Smaller ones would vanish in squares.
+FOLDER_TEST(the_scale_has_a_bound) {
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .scale_world = 1e-18});
+    assert_non_null(tiny_scene_open(SCENE_PARAMS(.path = *state, .headers_only = true)));
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .scale_world = 1e-19});
+    tiny_folder_refused(*state, "field transform_matrix", "scale the scene");
+    tiny_scene_write(*state, &(struct tiny_scene){.count = 3, .scale_world = 1e-200});
+    tiny_folder_refused(*state, "field transform_matrix", "scale the scene");
 }
 
 FOLDER_TEST(unreadable_files_are_refused) {

@@ -3,10 +3,11 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "scene/formats/colmap_builder.h"
 
 enum { SIDE_PX_MAX = 1 << 30 };
-static const double NUMBER_LIMIT = 1e9; // for every param, as in transforms.json
+static const double NUMBER_LIMIT = VW_FOCAL_MOST_PX; // for every param, as in transforms.json
 
 #define FIELD(name)                                                                                                    \
     { #name, offsetof(struct vw_camera, name) }
@@ -74,9 +75,9 @@ enum vw_status colmap_camera_make(uint32_t camera, const struct colmap_camera_mo
     struct vw_camera result = {.width_px = (uint32_t)width_px, .height_px = (uint32_t)height_px, .lens = model->lens};
     for (uint32_t i = 0; i < model->param_count; i++) {
         bool focal = !strncmp(model->params[i].name, "focal", 5);
-        if (!(fabs(params[i]) <= NUMBER_LIMIT) || (focal && params[i] <= 0))
+        if (!(fabs(params[i]) <= NUMBER_LIMIT) || (focal && params[i] < VW_FOCAL_LEAST_PX))
             return vw_fail(VW_ERROR_INPUT, "camera %u: field %s is %g; it must be a finite number %s and at most %g",
-                           camera, model->params[i].name, params[i], focal ? "above 0" : "in size", NUMBER_LIMIT);
+                           camera, model->params[i].name, params[i], focal ? "from 0.001" : "in size", NUMBER_LIMIT);
         memcpy((char *)&result + model->params[i].offset, &params[i], sizeof params[i]);
     }
     if (result.focal_y_px == 0) result.focal_y_px = result.focal_x_px;

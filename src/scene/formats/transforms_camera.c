@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "scene/builder.h"
 #include "scene/formats/transforms.h"
 
 // The keys of intrinsics: k1 to k6, then p1 and p2, follow K1.
@@ -29,8 +30,7 @@ static const struct vw_model {
 };
 enum { MODEL_OPENCV, MODEL_OPENCV_FISHEYE };
 
-static const double NUMBER_LIMIT =
-    1e9; // largest value of a field: with larger ones, products lose precision in 32-bit floats
+static const double NUMBER_LIMIT = VW_FOCAL_MOST_PX; // for every field, so that products are precise in 32-bit floats
 
 static bool is_set(const json_t *value) {
     if (json_is_number(value)) return json_number_value(value) != 0;
@@ -173,6 +173,8 @@ enum vw_status vw_transforms_camera(const char *where, const json_t *file, const
     if (isnan(combined.focal_x_px))
         return vw_fail(VW_ERROR_INPUT, "%s: no focal length; give one of the fields fl_x, camera_angle_x, x_fov",
                        where);
+    status = vw_camera_check(where, "fields fl_x, fl_y, w, h and angles", &combined);
+    if (status) return status;
     combined.lens = model->lens;
     *camera = combined;
     *rescaled = scale != 1;

@@ -1,12 +1,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "scene/builder.h"
 #include "scene/determinant.h"
 #include "scene/formats/transforms.h"
 
 static const double TOLERANCE = 1e-3; // poses are often written with few digits
 enum { POLAR_STEPS = 3 };             // errors from 1e-3: 1e-6, 1e-12, exact
-static const double POSITION_LIMIT_WORLD = 1e12;
+static const double POSITION_LIMIT_WORLD = VW_POSITION_MOST_WORLD;
 
 static enum vw_status read_matrix(const char *where, const json_t *value, double matrix[4][4]) {
     size_t rows = json_array_size(value); // 0 for anything but an array
