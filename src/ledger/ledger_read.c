@@ -79,7 +79,7 @@ static enum vw_status check_step(struct vw_ledger *ledger, uint64_t index, void 
     struct vw_step_record *record = row;
     record->validated = !isnan(record->val_psnr);
     if (record->step != index) return vw_ledger_fail_column(ledger, "step");
-    return record->epoch <= index ? VW_OK : vw_ledger_fail_column(ledger, "epoch");
+    return vw_step_has_epoch(record) ? VW_OK : vw_ledger_fail_column(ledger, "epoch");
 }
 
 enum vw_status vw_ledger_get_steps(struct vw_ledger *ledger, struct vw_step_record **records, uint64_t *count) {

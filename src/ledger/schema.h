@@ -44,4 +44,8 @@ extern const struct vw_table vw_lasting_step_table;  // struct vw_lasting_step
 extern const struct vw_table vw_lasting_check_table; // struct vw_gate_check
 extern const struct vw_table vw_lasting_view_table;  // struct vw_lasting_view_row
 
+// Returns whether a step can be in its epoch, which every earlier epoch precedes with a step. What is imported, and
+// what is read, has no other bound.
+static inline bool vw_step_has_epoch(const struct vw_step_record *record) { return record->epoch <= record->step; }
+
 #endif

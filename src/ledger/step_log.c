@@ -11,10 +11,10 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "ledger/schema.h"
 
-static const double VALUE_MOST = 1e4;           // limit of PSNR and error, so that their squares and sums stay finite
-static const uint64_t TABLE_MOST = 1u << 26;    // photos times epochs: scoring stores a number for each
-static const uint32_t EPOCHS_MOST = 1000000000; // as for --epochs
+static const double VALUE_MOST = 1e4;        // limit of PSNR and error, so that their squares and sums stay finite
+static const uint64_t TABLE_MOST = 1u << 26; // photos times epochs: scoring stores a number for each
 static const size_t FILE_LIMIT_BYTES = (size_t)1 << 27; // a row has at least 10 bytes: their number fits 32 bits
 
 enum column { STEP, EPOCH, PHOTO, PSNR, L1, COLUMN_COUNT };
@@ -150,7 +150,8 @@ static enum vw_status read_row(struct reading *reading, bool first) {
     if (epoch + 1 < (uint64_t)reading->first_epoch + reading->log->epochs)
         return refuse_field(reading, EPOCH, "smaller than in the row before; epochs must not fall");
     record.epoch = (uint32_t)epoch - reading->first_epoch;
-    if (record.epoch >= EPOCHS_MOST) return refuse_field(reading, EPOCH, "more than 10^9 epochs after the first");
+    if (!vw_step_has_epoch(&record))
+        return refuse_field(reading, EPOCH, "an epoch too late: by step N at most N epochs after the first have begun");
     if (record.epoch >= reading->log->epochs) reading->epoch_count++;
     reading->log->epochs = record.epoch + 1;
     return append_record(reading, &record, photo);

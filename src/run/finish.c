@@ -61,11 +61,19 @@ static enum vw_status save_field(struct vw_run *run) {
     return vw_ledger_set_field(run->ledger, hex);
 }
 
+// Refuses to end a run that has come to nothing, which may be too short to be given up on its way.
+static enum vw_status check_finite(const struct vw_run *run) {
+    if (!vw_step_statistics_are_void(&run->results.statistics)) return VW_OK;
+    return vw_fail(VW_ERROR_DEVICE, "no step was finite, so that there is no result; %s keeps them; try a lower --lr",
+                   run->results.ledger_path);
+}
+
 // Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
     if (run->complete || run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->results.scoring;
-    enum vw_status status = vw_run_remove_outdated(run->out);
+    enum vw_status status = check_finite(run);
+    if (!status) status = vw_run_remove_outdated(run->out);
     if (!status) status = save_field(run);
     if (!status && run->validate)
         status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,

@@ -13,9 +13,14 @@ void vw_step_statistics_add(struct vw_step_statistics *statistics, const struct 
     if (record->step == 0) statistics->first_val_psnr_db = record->val_psnr;
     statistics->steps = record->step;
     statistics->nonfinite += record->nonfinite;
+    statistics->finite += record->step > 0 && !record->nonfinite;
     statistics->floored += record->floored_views > 0;
     statistics->clamped += record->clamped_count;
     if (isfinite(record->val_psnr)) statistics->last_val_psnr_db = record->val_psnr;
+}
+
+bool vw_step_statistics_are_void(const struct vw_step_statistics *statistics) {
+    return statistics->steps > 0 && !statistics->finite;
 }
 
 bool vw_step_statistics_should_abort(const struct vw_step_statistics *statistics) {

@@ -9,6 +9,7 @@
 
 struct vw_step_statistics {
     uint64_t steps;                       // number of the last one
+    uint64_t finite;                      // steps from the first one on
     uint64_t nonfinite, floored, clamped; // steps, steps, gradient contributions
     double first_val_psnr_db,
         last_val_psnr_db; // values of the untrained field and of the newest step that has one; NaN without validation
@@ -21,5 +22,7 @@ void vw_step_statistics_add(struct vw_step_statistics *statistics, const struct 
 // so that a run aborts at the same step however it is submitted or resumed.
 extern const double vw_step_statistics_nonfinite_max;
 bool vw_step_statistics_should_abort(const struct vw_step_statistics *statistics);
+// Returns whether there are steps, and none is finite: then there is no result, however short the run is.
+bool vw_step_statistics_are_void(const struct vw_step_statistics *statistics);
 
 #endif

@@ -33,6 +33,21 @@ TEST(a_run_is_given_up_past_a_tenth) {
     assert_int_equal(give_up_step(the_first_twenty, 5000), 0);
 }
 
+static bool is_void(uint64_t steps, bool (*flagged)(uint64_t step)) {
+    struct vw_step_statistics statistics = vw_step_statistics_begin();
+    for (uint64_t step = 0; step <= steps; step++)
+        vw_step_statistics_add(&statistics, &(struct vw_step_record){.step = step, .nonfinite = flagged(step)});
+    return vw_step_statistics_are_void(&statistics);
+}
+static bool first_and_second(uint64_t step) { return step < 2; }
+
+TEST(a_run_without_a_finite_step_is_void) {
+    for (uint64_t steps = 1; steps < 40; steps++) assert_true(is_void(steps, always));
+    assert_false(is_void(0, first_and_second)); // no step was taken
+    assert_true(is_void(1, first_and_second));
+    assert_false(is_void(2, first_and_second));
+}
+
 TEST(statistics_count_the_steps_of_a_run) {
     struct vw_step_statistics statistics = vw_step_statistics_begin();
     assert_true(isnan(statistics.first_val_psnr_db) && isnan(statistics.last_val_psnr_db));

@@ -58,14 +58,13 @@ static void warn(const struct import *import) {
                        import->log.epochs, import->config.burn_in_epochs);
 }
 
-// Checks all input before anything but the lock is written.
+// Checks all input before OUT is made.
 static enum vw_status open_import(struct import *import) {
     const char *out = import->params->out;
     import->ledger_path = vw_path_join(out, "ledger.db");
     import->scores_path = vw_path_join(out, "scores.csv");
     if (!import->ledger_path || !import->scores_path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(out);
-    if (!status) status = vw_out_lock_take(out, &import->lock);
     if (!status && vw_file_exists(import->ledger_path))
         status = vw_fail(VW_ERROR_USAGE, "--out %s: already contains a run; name another folder", out);
     if (!status) status = vw_step_log_read(import->params->log, &import->log);
@@ -73,7 +72,10 @@ static enum vw_status open_import(struct import *import) {
     import->config = *import->params->config;
     import->config.epochs = import->log.epochs;
     count_steps(import);
+    if (vw_step_statistics_are_void(&import->statistics))
+        return vw_fail(VW_ERROR_INPUT, "%s: no step has finite values; import another log", import->params->log);
     status = vw_config_check(&import->config);
+    if (!status) status = vw_out_lock_take(out, &import->lock);
     if (status) return status;
     vw_hash_to_hex(import->log.sha256, import->log_sha256);
     import->config_json = vw_imported_config_to_json(&import->config);
