@@ -1,9 +1,12 @@
 // Reads and writes image files through the decoder.
+#include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/mman.h>
+#include <sys/sendfile.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -17,52 +20,71 @@
 #include "image/pixel.h"
 
 static const uint64_t PIXEL_LIMIT = UINT64_C(1) << 28, FILE_LIMIT_BYTES = UINT64_C(1) << 32;
-static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30;     // in all channels: four of the largest image
-static const uint32_t CHANNEL_LIMIT = 64;                  // renderers write depth, normals and more to EXR files
+static const uint64_t VALUE_LIMIT = UINT64_C(1) << 30; // in all channels: four of the largest image
+static const uint32_t CHANNEL_LIMIT = 64;              // renderers write depth, normals and more to EXR files
+enum { COPY_BYTES = 1 << 24 };
 static const uint64_t DECODER_BYTES = UINT64_C(256) << 20; // for decoders, whatever the size of the image
 
 // ---- Opening --------------------------------------------------------------------------------------------------------
 
-// An open file, as it was then.
+// An open file.
 struct photo_file {
     const char *path; // borrowed
     int descriptor;
-    struct stat info;
+    uint64_t size_bytes;
     uint32_t format;
 };
+
+// Replaces an open file by a copy in memory that nobody can change: what is hashed is then what is decoded, whatever
+// happens to the file, and however short the ticks of its clock are. Returns the cause of a failure, or 0.
+static int take_copy(struct photo_file *file) {
+    int copy = memfd_create("photo", MFD_CLOEXEC | MFD_ALLOW_SEALING), cause = copy < 0 ? errno : 0;
+    off_t end = 0;
+    for (ssize_t got = 1; !cause && got && (uint64_t)end <= FILE_LIMIT_BYTES;) {
+        got = sendfile(copy, file->descriptor, &end, COPY_BYTES);
+        if (got < 0 && errno != EINTR) cause = errno;
+    }
+    if (!cause && fcntl(copy, F_ADD_SEALS, F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE)) cause = errno;
+    if (cause) {
+        if (copy >= 0) close(copy);
+        return cause;
+    }
+    close(file->descriptor);
+    file->descriptor = copy;
+    file->size_bytes = (uint64_t)end;
+    return 0;
+}
 
 static enum vw_status check_file(struct photo_file *file) {
     char bytes[VW_PHOTO_SIGNATURE_BYTES];
     ssize_t count = pread(file->descriptor, bytes, sizeof bytes, 0);
-    if (count < 0 || fstat(file->descriptor, &file->info))
-        return vw_fail(VW_ERROR_IO, "%s: cannot read the image; check the disk", file->path);
-    if (!vw_photo_format_of_bytes(bytes, (size_t)count, &file->format))
-        return vw_fail(VW_ERROR_INPUT,
-                       "%s: cannot open the image: its first bytes are of no format that is read, which are " //
-                       VW_PHOTO_FORMAT_NAMES "; convert or remove it",
-                       file->path);
-    if ((uint64_t)file->info.st_size > FILE_LIMIT_BYTES)
+    if (count < 0) return vw_fail(VW_ERROR_IO, "%s: cannot read the image; check the disk", file->path);
+    if (file->size_bytes > FILE_LIMIT_BYTES)
         return vw_fail(VW_ERROR_INPUT, "%s: larger than the limit of %" PRIu64 " bytes; make the image smaller",
                        file->path, FILE_LIMIT_BYTES);
-    return VW_OK;
+    if (vw_photo_format_of_bytes(bytes, (size_t)count, &file->format)) return VW_OK;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s: cannot open the image: its first bytes are of no format that is read, which are " //
+                   VW_PHOTO_FORMAT_NAMES "; convert or remove it",
+                   file->path);
 }
 
-static enum vw_status open_file(const char *path, int descriptor, struct photo_file *file) {
+// Opens a file, unless it is open, and checks it; `copied`: its pixels are to be read.
+static enum vw_status open_file(const char *path, int descriptor, bool copied, struct photo_file *file) {
+    struct stat info = {0};
     if (descriptor < 0 && !vw_file_exists(path))
         return vw_fail(VW_ERROR_INPUT, "%s: no such image file; check the path", path);
     *file = (struct photo_file){.path = path, .descriptor = descriptor};
     enum vw_status status = descriptor < 0 ? vw_file_open(path, &file->descriptor) : VW_OK;
-    if (!status) status = check_file(file);
-    if (status && file->descriptor >= 0) close(file->descriptor);
+    if (status) return status;
+    int cause = fstat(file->descriptor, &info) ? errno : 0;
+    file->size_bytes = (uint64_t)info.st_size;
+    if (!cause && copied && file->size_bytes <= FILE_LIMIT_BYTES) cause = take_copy(file);
+    status = cause ? vw_fail(VW_ERROR_IO, "%s: cannot read the image: %s; check the disk and the memory", path,
+                             strerror(cause))
+                   : check_file(file);
+    if (status) close(file->descriptor);
     return status;
-}
-
-static bool is_unchanged(const struct photo_file *file) {
-    struct stat now;
-    const struct stat *then = &file->info;
-    return !fstat(file->descriptor, &now) && now.st_size == then->st_size &&
-           !memcmp(&now.st_mtim, &then->st_mtim, sizeof now.st_mtim) &&
-           !memcmp(&now.st_ctim, &then->st_ctim, sizeof now.st_ctim);
 }
 
 // ---- Headers --------------------------------------------------------------------------------------------------------
@@ -105,7 +127,7 @@ static enum vw_status read_header(const struct photo_file *file, struct vw_image
 enum vw_status vw_image_probe(const char *path, int descriptor, struct vw_image_header *header) {
     struct photo_file file;
     struct vw_image_header found;
-    enum vw_status status = open_file(path, descriptor, &file);
+    enum vw_status status = open_file(path, descriptor, false, &file);
     if (status) return status;
     status = read_header(&file, &found);
     if (!status) *header = found;
@@ -144,14 +166,14 @@ static enum vw_status begin_load(const struct vw_image_header *header, uint32_t 
         .task = VW_DECODER_READ_PHOTO, .photo_format = load->file.format, .downscale = downscale, .header = *header};
     load->header = vw_image_loaded_header(header, downscale);
     enum vw_status status = vw_decoder_begin(&request, load->file.descriptor, NULL, 0,
-                                             needed_bytes(header) + (uint64_t)load->file.info.st_size, &load->job);
+                                             needed_bytes(header) + load->file.size_bytes, &load->job);
     return status ? vw_fail_context(status, "%s", load->file.path) : VW_OK;
 }
 
 enum vw_status vw_image_load_begin(const char *path, int descriptor, const struct vw_image_header *header,
                                    uint32_t downscale, struct vw_image_load **load) {
     struct photo_file file;
-    enum vw_status status = open_file(path, descriptor, &file);
+    enum vw_status status = open_file(path, descriptor, true, &file);
     if (status) return status;
     struct vw_image_load *begun = vw_allocate(1, sizeof *begun);
     if (!begun) {
@@ -215,8 +237,6 @@ static enum vw_status finish_load(const struct vw_image_load *load, void *pixels
     status = vw_decoder_finish(load->job, &answer);
     bool refused = status == VW_ERROR_INPUT;
     if (!status) status = receive_pixels(load, &answer, pixels, image);
-    if (!status && !is_unchanged(&load->file))
-        return vw_fail(VW_ERROR_IO, "%s: the image changed while it was read; run the command again", path);
     if (!status) return VW_OK;
     struct vw_saved_error why = vw_error_save();
     return refused ? vw_fail(status, "%s: %s", path, why.message)
