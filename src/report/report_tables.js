@@ -54,7 +54,8 @@ function fillProviders() {
   const paid = payouts ? recordsOf(payouts) : [], decimals = decimalsFor(rows.map(row => row.value)), scale = intervalScale(rows);
   const shown = 'Sums of their photos’ scores by ' + chosen.method + '; bars are the sum ± 1.96 standard errors.';
   byId('providers-note').textContent = (rows.length ? shown : chosen.method + ' does not add up over photos: choose another method.') +
-    (paid.length ? ' Each photo is paid by its ' + paid[0].method + ' where that is positive, a provider the sum over its photos.' : '') +
+    (paid.length ? ' Each photo is paid by its ' + paid[0].method + ' where that is positive, a provider the sum over its photos' +
+      ' [90 % interval]. Overlaps: from so many providers it is not told apart.' : '') +
     (joint.length && chosen.method === 'worth_psnr' ? ' Joint worth: what all photos of a provider are worth together.' : '');
   const sum = row => signed(row.value, decimals), payout = row => paid.find(one => one.provider === row.provider);
   const columns = [
@@ -71,11 +72,10 @@ function fillProviders() {
       cell: row => together(row) ? signed(number(together(row).value), decimals) + ' ± ' +
         fixed(number(together(row).stderr), decimals) : '–'});
   if (paid.length)
-    columns.push({title: 'Payout', number: true, cell: row => payout(row) ? payout(row).amount : '–'},
-      {title: '90 % interval', number: true,
-        cell: row => payout(row) && payout(row).ci_low ? payout(row).ci_low + ' to ' + payout(row).ci_high : '–'},
-      {title: 'Not told apart from', number: true, cell: row => payout(row) ? payout(row).overlaps : '–'},
-      {title: 'Share', number: true, cell: row => payout(row) ? (100 * number(payout(row).share)).toFixed(1) + ' %' : '–'});
+    columns.push({title: 'Payout', number: true, class: 'long',
+      cell: row => payout(row) ? payout(row).amount +
+        (payout(row).ci_low ? ' [' + payout(row).ci_low + ', ' + payout(row).ci_high + ']' : '') : '–'},
+    {title: 'Overlaps', number: true, cell: row => payout(row) ? payout(row).overlaps : '–'});
   if (providersTable) printable.splice(printable.indexOf(providersTable), 1);
   providersTable = new SortedTable(byId('providers-table'), columns, {sort: null});
   providersTable.setRows(rows);

@@ -248,7 +248,7 @@ static const struct {
     const char *name, *const *columns;
 } known[] = {
     {"providers.csv", COLUMNS("provider", "method", "photos", "value", "stderr")},
-    {"payout.csv", COLUMNS("provider", "method", "share", "amount", "ci_low", "ci_high", "overlaps")},
+    {"payout.csv", COLUMNS("provider", "method", "amount", "ci_low", "ci_high", "overlaps")},
     {"duplicates.csv", COLUMNS("group", "name", "provider", "split", "similarity", "value", "group_value")},
     {"tradeoff.csv",
      COLUMNS("configuration", "parameter", "value", "base", "train_ms", "value_ms", "scoring_ratio", "run_seconds",
