@@ -22,7 +22,7 @@ static const char *const hostile_names[] = {
     "<img src=x onerror=\"window.broken = 2\">.png",
     "<!-- <script>.png",
     "\" onmouseover=\"window.broken = 3\" '.png",
-    "line\xe2\x80\xa8separator & ampersand.png",
+    "\xe4\xba\xac & ampersand.png", // beyond ASCII
     "=HYPERLINK(\"javascript:window.broken=4\").png",
     "{{data}} ${window.broken = 5} `.png",
     "__proto__",
