@@ -38,7 +38,7 @@ check "value --resume" refuses value "$scene" --out "$folder/long" --resume "${t
 check "train" refuses train "$scene" --out "$folder/long" "${tiny[@]}"
 check "report" refuses report "$folder/long" --no-thumbnails
 check "render" refuses render "$folder/long" --quiet --device llvmpipe
-check "import-steps" refuses import-steps "$folder/none.csv" --out "$folder/long"
+check "import-steps" fails 2 'already contains a run' "$program" import-steps "$folder/none.csv" --out "$folder/long"
 for command in compare tradeoff; do
     more=()
     [[ $command != compare ]] || more=(--list "$folder/some" --list random)
@@ -69,7 +69,7 @@ before=$(steps) # rolls back what was not committed
 start_brief --resume
 check "and can be resumed at once" grows $! "$before"
 check "a killed run leaves its lock file" test -e "$folder/long/.viewworth.lock"
-check "which means nothing" fails 2 'already contains a run' "$program" import-steps "$folder/none.csv" --out "$folder/long"
+check "which means nothing" fails 2 'already contains a run' "$program" value "$scene" --out "$folder/long" "${tiny[@]}"
 check "and goes with the next holder" test ! -e "$folder/long/.viewworth.lock"
 
 # ---- What is refused leaves nothing ---------------------------------------------------------------------------------------
