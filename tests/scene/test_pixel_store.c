@@ -75,9 +75,8 @@ TEST_WITHIN(the_file_has_the_pixels_that_memory_has, make_folder, remove_folder)
 }
 
 TEST_WITHIN(injected_corruption_replaces_pixels_of_the_file, make_folder, remove_folder) {
-    struct vw_scene *plain = open_in(*state, 1), *corrupted = NULL;
-    const struct vw_scene_params params = {.path = *state, .corrupt = 1}; // by noise
-    ASSERT_OK(vw_scene_open(&params, &corrupted));
+    struct vw_scene *plain = open_in(*state, 1),
+                    *corrupted = tiny_scene_open(SCENE_PARAMS(.path = *state, .corrupt = 1)); // by noise
     ASSERT_OK(vw_scene_decode_all(corrupted));
     ASSERT_OK(vw_scene_decode_all(plain));
     uint32_t differ = 0;
