@@ -223,7 +223,8 @@ check "it has their names" test "$(sort "$folder/imported.txt")" = "$(query impo
 check "names for spreadsheets are guarded" grep -qE "^'(=cmd|\+1)" "$folder/imported/scores.csv"
 query imported "UPDATE image SET name = 'two
 lines.png' WHERE image_id = (SELECT image_id FROM score WHERE method = 'dv_psnr' ORDER BY value DESC LIMIT 1)"
-check "a name of two lines is refused" refuses 'damaged: column name has an invalid value' select "$folder/imported" --top 1 --to "$folder/lines.txt"
+check "a name of two lines is refused" refuses 'damaged: column name has an invalid value' \
+    select "$folder/imported" --top 1 --to "$folder/lines.txt"
 query imported "UPDATE image SET name = ' spaced.png' WHERE name LIKE 'two%'"
 check "a name that readers would trim, too" refuses 'cannot be in a list' select "$folder/imported" --top 1 --to "$folder/lines.txt"
 check "nothing was written of them" test ! -e "$folder/lines.txt"
