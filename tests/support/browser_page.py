@@ -47,7 +47,7 @@ class Page:
         """What was asked for beside the file itself."""
         events = [json.loads(entry['message'])['message'] for entry in self.browser.get_log('performance')]
         urls = [event['params']['request']['url'] for event in events if event['method'] == 'Network.requestWillBeSent']
-        own = ('data:', 'chrome:')  # the browser's own pages, which other tabs may load, ask for chrome:
+        own = ('data:', 'chrome:', 'chrome-untrusted:')  # the browser's own pages, which other tabs may load, ask for these
         return [url for url in urls if not url.startswith(own) and url != 'file://' + self.path]
 
     def ranking(self, column=1):
