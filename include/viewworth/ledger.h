@@ -2,6 +2,9 @@
 // - run, image, step, view, score: their columns stay, and new ones are appended;
 // - retraining(run_id, retraining, whole_providers, seed, epochs, image_ids, val_psnr): struct vw_ledger_retraining,
 //   numbered from 0; image_ids is a list with single spaces between.
+// - kept(run_id, name, sha256, previous_sha256): the files in OUT that a later command goes on from, by the SHA-256 of
+//   the present one and of the one before it. name is that of the file, or "retrainings.db/ID" for a retraining of that
+//   file (src/ledger/retraining_store.h).
 //
 // The tables of lasting credit (value.h), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
@@ -20,7 +23,7 @@
 // - run.final_hash: the last row_hash (that of the run itself while status is "running"), scene_path, config_json,
 //   scene_options_json, effects_json, plan_json, started_utc, finished_utc, status, field_sha256, all score rows in
 //   the order of their rowids, which is the order of the methods, and all retraining rows; then the row of lasting, if
-//   there is one;
+//   there is one, and all rows of kept;
 // - lasting.row_hash: the row_hash of the last step, the other columns of lasting, all rows of lasting_step, of
 //   lasting_check and of lasting_view.
 // So the chain of the steps depends only on what the run is: the same command produces it again, and extending a run
@@ -128,7 +131,8 @@ enum vw_status vw_ledger_create(const char *path, const struct vw_ledger_run *ru
 // file is checked first, since it may come from someone who wants to harm. VW_ERROR_INPUT if it is not exactly a ledger
 // of this version, or if a killed process left a write unfinished, which vw_ledger_open_to_append puts right.
 enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger);
-// Opens the ledger in the same way, to append after its last step.
+// Opens the ledger in the same way, to append after its last step. Verifies it, since every later hash would vouch for
+// an edited row: VW_ERROR_MISMATCH names the first one.
 enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger);
 void vw_ledger_close(struct vw_ledger **ledger);
 
@@ -150,6 +154,13 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
 // transaction. A run that is extended afterwards loses its retrainings.
 enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct vw_ledger_retraining *retrainings,
                                          uint32_t count, const struct vw_ledger_score *scores, uint32_t score_count);
+
+// Records that the file `name` in OUT is to have this SHA-256 (64 hex digits), as one synced transaction; scores and
+// state stay. Called before the file takes its place, so that after a kill between the two the file that is still there
+// is believed: the hash that was recorded before stays beside the new one.
+enum vw_status vw_ledger_keep(struct vw_ledger *ledger, const char *name, const char *sha256);
+// Tells whether the hash is one of these two. A file of another hash was not left by this run, and is not to be used.
+enum vw_status vw_ledger_is_kept(struct vw_ledger *ledger, const char *name, const char *sha256, bool *kept);
 
 // Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
 // forgets it.

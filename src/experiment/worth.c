@@ -27,6 +27,7 @@ struct work {
     struct vw_worth_run *result;
     struct vw_config config; // config of the retrainings
     struct vw_out_lock *lock;
+    struct vw_ledger *ledger;  // the run's, opened to append; NULL while nothing is to be written
     struct vw_session session; // device and scene are the run's
     struct vw_retrainer retrainer;
     const char **providers; // owned array; of each photo
@@ -82,16 +83,11 @@ static enum vw_status write_scores(struct work *work) {
 }
 
 static enum vw_status record(struct work *work, uint32_t first) {
-    struct vw_recorded_run *recorded = &work->result->recorded;
     struct vw_scoring *scoring = &work->result->scoring;
-    struct vw_ledger *ledger = NULL;
     enum vw_status status = write_scores(work);
-    if (!status) status = vw_ledger_open_to_append(recorded->ledger_path, &ledger);
     if (!status)
-        status = vw_ledger_add_retrainings(ledger, scoring->retrainings + first, scoring->retraining_count - first,
-                                           scoring->scores, scoring->score_count);
-    if (!status) vw_ledger_chain_head(ledger, work->result->head);
-    vw_ledger_close(&ledger);
+        status = vw_ledger_add_retrainings(work->ledger, scoring->retrainings + first,
+                                           scoring->retraining_count - first, scoring->scores, scoring->score_count);
     return status;
 }
 
@@ -152,6 +148,7 @@ static enum vw_status write_outputs(struct work *work) {
                                      &work->result->attribution);
     if (status) return status;
     work->result->report_path = vw_report_folder_finish(params->out, &report);
+    vw_ledger_chain_head(work->ledger, work->result->head);
     return vw_checksums_write(params->out, work->result->head);
 }
 
@@ -172,7 +169,7 @@ static enum vw_status check_run(struct work *work) {
 
 static enum vw_status open_run(struct work *work) {
     struct vw_worth_run *result = work->result;
-    enum vw_status status = vw_recorded_open(work->params->out, &result->recorded);
+    enum vw_status status = vw_recorded_open_unverified(work->params->out, &result->recorded);
     if (!status) status = vw_scoring_make(result->recorded.ledger, &result->recorded.config, &result->scoring);
     if (!status) status = check_run(work);
     if (status) return status;
@@ -203,7 +200,8 @@ static enum vw_status plan(struct work *work) {
 
 static enum vw_status open_session(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
-    enum vw_status status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
+    enum vw_status status = vw_ledger_open_to_append(recorded->ledger_path, &work->ledger);
+    if (!status) status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
     return !status && work->payout.cents ? vw_attribution_check_scene(recorded->scene) : status;
 }
 
@@ -211,11 +209,13 @@ static enum vw_status open_retrainer(struct work *work) {
     const struct vw_retrainer_params params = {.session = &work->session,
                                                .config = &work->config,
                                                .out = work->params->out,
+                                               .ledger = work->ledger,
                                                .together = work->params->together,
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
-    enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
+    enum vw_status status = vw_checksums_remove(work->params->out); // every retraining changes the chain head
+    if (!status) status = vw_retrainer_open(&params, &work->retrainer);
     return status ? status : plan(work);
 }
 
@@ -235,7 +235,7 @@ static enum vw_status make(struct work *work) {
     if (status) return status;
     bool trains = count_missing(work) > 0;
     bool writes = trains || work->payout.cents || lacks_outputs(work);
-    if (writes) status = open_session(work);
+    status = writes ? open_session(work) : vw_recorded_warn_unverified(result->recorded.ledger);
     if (!status && trains) status = open_retrainer(work);
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
@@ -260,6 +260,7 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
     free(work.providers);
     vw_retrainer_close(&work.retrainer);
     vw_session_close_recorded(&work.session);
+    vw_ledger_close(&work.ledger);
     vw_out_lock_release(&work.lock);
     return status;
 }

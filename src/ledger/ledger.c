@@ -66,7 +66,14 @@ enum vw_status vw_ledger_open(const char *path, struct vw_ledger **ledger) {
 }
 
 enum vw_status vw_ledger_open_to_append(const char *path, struct vw_ledger **ledger) {
-    return open_ledger(path, VW_DATABASE_APPEND, ledger);
+    struct vw_ledger *opened = NULL;
+    enum vw_status status = open_ledger(path, VW_DATABASE_APPEND, &opened);
+    if (!status) status = vw_ledger_verify(opened); // a new hash would vouch for what was edited
+    if (status == VW_ERROR_MISMATCH && opened)
+        status = vw_fail(status, "%s; nothing is written to it: restore the file from a copy", vw_error_message());
+    if (status) vw_ledger_close(&opened);
+    else *ledger = opened;
+    return status;
 }
 
 void vw_ledger_close(struct vw_ledger **ledger) {

@@ -32,7 +32,7 @@ static enum vw_status find_stray(struct vw_database *database, const char *table
 }
 
 static enum vw_status verify_belonging(struct vw_database *database) {
-    static const char *const tables[] = {"step", "view", "score", "retraining"};
+    static const char *const tables[] = {"step", "view", "score", "retraining", "kept"};
     enum vw_status status = find_stray(database, "image", "scene_hash");
     for (size_t i = 0; !status && i < VW_ARRAY_COUNT(tables); i++) status = find_stray(database, tables[i], "run_id");
     return status;
@@ -69,7 +69,7 @@ static enum vw_status verify_final_hash(struct verification *verification) {
                   : compare_with_run(
                         verification->database, "final_hash", final_hash,
                         "the run row was edited, a score row was edited, removed, added or moved, a retraining row "
-                        "likewise, or the last step rows were removed");
+                        "likewise, a row of table kept likewise, or the last step rows were removed");
 }
 
 // ---- The chain of the steps ----

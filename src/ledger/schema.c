@@ -51,9 +51,12 @@ static const char schema_sql[] =
     "CREATE TABLE lasting_view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, psnr REAL NOT NULL,"
     " PRIMARY KEY (run_id, step, image_id), FOREIGN KEY (run_id, step) REFERENCES step (run_id, step)) WITHOUT ROWID;"
-    "PRAGMA user_version = 1;";
+    "CREATE TABLE kept ("
+    " run_id TEXT NOT NULL REFERENCES run (run_id), name TEXT NOT NULL, sha256 TEXT NOT NULL, previous_sha256 TEXT,"
+    " PRIMARY KEY (run_id, name)) WITHOUT ROWID;"
+    "PRAGMA user_version = 2;";
 
-_Static_assert(VW_SCHEMA_VERSION == 1, "raise user_version above too");
+_Static_assert(VW_SCHEMA_VERSION == 2, "raise user_version above too");
 
 const struct vw_database_format vw_ledger_format = {schema_sql, VW_SCHEMA_VERSION, "a viewworth ledger"};
 
@@ -150,6 +153,15 @@ static const struct vw_column retraining_columns[] = {
 };
 const struct vw_table vw_retraining_table = {VW_TABLE("retraining", struct vw_retraining_row, retraining_columns),
                                              .order = "run_id, retraining", .doing = "record a retraining"};
+
+static const struct vw_column kept_columns[] = {
+    RUN_ID,
+    VW_COLUMN(struct vw_kept_row, TEXT, name),
+    VW_COLUMN(struct vw_kept_row, TEXT, sha256),
+    VW_COLUMN(struct vw_kept_row, TEXT_OR_NULL, previous_sha256),
+};
+const struct vw_table vw_kept_table = {VW_TABLE("kept", struct vw_kept_row, kept_columns), .order = "run_id, name",
+                                       .doing = "record the hash of a file", .insert = "INSERT OR REPLACE"};
 
 static const struct vw_column lasting_columns[] = {
     RUN_ID,

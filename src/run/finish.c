@@ -7,7 +7,6 @@
 
 #include "base/clock.h"
 #include "base/file.h"
-#include "base/hash.h"
 #include "base/memory.h"
 #include "report/page.h"
 #include "run/lasting/lasting.h"
@@ -50,17 +49,6 @@ static enum vw_status log_corrections(const struct vw_run *run) {
     return status;
 }
 
-// Saves the field, whose hash the ledger's end contains.
-static enum vw_status save_field(struct vw_run *run) {
-    uint8_t hash[VW_HASH_BYTES];
-    char hex[VW_HASH_HEX_BYTES];
-    enum vw_status status = vw_trainer_save_field(run->trainer, run->results.field_path);
-    if (!status) status = vw_sha256_file(run->results.field_path, hash);
-    if (status) return status;
-    vw_hash_to_hex(hash, hex);
-    return vw_ledger_set_field(run->ledger, hex);
-}
-
 // Refuses to end a run that has come to nothing, which may be too short to be given up on its way.
 static enum vw_status check_finite(const struct vw_run *run) {
     if (!vw_step_statistics_are_void(&run->results.statistics)) return VW_OK;
@@ -74,7 +62,7 @@ static enum vw_status end(struct vw_run *run) {
     const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = check_finite(run);
     if (!status) status = vw_run_remove_outdated(run->out);
-    if (!status) status = save_field(run);
+    if (!status) status = vw_trainer_save_field(run->trainer, run->results.field_path); // the ledger's end has its hash
     if (!status && run->validate)
         status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,
                                      scoring->input.images, scoring->input.image_count);

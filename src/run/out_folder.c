@@ -7,9 +7,8 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "run/lasting/lasting_file.h"
+#include "run/out_files.h"
 #include "run/outputs/checksums.h"
-#include "run/outputs/residuals.h"
 
 enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 
@@ -42,33 +41,36 @@ enum vw_status vw_out_check(const char *out) {
     return status;
 }
 
-static enum vw_status remove_outdated(const char *out, const char *const *names, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        char *path = vw_path_join(out, names[i]);
-        if (!path) return VW_ERROR_MEMORY;
-        enum vw_status status = VW_OK;
-        if (unlink(path) && errno != ENOENT)
-            status = vw_fail(VW_ERROR_IO, "%s: cannot remove what became out of date: %s; remove it, and resume", path,
-                             strerror(errno));
-        free(path);
-        if (status) return status;
-    }
-    return VW_OK;
+static enum vw_status remove_file(const char *out, const char *name) {
+    char *path = vw_path_join(out, name);
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (unlink(path) && errno != ENOENT)
+        status = vw_fail(VW_ERROR_IO, "%s: cannot remove what became out of date: %s; remove it, and resume", path,
+                         strerror(errno));
+    free(path);
+    return status;
+}
+
+static enum vw_status remove_outdated(const char *out, enum vw_out_outdated by) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; !status && i < vw_out_file_count; i++)
+        if (vw_out_files[i].outdated == by) status = remove_file(out, vw_out_files[i].name);
+    return status;
 }
 
 enum vw_status vw_run_remove_outdated(const char *out) {
-    static const char *const names[] = {"matrix.csv", VW_RESIDUALS_FILE, VW_LASTING_PASS_FILE, VW_LASTING_CREDITS_FILE};
     enum vw_status status = vw_run_remove_outdated_scores(out);
-    return status ? status : remove_outdated(out, names, VW_ARRAY_COUNT(names));
+    return status ? status : remove_outdated(out, VW_OUT_BY_STEPS);
 }
 
 enum vw_status vw_run_remove_payouts(const char *out) {
-    static const char *const names[] = {VW_CHECKSUMS_FILE, "payout.csv", "payout_photos.csv"};
-    return remove_outdated(out, names, VW_ARRAY_COUNT(names));
+    enum vw_status status = vw_checksums_remove(out);
+    if (!status) status = remove_file(out, "payout.csv");
+    return status ? status : remove_file(out, "payout_photos.csv");
 }
 
 enum vw_status vw_run_remove_outdated_scores(const char *out) {
-    static const char *const names[] = {VW_CHECKSUMS_FILE, "scores.csv",        "report.html",   "providers.csv",
-                                        "payout.csv",      "payout_photos.csv", "duplicates.csv"};
-    return remove_outdated(out, names, VW_ARRAY_COUNT(names));
+    enum vw_status status = vw_checksums_remove(out); // first: it vouches for the others
+    return status ? status : remove_outdated(out, VW_OUT_BY_SCORES);
 }

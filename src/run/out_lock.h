@@ -5,9 +5,8 @@
 
 #include <stdint.h>
 
+#include "run/out_files.h"
 #include "viewworth/status.h"
-
-#define VW_OUT_LOCK_FILE ".viewworth.lock"
 
 struct vw_out_lock;
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "run/recorded/replayed_run.h"
 #include "run/run_row.h"
 #include "run/stop_rules.h"
 #include "viewworth/log.h"
@@ -54,16 +55,29 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
     return VW_OK;
 }
 
+// Takes the first steps again and compares them with the recorded ones before anybody is paid by these: neither a
+// checkpoint nor the chain tells whether the program has taken them. Later steps are then taken by a new trainer.
+static enum vw_status repeat_first_steps(struct vw_run *run) {
+    enum { PART = 100, LEAST = 32, MOST = 1024 };
+    const struct vw_interrupt none = {0};
+    uint64_t last_step = vw_ledger_next_step(run->ledger) - 1, compared = 0, wanted = last_step / PART;
+    wanted = wanted < LEAST ? LEAST : wanted > MOST ? MOST : wanted;
+    enum vw_status status = vw_steps_repeat(run->ledger, run->trainer, wanted, &none, &compared);
+    vw_trainer_destroy(&run->trainer);
+    if (!status) status = vw_run_create_trainer(run);
+    if (!status) vw_log_info("payout   the first %" PRIu64 " steps, taken again, are the recorded ones", compared);
+    return status;
+}
+
 enum vw_status vw_run_resume(struct vw_run *run) {
     struct vw_ledger_run recorded;
     struct vw_run_row ours = {0};
-    enum vw_status status = vw_ledger_open_to_append(run->results.ledger_path, &run->ledger);
-    if (!status) status = vw_ledger_get_run(run->ledger, &recorded);
+    enum vw_status status = vw_ledger_get_run(run->ledger, &recorded);
     if (!status) status = vw_run_row_make(run->trainer, run->gpu, run->scene, &run->config, &ours);
     if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);
-    if (!status) status = vw_ledger_verify(run->ledger); // continuing would vouch for what was edited
     if (!status) status = read_steps(run);
     if (!status) status = compare_extent(run, &recorded);
+    if (!status && run->payout.cents && vw_ledger_next_step(run->ledger) > 1) status = repeat_first_steps(run);
     if (!status && !run->complete) status = vw_ledger_extend(run->ledger, ours.row.config_json);
     if (!status && !run->complete) status = load_checkpoint(run);
     vw_run_row_free(&ours);

@@ -78,6 +78,8 @@ static enum vw_status name_outputs(struct vw_run *run) {
         status =
             vw_fail(VW_ERROR_USAGE,
                     "--out %s: already contains a run; continue it with --resume, or name another folder", run->out);
+    if (!status && vw_file_exists(run->results.ledger_path))
+        status = vw_ledger_open_to_append(run->results.ledger_path, &run->ledger);
     return status ? status : vw_checkpoints_open(run->out, &run->checkpoints);
 }
 
@@ -95,18 +97,15 @@ static void log_effects(const struct vw_run *run) {
 // Reads the effects that were on when the run began, even if this device or version would find others, and applies the
 // config's effects to them.
 static enum vw_status take_recorded_effects(struct vw_run *run) {
-    struct vw_ledger *ledger = NULL;
     struct vw_ledger_run recorded;
-    enum vw_status status = vw_ledger_open_to_append(run->results.ledger_path, &ledger);
-    if (!status) status = vw_ledger_get_run(ledger, &recorded);
+    enum vw_status status = vw_ledger_get_run(run->ledger, &recorded);
     if (!status) status = vw_effects_from_json(recorded.effects_json, run->effects, &run->effect_count);
     if (!status) status = vw_effects_choose(run->config.effects, run->effects, run->effect_count);
-    vw_ledger_close(&ledger);
     return status ? status : vw_effects_follow_field(&run->config, run->effects, run->effect_count);
 }
 
 static enum vw_status decide_effects(struct vw_run *run) {
-    if (vw_file_exists(run->results.ledger_path)) return take_recorded_effects(run);
+    if (run->ledger) return take_recorded_effects(run);
     enum vw_status status = vw_session_decide_effects(&run->config, run->session);
     if (status) return status;
     run->effect_count = run->session->effect_count;
@@ -122,19 +121,6 @@ static void log_field(const struct vw_run *run) {
     vw_log_info("field    %" PRIu64 " params, %.1f MiB on the device; %s%" PRIu64 " steps", stats.param_count,
                 (double)stats.device_bytes / 0x1p20, vw_plan_keeps_time(&run->results.plan) ? "about " : "",
                 vw_stop_rules_expected_steps(run));
-}
-
-static enum vw_status create_trainer(struct vw_run *run) {
-    struct vw_config config = run->config;
-    config.epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
-    const struct vw_trainer_params params = {.gpu = run->gpu,
-                                             .scene = run->scene,
-                                             .config = &config,
-                                             .effects = run->effects,
-                                             .effect_count = run->effect_count,
-                                             .validate = run->validate,
-                                             .submissions = run->session->devices[run->device].submissions};
-    return vw_trainer_create(&params, &run->trainer);
 }
 
 static enum vw_status start_watch(struct vw_run *run) {
@@ -161,12 +147,12 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     log_effects(run);
     run->results.effects = run->effects;
     run->results.effect_count = run->effect_count;
-    status = create_trainer(run);
+    status = vw_run_create_trainer(run);
     if (!status && run->lasting.wanted) status = vw_lasting_check_trainer(run->trainer);
     if (!status) status = start_watch(run);
     if (status) return status;
     log_field(run);
-    return vw_file_exists(run->results.ledger_path) ? vw_run_resume(run) : VW_OK;
+    return run->ledger ? vw_run_resume(run) : VW_OK;
 }
 
 // Locks OUT first; then the plan chooses the config of the trainer.
@@ -176,7 +162,7 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
     enum vw_status status = copy_params(params, run);
     if (!status) status = name_outputs(run);
     if (!status && run->session == &run->own && run->validate)
-        status = vw_plan_make(params, run->results.ledger_path, run->session, &run->config, &run->results.plan);
+        status = vw_plan_make(params, run->ledger, run->session, &run->config, &run->results.plan);
     if (status) return status;
     uint32_t epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
     if (run->validate && epochs <= run->config.burn_in_epochs)
@@ -194,6 +180,7 @@ static enum vw_status make_run(const struct vw_run_params *params, struct vw_ses
     made->results.config = &made->config;
     made->session = session ? session : &made->own;
     made->device = device;
+    made->binding = vw_kept_files_bind(&made->ledger);
     status = open_run(params, made);
     if (status) vw_run_close(&made);
     else *run = made;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "run/checkpoints.h"
+#include "run/kept_files.h"
 #include "run/ledger_writer.h"
 #include "run/out_lock.h"
 #include "run/run.h"
@@ -35,6 +36,7 @@ struct vw_run {
     struct vw_trainer *trainer;
     struct vw_out_lock *lock; // lock of OUT; taken first and released last
     struct vw_checkpoints checkpoints;
+    struct vw_file_binding binding;  // binds OUT's files to `ledger`
     struct vw_ledger *ledger;        // NULL until the first steps are recorded, unless resumed
     struct vw_ledger_writer *writer; // NULL until the first steps are recorded; idle outside vw_run_advance()
 
@@ -64,6 +66,8 @@ struct vw_run {
     struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of results.scoring
 };
 
+// Creates run->trainer, before its first step.
+enum vw_status vw_run_create_trainer(struct vw_run *run);
 // Creates the ledger, with the run row and the image rows.
 enum vw_status vw_run_create_ledger(struct vw_run *run);
 // Takes the recorded steps again that the loaded checkpoint lacks, so that the trainer has the field of the last one.

@@ -87,7 +87,8 @@ enum vw_status vw_trainer_save_checkpoint(struct vw_trainer *trainer, const char
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; collect them first", path);
     if (trainer->next_step == 0) return vw_fail(VW_ERROR_USAGE, "%s: nothing to keep before the first step", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    return !status ? vw_checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step) : status;
+    return !status ? vw_checkpoint_save(path, run_id, trainer->next_step - 1, &trainer->step, trainer->binding)
+                   : status;
 }
 
 enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char *path, uint64_t last_step,
@@ -96,7 +97,7 @@ enum vw_status vw_trainer_load_checkpoint(struct vw_trainer *trainer, const char
     if (vw_trainer_in_flight(trainer))
         return vw_fail(VW_ERROR_USAGE, "%s: steps are in flight; load before the first advance", path);
     enum vw_status status = vw_trainer_run_id(trainer, run_id);
-    if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, step);
+    if (!status) status = vw_checkpoint_load(path, run_id, last_step, &trainer->step, trainer->binding, step);
     if (!status) trainer->next_step = *step + 1;
     return status;
 }
@@ -110,12 +111,12 @@ static struct vw_trained_field trained_field_of(struct vw_trainer *trainer) {
 
 enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *path) {
     const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_save(path, &trained);
+    return vw_field_file_save(path, &trained, trainer->binding);
 }
 
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
     const struct vw_trained_field trained = trained_field_of(trainer);
-    return vw_field_file_load(path, &trained);
+    return vw_field_file_load(path, &trained, trainer->binding);
 }
 
 // ---- Views ----------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@
 #include "experiment/retrain.h"
 #include "experiment/verified_selection.h"
 #include "run/scoring.h"
-#include "support/ledger_sql.h"
+#include "support/ledger_chain.h"
 #include "support/small_run.h"
 #include "viewworth/run.h"
 
@@ -59,6 +59,7 @@ static int set_up(void **state) {
     vw_scored_run_close(&f->run);
     f->run = (struct vw_scored_run){0};
     set_halves_apart(f);
+    chain_rewrite(temporary_path(f->out, "ledger.db"));
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     const struct vw_verified_selection_params verified = {.run = &f->run, .seeds = SEEDS};
     ASSERT_OK(vw_verified_selection_make(&verified, &f->verified));

@@ -30,10 +30,10 @@ FOLDER_TEST(rows_of_a_forged_index_are_not_read) {
     sql_change(path, "UPDATE step SET val_psnr = val_psnr + 100;"
                      "CREATE INDEX forged ON step (run_id, step, epoch, image_id, train_loss, val_psnr, "
                      "val_psnr_pooled, val_l1, nonfinite, clamped, floored);"
-                     "CREATE TABLE kept AS SELECT * FROM sqlite_schema WHERE name = 'forged';"
+                     "CREATE TABLE held AS SELECT * FROM sqlite_schema WHERE name = 'forged';"
                      "PRAGMA writable_schema = ON; DELETE FROM sqlite_schema WHERE name = 'forged';");
     sql_change(path, "UPDATE step SET val_psnr = val_psnr - 100; PRAGMA writable_schema = ON;"
-                     "INSERT INTO sqlite_schema SELECT * FROM kept; DELETE FROM sqlite_schema WHERE name = 'kept';");
+                     "INSERT INTO sqlite_schema SELECT * FROM held; DELETE FROM sqlite_schema WHERE name = 'held';");
     assert_refused(path, "forged index");
 }
 

@@ -6,7 +6,7 @@
 
 enum { STEP_COUNT = 1 + 2 * TEST_TRAIN_COUNT };
 
-static const char *const tables[] = {"run", "image", "step", "view", "score", "retraining"};
+static const char *const tables[] = {"run", "image", "step", "view", "score", "retraining", "kept"};
 enum { TABLE_COUNT = VW_ARRAY_COUNT(tables) };
 static const char *const states[] = {"running", "interrupted", "finished"}; // only the last has scores and retrainings
 
@@ -23,6 +23,7 @@ static struct original record_original(const char *folder, const char *status) {
     unlink(path);
     struct vw_ledger *ledger = test_ledger_create(path);
     test_ledger_append(ledger, &trainer, STEP_COUNT);
+    test_ledger_keep(ledger);
     if (strcmp(status, "running") != 0) test_ledger_finish(ledger, status);
     vw_ledger_close(&ledger);
     return (struct original){status, temporary_keep(path)};
@@ -360,8 +361,8 @@ FOLDER_TEST(what_runs_in_a_file_stays_asleep) {
     for (size_t t = 0; t < TABLE_COUNT; t++) {
         temporary_put_back(&original.file);
         AUTO_FREE char *sql = vw_format_text(
-            "CREATE TABLE kept AS SELECT * FROM %s; DROP TABLE %s; CREATE VIEW %s AS"
-            " WITH RECURSIVE many(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM many) SELECT kept.* FROM kept, many",
+            "CREATE TABLE held AS SELECT * FROM %s; DROP TABLE %s; CREATE VIEW %s AS"
+            " WITH RECURSIVE many(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM many) SELECT held.* FROM held, many",
             tables[t], tables[t], tables[t]);
         sql_run(original.file.path, sql);
         assert_int_equal(verify(original.file.path), VW_ERROR_INPUT);

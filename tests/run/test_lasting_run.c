@@ -5,6 +5,7 @@
 #include "base/inside.h"
 #include "run/lasting/lasting.h"
 #include "run/verify/verify.h"
+#include "support/forged_file.h"
 #include "support/small_run.h"
 #include "viewworth/selection.h"
 #include "viewworth/viewworth.h"
@@ -144,6 +145,23 @@ TEST(a_stopped_pass_goes_on) {
     uint32_t reports = going_on.passes;
     ASSERT_OK(follow(out, 0, false, &going_on)); // there is nothing left to do
     assert_int_equal(going_on.passes, reports);
+}
+
+// Somebody who can write into OUT can write such files, with right hashes of their own.
+TEST(a_forged_pass_is_not_used) {
+    struct observer going_on = {0};
+    const char *whole = temporary_path(*state, "whole");
+    const char *out = temporary_path(*state, "forged");
+    static const char *const names[] = {"lasting_credits.vwc", "lasting.vws"};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) {
+        struct observer stopping = {.stop_at = STEPS + 1};
+        copy_plain(*state, out);
+        ASSERT_FAILS(follow(out, 0, false, &stopping), VW_ERROR_INTERRUPTED, "interrupted");
+        forge_file(temporary_path(out, names[i]), 2 * sizeof(double), 1);
+        ASSERT_OK(follow(out, 0, true, &going_on));
+        assert_same_pass(out, whole);
+        assert_verifies(out);
+    }
 }
 
 TEST(a_pass_by_validation_photo_goes_on) {

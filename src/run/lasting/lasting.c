@@ -13,6 +13,7 @@
 #include "report/page.h"
 #include "run/lasting/lasting_file.h"
 #include "run/out_folder.h"
+#include "run/outputs/checksums.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run_private.h"
 #include "train/adjoint/lasting.h"
@@ -42,7 +43,8 @@ struct backward {
 // Saves the credits first, so that the backward pass's own file is never ahead of them.
 static void save(struct backward *pass) {
     if (pass->from > pass->steps || pass->from == 1) return; // nothing to go on from, or the end
-    if (vw_lasting_file_save(&pass->file, &pass->credits, pass->from) || vw_lasting_save(pass->lasting, pass->path))
+    if (vw_checksums_remove(pass->run->out) || // it has the chain head, which the hashes of these files change
+        vw_lasting_file_save(&pass->file, &pass->credits, pass->from) || vw_lasting_save(pass->lasting, pass->path))
         vw_log_warning("%s", vw_error_message());
     pass->saved_s = vw_now_s();
 }
@@ -251,7 +253,7 @@ static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct b
     pass->from = pass->steps + 1;
     pass->recorded =
         (struct vw_recorded_steps){run->results.ledger_path, run->results.scoring.input.records, pass->steps + 1};
-    pass->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, pass->steps, 0};
+    pass->file = (struct vw_lasting_file){run->out, run_id, run->lasting.rays, pass->steps, 0, &run->binding};
     if (pass->steps == 0 || pass->steps % photos != 0)
         return vw_fail(VW_ERROR_USAGE,
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
@@ -267,7 +269,8 @@ static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct b
                                                .config = &run->config,
                                                .effects = run->effects,
                                                .effect_count = run->effect_count,
-                                               .validate = true};
+                                               .validate = true,
+                                               .binding = &run->binding};
     const struct vw_lasting_params params = {.training = &training,
                                              .rays = run->lasting.rays,
                                              .by_view = run->lasting.matrix,

@@ -22,6 +22,17 @@ static size_t row_bytes(const struct vw_lasting_file *file) {
     return sizeof(struct vw_lasting_step) + file->views * sizeof(double);
 }
 
+// Seals the file, records its hash, and only then writes it.
+static enum vw_status write_file(const struct vw_lasting_file *file, const char *path, uint8_t *bytes,
+                                 size_t body_bytes) {
+    uint8_t whole[VW_HASH_BYTES];
+    char hex[VW_HASH_HEX_BYTES];
+    vw_sha256_seal(bytes, body_bytes, whole);
+    vw_hash_to_hex(whole, hex);
+    enum vw_status status = file->binding->keep(file->binding->context, VW_LASTING_CREDITS_FILE, hex);
+    return status ? status : vw_file_write(path, bytes, body_bytes + VW_HASH_BYTES);
+}
+
 enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t first_step) {
     char *header = make_header(file), *path = vw_path_join(file->out, VW_LASTING_CREDITS_FILE);
@@ -35,8 +46,7 @@ enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const st
         if (file->views)
             memcpy(bytes + header_bytes + steps_bytes, &credits->view_psnr[(first_step - 1) * file->views],
                    body_bytes - header_bytes - steps_bytes);
-        vw_sha256(bytes, body_bytes, bytes + body_bytes);
-        status = vw_file_write(path, bytes, body_bytes + VW_HASH_BYTES);
+        status = write_file(file, path, bytes, body_bytes);
     }
     free(bytes);
     free(header);
@@ -71,15 +81,29 @@ static bool take_rows(const struct vw_lasting_file *file, const uint8_t *from, u
     return true;
 }
 
+static enum vw_status check_kept(const struct vw_lasting_file *file, const uint8_t whole[VW_HASH_BYTES]) {
+    char hex[VW_HASH_HEX_BYTES];
+    bool kept = false;
+    vw_hash_to_hex(whole, hex);
+    enum vw_status status = file->binding->is_kept(file->binding->context, VW_LASTING_CREDITS_FILE, hex, &kept);
+    if (status || kept) return status;
+    return vw_fail(VW_ERROR_INPUT,
+                   "%s/%s: not used: the ledger does not hold its hash, so this run did not leave it; remove the file: "
+                   "the pass starts anew",
+                   file->out, VW_LASTING_CREDITS_FILE);
+}
+
 static enum vw_status take(const struct vw_lasting_file *file, const uint8_t *bytes, size_t size_bytes,
                            const char *header, const struct vw_lasting_rows *credits, uint64_t *first_step) {
-    uint8_t hash[VW_HASH_BYTES];
+    uint8_t hash[VW_HASH_BYTES], whole[VW_HASH_BYTES];
     size_t header_bytes = strlen(header), frame_bytes = header_bytes + VW_HASH_BYTES;
     bool known = size_bytes > frame_bytes && memcmp(bytes, header, header_bytes) == 0 &&
                  (size_bytes - frame_bytes) % row_bytes(file) == 0;
     uint64_t count = known ? (size_bytes - frame_bytes) / row_bytes(file) : 0;
     if (known && count <= file->steps) {
-        vw_sha256(bytes, size_bytes - VW_HASH_BYTES, hash);
+        vw_sha256_sealed(bytes, size_bytes - VW_HASH_BYTES, hash, whole);
+        enum vw_status status = check_kept(file, whole);
+        if (status) return status;
         struct vw_lasting_rows read = {.steps = vw_allocate(count, sizeof *read.steps),
                                        .view_psnr = vw_allocate(count * file->views, sizeof *read.view_psnr)};
         bool room = read.steps && read.view_psnr;

@@ -6,11 +6,10 @@
 
 #include <stdint.h>
 
+#include "run/out_files.h"
+#include "train/files/hashed_file.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
-
-#define VW_LASTING_PASS_FILE "lasting.vws" // where the pass is: train/adjoint/lasting.h
-#define VW_LASTING_CREDITS_FILE "lasting_credits.vwc"
 
 struct vw_lasting_file {
     const char *out;    // its folder
@@ -18,6 +17,7 @@ struct vw_lasting_file {
     uint32_t rays;      // rays per step
     uint64_t steps;     // steps of the run
     uint32_t views;     // validation photos with credits of their own
+    const struct vw_file_binding *binding;
 };
 
 // Rows, one per step of the run, in order.
@@ -29,8 +29,8 @@ struct vw_lasting_rows {
 // Writes the credits of the steps from `first_step` on, beside the place of the file, and moves them there.
 enum vw_status vw_lasting_file_save(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t first_step);
-// Reads them into their places, and the first of their steps. VW_ERROR_INPUT when the file is missing, damaged, or of
-// another pass: `credits` is then untouched.
+// Reads them into their places, and the first of their steps. VW_ERROR_INPUT when the file is missing, damaged, of
+// another pass, or not kept by the binding: `credits` is then untouched.
 enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, const struct vw_lasting_rows *credits,
                                     uint64_t *first_step);
 

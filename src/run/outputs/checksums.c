@@ -13,15 +13,21 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "base/text_stream.h"
+#include "run/out_files.h"
 #include "run/out_lock.h"
 
-// Result files in the order of the list.
-static const char *const result_names[VW_RESULT_FILE_COUNT] = {
-    "duplicates.csv",    "field.vwf",     "ledger.db",   "map.json",       "matrix.csv", "payout.csv",
-    "payout_photos.csv", "providers.csv", "report.html", "residuals.json", "scores.csv"};
 static const char heading[] = "# viewworth chain head ";
 
-struct list {
+// Returns the results in the order of the list.
+static const char *const *result_names(void) {
+    static const char *names[VW_RESULT_FILE_COUNT];
+    size_t count = 0;
+    for (size_t i = 0; i < vw_out_file_count && count < VW_RESULT_FILE_COUNT; i++)
+        if (vw_out_files[i].result) names[count++] = vw_out_files[i].name;
+    return names;
+}
+
+struct vw_checksums_list {
     char head[VW_HASH_HEX_BYTES];
     struct vw_checksum files[VW_RESULT_FILE_COUNT];
 };
@@ -46,14 +52,14 @@ enum vw_status vw_checksum_make(const char *out, const char *name, struct vw_che
     return VW_OK;
 }
 
-static enum vw_status hash_files(const char *out, struct list *list) {
+static enum vw_status hash_files(const char *out, struct vw_checksums_list *list) {
     enum vw_status status = VW_OK;
     for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++)
-        status = vw_checksum_make(out, result_names[i], &list->files[i]);
+        status = vw_checksum_make(out, result_names()[i], &list->files[i]);
     return status;
 }
 
-static enum vw_status write_list(const char *out, const struct list *list) {
+static enum vw_status write_list(const char *out, const struct vw_checksums_list *list) {
     struct vw_text_stream text;
     char *printed = NULL, *path = vw_path_join(out, VW_CHECKSUMS_FILE);
     size_t size_bytes = 0;
@@ -73,7 +79,7 @@ static enum vw_status write_list(const char *out, const struct list *list) {
 }
 
 enum vw_status vw_checksums_write(const char *out, const char *head) {
-    struct list list = {0};
+    struct vw_checksums_list list = {0};
     snprintf(list.head, sizeof list.head, "%s", head);
     enum vw_status status = hash_files(out, &list);
     return status ? status : write_list(out, &list);
@@ -100,15 +106,15 @@ static bool read_word(const char **text, const char *word) {
 }
 
 // Takes exactly what write_list() writes: sha256sum would skip other comments and pass over other names.
-static bool parse(const char *text, struct list *list) {
+static bool parse(const char *text, struct vw_checksums_list *list) {
     if (!read_word(&text, heading) || !read_hex(&text, list->head) || !read_word(&text, "\n")) return false;
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++) list->files[i].name = result_names[i];
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++) list->files[i].name = result_names()[i];
     for (size_t next = 0; *text; next++) {
         char sha256[VW_HASH_HEX_BYTES];
         if (!read_hex(&text, sha256) || !read_word(&text, "  ")) return false;
         size_t length = strcspn(text, "\n");
         while (next < VW_RESULT_FILE_COUNT &&
-               (strlen(result_names[next]) != length || strncmp(text, result_names[next], length) != 0))
+               (strlen(result_names()[next]) != length || strncmp(text, result_names()[next], length) != 0))
             next++;
         if (next == VW_RESULT_FILE_COUNT || text[length] != '\n') return false;
         text += length + 1;
@@ -118,7 +124,7 @@ static bool parse(const char *text, struct list *list) {
     return true;
 }
 
-static enum vw_status read_list(const char *out, bool *present, struct list *list) {
+static enum vw_status read_list(const char *out, bool *present, struct vw_checksums_list *list) {
     enum { LIMIT_BYTES = 1 << 16 };
     void *text = NULL;
     size_t size_bytes = 0;
@@ -137,14 +143,49 @@ static enum vw_status read_list(const char *out, bool *present, struct list *lis
     return status;
 }
 
+static enum vw_status update(const char *out, const char *name, struct vw_checksums_list *list) {
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++)
+        if (!strcmp(result_names()[i], name)) status = vw_checksum_make(out, name, &list->files[i]);
+    return status ? status : write_list(out, list);
+}
+
 enum vw_status vw_checksums_update(const char *out, const char *name) {
-    struct list list = {0};
+    struct vw_checksums_list list = {0};
     bool present = false;
     enum vw_status status = read_list(out, &present, &list);
-    if (status || !present) return status;
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++)
-        if (!strcmp(result_names[i], name)) status = vw_checksum_make(out, name, &list.files[i]);
-    return status ? status : write_list(out, &list);
+    return status || !present ? status : update(out, name, &list);
+}
+
+enum vw_status vw_checksums_remove(const char *out) {
+    char *path = vw_path_join(out, VW_CHECKSUMS_FILE);
+    if (!path) return VW_ERROR_MEMORY;
+    enum vw_status status = VW_OK;
+    if (unlink(path) && errno != ENOENT)
+        status =
+            vw_fail(VW_ERROR_IO, "%s: cannot remove: %s; remove it, and repeat the command", path, strerror(errno));
+    free(path);
+    return status;
+}
+
+enum vw_status vw_checksums_take(const char *out, struct vw_checksums_list **list) {
+    struct vw_checksums_list *taken = vw_allocate(1, sizeof *taken);
+    bool present = false;
+    enum vw_status status = taken ? read_list(out, &present, taken) : VW_ERROR_MEMORY;
+    if (!status && present) status = vw_checksums_remove(out);
+    if (!status && present) *list = taken;
+    else free(taken);
+    return status;
+}
+
+enum vw_status vw_checksums_put_back(const char *out, const char *head, struct vw_checksums_list **list) {
+    struct vw_checksums_list *held = *list;
+    if (!held) return VW_OK;
+    snprintf(held->head, sizeof held->head, "%s", head);
+    enum vw_status status = update(out, VW_LEDGER_FILE, held);
+    free(held);
+    *list = NULL;
+    return status;
 }
 
 // ---- Checking ------------------------------------------------------------------------------------------------------
@@ -166,7 +207,7 @@ static enum vw_status compare(const char *out, const struct vw_checksum *listed)
                    out, listed->name);
 }
 
-static enum vw_status compare_all(const char *out, const char *head, const struct list *list) {
+static enum vw_status compare_all(const char *out, const char *head, const struct vw_checksums_list *list) {
     enum vw_status status = VW_OK;
     if (strcmp(list->head, head) != 0)
         return vw_fail(VW_ERROR_MISMATCH,
@@ -177,11 +218,14 @@ static enum vw_status compare_all(const char *out, const char *head, const struc
     return status;
 }
 
-// Tells whether a file is left out: the list itself and the lock file of a running command.
+// Tells whether nothing speaks for a file: neither the list nor verify's table names it, and it is not the lock file of
+// a running command.
 static bool is_unlisted(const char *name) {
     bool known = !strcmp(name, ".") || !strcmp(name, "..") || !strcmp(name, VW_CHECKSUMS_FILE) ||
                  !strcmp(name, VW_OUT_LOCK_FILE);
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++) known |= !strcmp(name, result_names[i]); // was compared
+    for (size_t i = 0; i < vw_out_file_count && !known; i++)
+        known = !strcmp(name, vw_out_files[i].name) &&
+                (vw_out_files[i].result || vw_out_files[i].protection == VW_OUT_KEPT);
     return !known;
 }
 
@@ -210,7 +254,7 @@ static enum vw_status list_unlisted(const char *out, struct vw_checksums_found *
 }
 
 enum vw_status vw_checksums_check(const char *out, const char *head, struct vw_checksums_found *found) {
-    struct list list = {0};
+    struct vw_checksums_list list = {0};
     *found = (struct vw_checksums_found){0};
     enum vw_status status = read_list(out, &found->present, &list);
     if (status || !found->present) return status;

@@ -6,13 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "run/out_files.h"
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-#define VW_CHECKSUMS_FILE "SHA256SUMS"
-
-// The files that can be listed. Checkpoints, the state of a stopped lasting pass, retrainings.db, renders and files of
-// the user are not results of the run: they are never listed.
+// The results of table vw_out_files (run/out_files.h). Checkpoints, the state of a stopped lasting pass,
+// retrainings.db, renders and files of the user are not results of the run: they are never listed.
 enum { VW_RESULT_FILE_COUNT = 11 };
 
 struct vw_checksum {
@@ -28,6 +27,17 @@ enum vw_status vw_checksum_make(const char *out, const char *name, struct vw_che
 enum vw_status vw_checksums_write(const char *out, const char *head);
 // Replaces one line of the list after its file was written again; without a list it does nothing.
 enum vw_status vw_checksums_update(const char *out, const char *name);
+
+// Removes the list before the ledger gets another head.
+enum vw_status vw_checksums_remove(const char *out);
+
+struct vw_checksums_list;
+// Reads the list and removes it, where only hashes of kept files (viewworth/ledger.h) are going to change in the
+// ledger.
+// `*list` is NULL where there is none.
+enum vw_status vw_checksums_take(const char *out, struct vw_checksums_list **list);
+// Writes it again with the new head and the new ledger, and frees it. Does nothing for NULL.
+enum vw_status vw_checksums_put_back(const char *out, const char *head, struct vw_checksums_list **list);
 
 struct vw_checksums_found {
     bool present;    // the list; without it nothing was compared

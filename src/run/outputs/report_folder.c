@@ -39,6 +39,7 @@ struct held_run {
 
 struct gathering {
     const struct vw_report_params *params;
+    bool verified;         // by the command, which has just made what is reported
     struct held_run *runs; // owned array, like those below
     size_t run_count, run_capacity;
     struct vw_report_files files;
@@ -56,8 +57,9 @@ static enum vw_status read_matrix(struct held_run *run) {
     return run->matrix.visit_count ? vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors) : VW_OK;
 }
 
-static enum vw_status read_run(struct held_run *run) {
-    enum vw_status status = vw_recorded_open(run->folder, &run->recorded);
+static enum vw_status read_run(struct held_run *run, bool verified) {
+    enum vw_status status = vw_recorded_open_unverified(run->folder, &run->recorded);
+    if (!status && !verified) status = vw_recorded_warn_unverified(run->recorded.ledger);
     if (!status) status = vw_scoring_load(run->recorded.ledger, &run->recorded.config, &run->input);
     if (!status) status = vw_ledger_get_scores(run->recorded.ledger, &run->scores, &run->score_count);
     if (!status) status = read_matrix(run);
@@ -117,7 +119,7 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     if (status) return status;
     struct held_run *run = &gathering->runs[gathering->run_count++];
     run->folder = vw_copy_text(folder);
-    status = run->folder ? read_run(run) : VW_ERROR_MEMORY;
+    status = run->folder ? read_run(run, gathering->verified) : VW_ERROR_MEMORY;
     if (status) return status;
     if (!is_held(gathering, run))
         return vw_report_files_of_run(run->folder, run->recorded.row.scene_hash, run->input.image_count,
@@ -293,7 +295,7 @@ enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count
 }
 
 char *vw_report_folder_finish(const char *out, const struct vw_report_params *params) {
-    struct gathering gathering = {.params = params};
+    struct gathering gathering = {.params = params, .verified = true};
     char *path = vw_path_join(out, "report.html");
     if (path && !write_report(&gathering, &out, 1, path)) return path;
     vw_log_warning("no report: %s; correct this, then run viewworth report %s", vw_error_message(), out);

@@ -7,12 +7,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "run/out_files.h"
 #include "run/scoring.h"
 #include "train/trainer.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-#define VW_RESIDUALS_FILE "residuals.json"
 // The rays of all pictures are at most this share of the run's own (a train ray counts three times, since it goes back
 // as well), or VW_RESIDUALS_RAYS_MIN.
 #define VW_RESIDUALS_SHARE 0.05

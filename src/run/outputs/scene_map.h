@@ -5,10 +5,10 @@
 #include <jansson.h>
 #include <stdint.h>
 
+#include "run/out_files.h"
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-#define VW_SCENE_MAP_FILE "map.json"
 enum { VW_SCENE_MAP_POINTS_MAX = 2000 };
 
 // Writes OUT/map.json: {"scene_hash": hex, "up": [x, y, z], "positions": [x, y, z, ...], "directions": [...],

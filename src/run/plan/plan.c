@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "base/file.h"
 #include "base/json.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/thumbnails.h"
@@ -43,7 +42,7 @@ static const char *text_of(const json_t *record, const char *key) {
     return json_string_value(json_object_get(record, key));
 }
 
-// Reads the record, even an edited one, which vw_ledger_verify() reports later.
+// Reads the record, which another version may have made.
 static enum vw_status read_record(const char *json, struct vw_plan *plan) {
     plan->record = vw_json_load(json, strlen(json), 0, NULL);
     double planned = number_of(plan->record, "epochs_planned"), most = number_of(plan->record, "epochs_most");
@@ -244,31 +243,28 @@ static void continue_plan(const struct vw_run_params *params, uint64_t recorded_
         vw_log_info("budget   %g s, of which earlier steps took about %.1f s", plan->budget_s, plan->spent_s);
 }
 
-static enum vw_status take_recorded(const struct vw_run_params *params, const char *ledger_path,
+static enum vw_status take_recorded(const struct vw_run_params *params, struct vw_ledger *ledger,
                                     struct vw_config *config, struct vw_plan *plan) {
-    struct vw_ledger *ledger = NULL;
     struct vw_ledger_run run;
-    enum vw_status status = vw_ledger_open_to_append(ledger_path, &ledger);
-    if (!status) status = vw_ledger_get_run(ledger, &run);
+    enum vw_status status = vw_ledger_get_run(ledger, &run);
     if (!status) status = read_record(run.plan_json, plan);
     if (!status) status = check_same_choice(params, plan);
     if (!status && json_object_size(plan->record) == 0) vw_plan_free(plan); // nothing was chosen
     else if (!status) status = take_recorded_config(params, &run, config);
     uint64_t rows = status ? 0 : vw_ledger_next_step(ledger);
     if (!status && plan->record) continue_plan(params, rows > 0 ? rows - 1 : 0, plan);
-    vw_ledger_close(&ledger);
     return status;
 }
 
 // ---- Both ----------------------------------------------------------------------------------------------------------
 
-enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledger_path, struct vw_session *session,
+enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger *recorded, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan) {
     if (params->budget_s > 0 && config->learning_rate_decay < 1.0)
         return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay, whose rates depend on --epochs: leave "
                                        "out one of them");
     plan->budget_s = params->budget_s;
-    if (vw_file_exists(ledger_path)) return take_recorded(params, ledger_path, config, plan);
+    if (recorded) return take_recorded(params, recorded, config, plan);
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);
     return params->accuracy ? choose_level(params, config, plan) : VW_OK;
 }

@@ -28,9 +28,9 @@ struct vw_plan {
 
 // Chooses, and writes the choice into `config` and `plan`. plan->started_s is set, the rest zero. Opens the session and
 // decides effects where steps have to be measured. Does nothing where neither accuracy nor budget_s is given and the
-// ledger, where it exists, records no choice. VW_ERROR_USAGE where the params contradict each other or the recorded
-// choice, and where the time is too short.
-enum vw_status vw_plan_make(const struct vw_run_params *params, const char *ledger_path, struct vw_session *session,
+// ledger of a resumed run (NULL: it is new) records no choice. VW_ERROR_USAGE where the params contradict each other or
+// the recorded choice, and where the time is too short.
+enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger *recorded, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan);
 void vw_plan_free(struct vw_plan *plan);
 

@@ -10,12 +10,27 @@
 #include "detect/effects_text.h"
 #include "run/devices.h"
 #include "run/imported/imported_run.h"
+#include "run/kept_files.h"
+#include "run/out_files.h"
 #include "train/trainer.h"
+#include "viewworth/log.h"
 
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
-    *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, "ledger.db")};
+    enum vw_status status = vw_recorded_open_unverified(out, run);
+    return status ? status : vw_recorded_warn_unverified(run->ledger);
+}
+
+enum vw_status vw_recorded_warn_unverified(struct vw_ledger *ledger) {
+    enum vw_status status = vw_ledger_verify(ledger);
+    if (status != VW_ERROR_MISMATCH) return status;
+    vw_log_warning("%s; the ledger was edited, and so may be what follows from it", vw_error_message());
+    return VW_OK;
+}
+
+enum vw_status vw_recorded_open_unverified(const char *out, struct vw_recorded_run *run) {
+    *run = (struct vw_recorded_run){.out = out, .ledger_path = vw_path_join(out, VW_LEDGER_FILE)};
     if (!run->ledger_path) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_file_check_inside(out, "ledger.db");
+    enum vw_status status = vw_file_check_inside(out, VW_LEDGER_FILE);
     if (!status) status = vw_ledger_open(run->ledger_path, &run->ledger);
     if (!status) status = vw_ledger_get_run(run->ledger, &run->row);
     if (status) return status;
@@ -32,6 +47,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
     enum vw_status status = vw_open_gpu(device, false, &run->gpu);
     if (!status) status = vw_reopen_scene(run->row.scene_path, run->row.scene_options_json, run->gpu, &run->scene);
     if (status) return status;
+    run->binding = vw_kept_files_bind(&run->ledger);
     char hash[VW_HASH_HEX_BYTES];
     vw_hash_to_hex(run->scene->hash, hash);
     if (strcmp(hash, run->row.scene_hash) == 0) return VW_OK;
@@ -64,8 +80,9 @@ enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct 
                                              .scene = run->scene,
                                              .config = &run->config,
                                              .effects = run->effects,
-                                             .effect_count = run->effect_count};
-    char *path = vw_path_join(run->out, "field.vwf");
+                                             .effect_count = run->effect_count,
+                                             .binding = &run->binding};
+    char *path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_trainer_create(&params, trainer);
     if (!status) status = vw_trainer_load_field(*trainer, path);

@@ -2,6 +2,7 @@
 #ifndef VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 
+#include "train/files/hashed_file.h"
 #include "viewworth/gpu.h"
 #include "viewworth/ledger.h"
 #include "viewworth/scene.h"
@@ -20,10 +21,16 @@ struct vw_recorded_run {
     uint32_t effect_count;
     struct vw_gpu *gpu;
     struct vw_scene *scene;
+    struct vw_file_binding binding; // binds the field; set with the scene
 };
 
-// Opens OUT's ledger and reads what the run is. Close it also after a failure.
+// Opens OUT's ledger and reads what the run is. Warns when the ledger does not verify, for a reader that prints what is
+// in it; a writer opens it again by vw_ledger_open_to_append(), which refuses. Close it also after a failure.
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
+// Warns in the same way.
+enum vw_status vw_recorded_warn_unverified(struct vw_ledger *ledger);
+// Opens it without verifying, for whoever does that.
+enum vw_status vw_recorded_open_unverified(const char *out, struct vw_recorded_run *run);
 // Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the
 // run was trained on.
 enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *device);
@@ -31,6 +38,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 // Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
+// VW_ERROR_INPUT for another file than the one whose hash the ledger holds.
 // Destroy the trainer also after a failure, before the run is closed.
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);

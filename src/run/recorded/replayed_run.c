@@ -7,6 +7,7 @@
 
 #include "run/imported/imported_run.h"
 #include "run/lasting/lasting_summary.h"
+#include "train/trainer.h"
 
 static enum vw_status count_epochs(struct vw_recorded_run *run) {
     const struct vw_ledger_image *images = NULL;
@@ -43,6 +44,26 @@ enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run) {
                          run->ledger_path);
     free(records);
     return status ? status : count_epochs(run);
+}
+
+enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
+                               const struct vw_interrupt *interrupt, uint64_t *compared) {
+    uint32_t validation_count = 0, count = 0;
+    const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
+    const struct vw_step_record *records = NULL;
+    uint64_t end = vw_ledger_next_step(ledger);
+    if (wanted < end) end = wanted + 1; // step 0 comes for free
+    vw_trainer_stop_after(trainer, end - 1);
+    enum vw_status status = vw_trainer_advance(trainer, &records, &count);
+    while (!status && count > 0 && records[0].step < end) {
+        if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
+        status = vw_ledger_compare(ledger, records, count, validation_views);
+        if (!status) *compared = records[count - 1].step;
+        if (!status && vw_interrupt_requested(interrupt))
+            status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);
+        if (!status) status = vw_trainer_advance(trainer, &records, &count);
+    }
+    return status;
 }
 
 // Compares a step; ignores a flag of its validation, which is not replayed.

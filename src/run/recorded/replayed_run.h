@@ -3,12 +3,19 @@
 #ifndef VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_REPLAYED_RUN_H
 
+#include "base/interrupt.h"
 #include "run/recorded/recorded_run.h"
 #include "viewworth/types.h"
 
 // Refuses a run whose steps cannot be repeated, or tell nothing: imported, not finished, without validation, with
 // tables of halves, not of whole epochs. Its config gets as many epochs as it has. VW_ERROR_USAGE.
 enum vw_status vw_recorded_check_replay(struct vw_recorded_run *run);
+
+// Takes steps from the start, and compares them with the recorded ones bit for bit, until `wanted` of them (and step 0)
+// or all were; `*compared` is the last one. The trainer has taken no step, and takes none after these.
+// VW_ERROR_MISMATCH names the first that differs, VW_ERROR_INTERRUPTED that the interrupt was requested.
+enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trainer, uint64_t wanted,
+                               const struct vw_interrupt *interrupt, uint64_t *compared);
 
 struct vw_recorded_steps { // borrowed
     const char *ledger_path;

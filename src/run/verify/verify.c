@@ -10,9 +10,12 @@
 #include "base/inside.h"
 #include "base/memory.h"
 #include "run/imported/imported_run.h"
+#include "run/out_files.h"
 #include "run/recorded/recorded_run.h"
+#include "run/recorded/replayed_run.h"
 #include "run/run_row.h"
 #include "run/scoring.h"
+#include "run/verify/verify_kept.h"
 #include "run/verify/verify_tables.h"
 #include "train/trainer.h"
 
@@ -82,26 +85,6 @@ static enum vw_status check_import(const struct vw_recorded_run *run, char log_s
 
 // ---- Replay --------------------------------------------------------------------------------------------------------
 
-// Takes steps until `wanted` of them were compared, or all.
-static enum vw_status compare_steps(struct vw_recorded_run *run, struct vw_trainer *trainer, uint64_t wanted,
-                                    const struct vw_interrupt *interrupt, uint64_t *compared) {
-    uint32_t validation_count = 0, count = 0;
-    const uint32_t *validation_views = vw_trainer_validation_views(trainer, &validation_count);
-    const struct vw_step_record *records = NULL;
-    uint64_t end = vw_ledger_next_step(run->ledger);
-    if (wanted < end) end = wanted + 1; // step 0 comes for free
-    enum vw_status status = vw_trainer_advance(trainer, &records, &count);
-    while (!status && count > 0 && records[0].step < end) {
-        if (records[0].step + count > end) count = (uint32_t)(end - records[0].step);
-        status = vw_ledger_compare(run->ledger, records, count, validation_views);
-        if (!status) *compared = records[count - 1].step;
-        if (!status && vw_interrupt_requested(interrupt))
-            status = vw_fail(VW_ERROR_INTERRUPTED, "interrupted after step %" PRIu64, *compared);
-        if (!status) status = vw_trainer_advance(trainer, &records, &count);
-    }
-    return status;
-}
-
 static enum vw_status check_same_run(const struct vw_recorded_run *run, const struct vw_trainer *trainer) {
     struct vw_run_row ours;
     enum vw_status status = vw_run_row_make(trainer, run->gpu, run->scene, &run->config, &ours);
@@ -129,7 +112,7 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify
                                                  .validate = validated};
     status = vw_trainer_create(&of_trainer, &trainer);
     if (!status) status = check_same_run(run, trainer);
-    if (!status) status = compare_steps(run, trainer, params->replay_steps, &params->interrupt, compared);
+    if (!status) status = vw_steps_repeat(run->ledger, trainer, params->replay_steps, &params->interrupt, compared);
     vw_trainer_destroy(&trainer);
     return status;
 }
@@ -167,7 +150,7 @@ static enum vw_status check_field(const struct vw_recorded_run *run, enum field_
     if (!recorded && strcmp(run->row.status, "finished") == 0 && !vw_is_imported(&run->row))
         return vw_fail(VW_ERROR_MISMATCH, "%s: is finished, but has no hash of its field: the run row was edited",
                        run->ledger_path);
-    enum vw_status status = vw_checksum_make(run->out, "field.vwf", &file);
+    enum vw_status status = vw_checksum_make(run->out, VW_FIELD_FILE, &file);
     if (status) return status;
     *state = !file.present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
     if (*state != FIELD_INTACT || strcmp(file.sha256, recorded) == 0) return VW_OK;
@@ -182,6 +165,8 @@ struct checks {
     struct run_scores scores;
     struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT];
     enum field_state field;
+    struct vw_kept_file kept[VW_KEPT_FILES_MAX];
+    uint32_t kept_count;
 };
 
 static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
@@ -204,7 +189,7 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
     struct vw_recorded_run *run = &checks->run;
     enum vw_status status = check_expected(params->expect);
     if (status) return status;
-    status = vw_recorded_open(params->out, run);
+    status = vw_recorded_open_unverified(params->out, run);
     if (run->row.run_id) { // also when the config cannot be read, for which an edit is the likely cause
         enum vw_status intact = vw_ledger_verify(run->ledger);
         if (intact) status = intact;
@@ -215,6 +200,7 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
     if (!status) status = check_tables(run, params, &checks->scores, checks->tables);
     if (!status) status = check_field(run, &checks->field);
     if (!status) status = check_list(run, &made->list);
+    if (!status) status = vw_verify_kept(params->out, run->ledger, checks->kept, &checks->kept_count);
     if (!status && params->replay_steps && vw_ledger_next_step(run->ledger) > 0)
         status = replay(run, params, is_validated(&checks->scores.computed.input), &made->replayed_steps);
     return status;
@@ -228,7 +214,8 @@ static void add(struct vw_verification *made, const char *name, const char *resu
 }
 
 static void list_ledger(const struct checks *checks, struct vw_verification *made) {
-    static const char *const rows[] = {"run row", "image rows", "step rows", "view rows", "retraining rows"};
+    static const char *const rows[] = {"run row",   "image rows",      "step rows",
+                                       "view rows", "retraining rows", "hashes of kept files"};
     bool ended = strcmp(checks->run.row.status, "running") != 0, replayed = made->replayed_steps > 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
     add(made, "score rows", "intact",
@@ -269,8 +256,13 @@ static void list_files(const struct checks *checks, const struct vw_verify_param
     list_tables(checks, params, made);
     static const char *const names[] = {"duplicates.csv", "map.json", "residuals.json", "report.html"};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) list_covered(params, names[i], made);
-    if (checks->field == FIELD_INTACT) add(made, "field.vwf", "intact", "its SHA-256, in the hash chain");
-    else list_covered(params, "field.vwf", made);
+    if (checks->field == FIELD_INTACT) add(made, VW_FIELD_FILE, "intact", "its SHA-256, in the hash chain");
+    else list_covered(params, VW_FIELD_FILE, made);
+    for (uint32_t i = 0; i < checks->kept_count; i++) {
+        const struct vw_kept_file *file = &checks->kept[i];
+        if (file->bound) add(made, file->name, "intact", "its hash, in the hash chain");
+        else add(made, file->name, "not bound", "nothing: commands do not use it");
+    }
 }
 
 static void list_proofs(const struct vw_verify_params *params, struct vw_verification *made) {

@@ -20,12 +20,12 @@ struct vw_verify_params {
     struct vw_interrupt interrupt; // stops taking steps
 };
 
-// One row of the table: what was checked, how it went ("intact", "claimed", "absent", "not checked"), and by what.
-// Static texts.
+// One row of the table: what was checked, how it went ("intact", "claimed", "absent", "not checked", "not bound"), and
+// by what. Static texts.
 struct vw_verify_item {
     const char *name, *result, *by;
 };
-enum { VW_VERIFY_ITEMS_MAX = 24 };
+enum { VW_VERIFY_ITEMS_MAX = 32 };
 
 // The findings about an intact run.
 struct vw_verification {
@@ -41,8 +41,9 @@ struct vw_verification {
 };
 
 // Recomputes every hash and score, the identity, and the tables that follow from the ledger; compares the field with
-// its hash, and all result files and the chain head with SHA256SUMS. Writes nothing. VW_ERROR_MISMATCH names the first
-// difference. `*verification` is untouched on failure; free it by vw_verification_free().
+// its hash, and all result files and the chain head with SHA256SUMS. Tells of each file that a command would go on from
+// whether the ledger binds it. Writes nothing. VW_ERROR_MISMATCH names the first difference. `*verification` is
+// untouched on failure; free it by vw_verification_free().
 enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_verification *verification);
 void vw_verification_free(struct vw_verification *verification);
 

@@ -331,7 +331,7 @@ enum vw_status vw_lasting_save(struct vw_lasting *lasting, const char *path) {
     char *description = NULL;
     enum vw_status status = list_adjoints(lasting, &list);
     if (!status) status = describe(lasting, lasting->next_step, &description);
-    if (!status) status = vw_hashed_file_save(path, magic, description, &list);
+    if (!status) status = vw_hashed_file_save(path, magic, description, &list, lasting->replay.context->binding);
     free(description);
     free((void *)list.buffers);
     return status;
@@ -359,6 +359,7 @@ enum vw_status vw_lasting_load(struct vw_lasting *lasting, const char *path, uin
     struct vw_hashed_file file = {0};
     enum vw_status status = list_adjoints(lasting, &list);
     if (!status) status = vw_hashed_file_open(path, magic, vw_buffer_list_bytes(&list), remedy, &file);
+    if (!status) status = vw_hashed_file_check_kept(&file, path, remedy, lasting->replay.context->binding);
     if (!status) status = check_description(lasting, path, file.description, next_step);
     if (!status && known_from > *next_step + 1)
         status = vw_fail(VW_ERROR_INPUT,

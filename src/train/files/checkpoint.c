@@ -13,14 +13,15 @@ static const char magic[] = "viewworth checkpoint 1\n";
 static const char remedy[] = "remove the file: the run starts from an older checkpoint or anew";
 
 enum vw_status vw_checkpoint_save(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t step,
-                                  const struct vw_step_passes *passes) {
+                                  const struct vw_step_passes *passes, const struct vw_file_binding *binding) {
     char hex[VW_HASH_HEX_BYTES];
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
     uint32_t count = vw_step_training_state(passes, buffers);
     vw_hash_to_hex(run_id, hex);
     char *description = vw_format_text("{\"run_id\":\"%s\",\"step\":%" PRIu64 "}", hex, step);
     if (!description) return VW_ERROR_MEMORY;
-    enum vw_status status = vw_hashed_file_save(path, magic, description, &(struct vw_buffer_list){buffers, count});
+    enum vw_status status =
+        vw_hashed_file_save(path, magic, description, &(struct vw_buffer_list){buffers, count}, binding);
     free(description);
     return status;
 }
@@ -58,7 +59,8 @@ enum vw_status vw_checkpoint_open(const char *path, const uint8_t run_id[VW_HASH
 }
 
 enum vw_status vw_checkpoint_load(const char *path, const uint8_t run_id[VW_HASH_BYTES], uint64_t last_step,
-                                  const struct vw_step_passes *passes, uint64_t *step) {
+                                  const struct vw_step_passes *passes, const struct vw_file_binding *binding,
+                                  uint64_t *step) {
     struct vw_buffer *buffers[TRAINING_STATE_BUFFERS_MAX];
     const struct vw_buffer_list list = {buffers, vw_step_training_state(passes, buffers)};
     struct vw_hashed_file file;
@@ -66,7 +68,8 @@ enum vw_status vw_checkpoint_load(const char *path, const uint8_t run_id[VW_HASH
     enum vw_status status =
         vw_checkpoint_open(path, run_id, last_step, vw_buffer_list_bytes(&list), &file, &saved_step);
     if (status) return status;
-    status = vw_hashed_file_load(&file, &list);
+    status = vw_hashed_file_check_kept(&file, path, remedy, binding);
+    if (!status) status = vw_hashed_file_load(&file, &list);
     vw_hashed_file_close(&file);
     if (!status) *step = saved_step;
     return status;

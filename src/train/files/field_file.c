@@ -30,10 +30,12 @@ static char *describe(const struct vw_trained_field *trained) {
     return text;
 }
 
-enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained) {
+enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained,
+                                  const struct vw_file_binding *binding) {
     char *description = describe(trained);
     const struct vw_buffer_list params = {&trained->field->params, 1};
-    enum vw_status status = description ? vw_hashed_file_save(path, magic, description, &params) : VW_ERROR_MEMORY;
+    enum vw_status status =
+        description ? vw_hashed_file_save(path, magic, description, &params, binding) : VW_ERROR_MEMORY;
     free(description);
     return status;
 }
@@ -47,14 +49,16 @@ enum vw_status vw_field_file_open(const char *path, const char *description, uin
                    remedy);
 }
 
-enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained) {
+enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained,
+                                  const struct vw_file_binding *binding) {
     struct vw_hashed_file file;
     char *description = describe(trained);
     if (!description) return VW_ERROR_MEMORY;
     enum vw_status status = vw_field_file_open(path, description, trained->field->model->param_bytes, &file);
     free(description);
     if (status) return status;
-    status = vw_hashed_file_load(&file, &(struct vw_buffer_list){&trained->field->params, 1});
+    status = vw_hashed_file_check_kept(&file, path, remedy, binding);
+    if (!status) status = vw_hashed_file_load(&file, &(struct vw_buffer_list){&trained->field->params, 1});
     vw_hashed_file_close(&file);
     return status;
 }

@@ -13,11 +13,15 @@ struct vw_trained_field { // all borrowed
     uint32_t effect_count;
 };
 
-enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained);
+// Saves the field; `binding` may be NULL here and below.
+enum vw_status vw_field_file_save(const char *path, const struct vw_trained_field *trained,
+                                  const struct vw_file_binding *binding);
 // Reads a file of that description and size without a device; close it. The same errors as below.
 enum vw_status vw_field_file_open(const char *path, const char *description, uint64_t param_bytes,
                                   struct vw_hashed_file *file);
-// Loads the params. VW_ERROR_INPUT when the file is damaged, or of another configuration, box or effects.
-enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained);
+// Loads the params. VW_ERROR_INPUT when the file is damaged, of another configuration, box or effects, or not one that
+// the binding knows.
+enum vw_status vw_field_file_load(const char *path, const struct vw_trained_field *trained,
+                                  const struct vw_file_binding *binding);
 
 #endif

@@ -1,0 +1,133 @@
+// Files that somebody lays into OUT, with right hashes of their own: what a run goes on from, and its field. They
+// change no result. label: once
+#include "support/ledger_chain.h"
+
+#include "run/recorded/render_view.h"
+#include "run/run_private.h"
+#include "run/verify/verify.h"
+#include "support/forged_file.h"
+#include "support/small_run.h"
+
+enum { EPOCHS = 3, KEPT_STEP = 5, CHANGED_BYTES = 64 };
+
+static struct vw_run_params params_of(const char *out, const struct vw_config *config) {
+    return (struct vw_run_params){
+        .scene.path = SMALL_SCENE, .config = config, .out = out, .resume = true, .report.no_thumbnails = true};
+}
+
+static void finish(const char *out, const struct vw_config *config) {
+    const struct vw_run_params params = params_of(out, config);
+    struct vw_run *run = small_run_make(&params);
+    vw_run_close(&run);
+}
+
+// Leaves a run of KEPT_STEP + 1 steps with a checkpoint of KEPT_STEP.
+static void stop(const char *out, const struct vw_config *config) {
+    const struct vw_run_params params = params_of(out, config);
+    struct vw_run *run = small_run_open(&params);
+    ASSERT_OK(vw_run_advance(run, KEPT_STEP));
+    vw_run_save_checkpoint(run);
+    ASSERT_OK(vw_run_advance(run, 1));
+    vw_run_close(&run);
+}
+
+static uint64_t goes_on_after(const char *out, const struct vw_config *config) {
+    const struct vw_run_params params = params_of(out, config);
+    struct vw_run *run = small_run_open(&params);
+    uint64_t step = run->started_after;
+    vw_run_close(&run);
+    return step;
+}
+
+static void assert_same_steps(const char *out, const char *other) {
+    AUTO_FREE char *ledger = vw_path_join(out, "ledger.db"), *expected = vw_path_join(other, "ledger.db");
+    AUTO_FREE char *chain = sql_ask(expected, SQL_CHAIN);
+    assert_answer(ledger, SQL_CHAIN, chain);
+}
+
+FOLDER_TEST(a_forged_checkpoint_is_not_used) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *whole = vw_path_join(*state, "whole");
+    finish(whole, &config);
+    stop(out, &config);
+    assert_int_equal(goes_on_after(out, &config), KEPT_STEP); // the run's own one is
+    for (int i = 0; i < 2; i++) {
+        AUTO_FREE char *name = vw_format_text("checkpoint_%d.vwc", i), *path = vw_path_join(out, name);
+        if (!vw_file_exists(path)) continue;
+        for (size_t byte = 1; byte <= CHANGED_BYTES; byte++) forge_file(path, byte, 1);
+    }
+    assert_int_equal(goes_on_after(out, &config), 0);
+    finish(out, &config);
+    assert_same_steps(out, whole);
+}
+
+// A kill between the ledger and the file leaves the file of before.
+FOLDER_TEST(the_checkpoint_before_the_last_one_is_used) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
+    stop(out, &config);
+    for (int i = 0; i < 2; i++) {
+        AUTO_FREE char *name = vw_format_text("checkpoint_%d.vwc", i);
+        struct vw_ledger *ledger = test_ledger_open_to_append(ledger_path);
+        ASSERT_OK(vw_ledger_keep(ledger, name, HEX_A));
+        vw_ledger_close(&ledger);
+    }
+    assert_int_equal(goes_on_after(out, &config), KEPT_STEP);
+}
+
+static const char *result_of(const struct vw_verification *verification, const char *name) {
+    for (uint32_t i = 0; i < verification->item_count; i++)
+        if (!strcmp(verification->items[i].name, name)) return verification->items[i].result;
+    return "";
+}
+
+FOLDER_TEST(verify_names_what_is_not_bound) {
+    const struct vw_config config = small_config(0, EPOCHS), other = small_config(1, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *elsewhere = vw_path_join(*state, "other");
+    AUTO(vw_verification_free) struct vw_verification verification = {0};
+    finish(out, &config);
+    finish(elsewhere, &other);
+    AUTO_FREE char *copy = vw_format_text("cp '%s'/checkpoint_0.vwc '%s'/checkpoint_1.vwc", elsewhere, out);
+    assert_int_equal(system(copy), 0);
+    AUTO_FREE char *foreign = vw_path_join(out, "lasting.vws");
+    ASSERT_OK(vw_file_write(foreign, "x", 1));
+    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification));
+    assert_string_equal(result_of(&verification, "checkpoint_0.vwc"), "intact");
+    assert_string_equal(result_of(&verification, "checkpoint_1.vwc"), "not bound");
+    assert_string_equal(result_of(&verification, "lasting.vws"), "not bound");
+    for (uint32_t i = 0; i < verification.list.unlisted_count; i++)
+        assert_null(strstr(verification.list.unlisted[i], "checkpoint"));
+}
+
+FOLDER_TEST(a_forged_field_is_not_rendered) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *field = vw_path_join(out, "field.vwf");
+    finish(out, &config);
+    const struct vw_render_params params = {.out = out};
+    struct vw_rendered_view rendered = {0};
+    ASSERT_OK(vw_render_view(&params, &rendered));
+    vw_rendered_view_free(&rendered);
+    forge_file(field, 1, 1);
+    ASSERT_FAILS(vw_render_view(&params, &rendered), VW_ERROR_INPUT, "the ledger does not hold its hash");
+    vw_rendered_view_free(&rendered);
+}
+
+// A forger who rewrites the ledger as a whole is found by the first steps before anybody is paid.
+FOLDER_TEST(nobody_is_paid_by_steps_that_were_not_taken) {
+    const struct vw_config config = small_config(0, EPOCHS);
+    AUTO_FREE char *out = vw_path_join(*state, "run"), *ledger_path = vw_path_join(out, "ledger.db");
+    AUTO_FREE char *providers = vw_path_join(*state, "given.csv");
+    struct vw_run_params params = params_of(out, &config);
+    static const char given[] = "name,provider\nview_000,alice\nview_001,bob\n";
+    ASSERT_OK(vw_file_write(providers, given, strlen(given)));
+    params.scene.providers = providers;
+    struct vw_run *run = small_run_make(&params);
+    vw_run_close(&run);
+    params.payout.amount = "100";
+    run = small_run_make(&params); // the steps that were taken pay
+    vw_run_close(&run);
+    sql_change(ledger_path, "UPDATE step SET val_psnr = val_psnr + 1 WHERE step = 2");
+    chain_rewrite(ledger_path);
+    ASSERT_FAILS(vw_run_open(&params, &run), VW_ERROR_MISMATCH, "step 2, trained again, differs");
+    assert_null(run);
+}
