@@ -145,12 +145,12 @@ enum vw_status vw_ledger_append(struct vw_ledger *ledger, const struct vw_step_r
 enum vw_status vw_ledger_finish(struct vw_ledger *ledger, const char *status, const char *finished_utc,
                                 const struct vw_ledger_score *scores, uint32_t score_count);
 
-// Replaces pass and scores of a run that has ended, as one synced transaction; its status stays. An append removes the
+// Replaces pass and scores of a finished run, as one synced transaction; its status stays. An append removes the
 // pass. VW_ERROR_USAGE when its steps are not those of the run, or a value is not finite.
 enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_lasting_pass *pass,
                                      const struct vw_ledger_score *scores, uint32_t score_count);
 
-// Appends retrainings to those that are recorded, and replaces the scores of a run that has ended, as one synced
+// Appends retrainings to those that are recorded, and replaces the scores of a finished run, as one synced
 // transaction. A run that is extended afterwards loses its retrainings.
 enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct vw_ledger_retraining *retrainings,
                                          uint32_t count, const struct vw_ledger_score *scores, uint32_t score_count);
@@ -173,6 +173,8 @@ uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the step that t
 // Writes the chain head, which covers everything in the ledger: final_hash after the run has ended, before that the
 // last row_hash.
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
+// Writes the SHA-256 of the file: of the bytes that this object reads, whatever stands in their place meanwhile.
+enum vw_status vw_ledger_hash_file(struct vw_ledger *ledger, char sha256[VW_HASH_HEX_BYTES]);
 // Compares repeated steps with the recorded ones, bit for bit. records[0].step + count must be at most
 // vw_ledger_next_step. VW_ERROR_MISMATCH names the first step that differs.
 enum vw_status vw_ledger_compare(struct vw_ledger *ledger, const struct vw_step_record *records, uint32_t count,

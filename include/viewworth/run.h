@@ -82,12 +82,13 @@ struct vw_run_params {
 enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run);
 // Takes up to `steps` steps and records them; UINT64_MAX: all that are left. VW_OK when they are taken, or when none is
 // left. VW_ERROR_INTERRUPTED when progress returned false: the ledger keeps the steps and the scores so far, and a
-// later run with `resume` continues. After another error the ledger is marked "failed", unless no step was added or a
-// repeated step differs from the recorded one.
+// later run with `resume` continues. After another error the ledger is marked "failed", unless no step was added, a
+// repeated step differs from the recorded one, or the scores so far cannot be written.
 enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
 // Scores what is recorded, writes field.vwf, scores.csv, the other tables and report.html, and marks the ledger
-// "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. Last,
-// lists the files in SHA256SUMS; also for a run that was finished before.
+// "finished". Steps that are left are not taken; recorded steps that a loaded checkpoint lacks are taken again. Removes
+// derived files that it does not make, fails when one cannot be made, and last lists its files in SHA256SUMS; also for
+// a run that was finished before.
 enum vw_status vw_run_finish(struct vw_run *run);
 // Returns the scores of one method, one per train photo, best first. NULL: vw_value_default_method. Call it only after
 // vw_run_finish(). The array and its strings are owned by the run. A method without scores gives count 0.

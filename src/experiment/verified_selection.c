@@ -79,7 +79,8 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
-    enum vw_status status = vw_checksums_take(params.out, &work->checksums); // retrainings change the chain head
+    enum vw_status status =
+        vw_checksums_take(params.out, work->ledger, &work->checksums); // retrainings change the chain head
     return status ? status : vw_retrainer_open(&params, &work->retrainer);
 }
 
@@ -168,9 +169,7 @@ static enum vw_status make(struct work *work) {
 // Writes SHA256SUMS again, also after a failure: every retraining that was kept is in the ledger.
 static enum vw_status put_list_back(struct work *work, enum vw_status status) {
     struct vw_saved_error why = vw_error_save();
-    char head[VW_HASH_HEX_BYTES] = "";
-    if (work->ledger) vw_ledger_chain_head(work->ledger, head);
-    enum vw_status put = vw_checksums_put_back(work->params->run->recorded.out, head, &work->checksums);
+    enum vw_status put = vw_checksums_put_back(work->params->run->recorded.out, work->ledger, &work->checksums);
     if (status) vw_error_restore(&why);
     return status ? status : put;
 }

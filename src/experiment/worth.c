@@ -14,8 +14,7 @@
 #include "run/imported/imported_run.h"
 #include "run/out_folder.h"
 #include "run/out_lock.h"
-#include "run/outputs/checksums.h"
-#include "run/outputs/report_folder.h"
+#include "run/outputs/run_outputs.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -33,6 +32,7 @@ struct work {
     const char **providers; // owned array; of each photo
     struct vw_payout_request payout;
     struct vw_worth_plan plan;
+    struct vw_checksums made; // result files
 };
 
 // ---- Retraining ----------------------------------------------------------------------------------------------------
@@ -67,19 +67,22 @@ static enum vw_status list_retrainings(const struct work *work, const struct vw_
     return status;
 }
 
-// Writes scores.csv before the ledger, and removes files that the new rows outdate. A ledger with retrainings has a
-// scores.csv with them, also after a kill.
+// Removes all derived files and writes scores.csv before the ledger. A ledger with retrainings has a scores.csv with
+// them, also after a kill.
 static enum vw_status write_scores(struct work *work) {
     struct vw_worth_run *result = work->result;
     const struct vw_scoring *scoring = &result->scoring;
-    enum vw_status status = vw_run_remove_outdated_scores(result->recorded.out);
+    const char *out = result->recorded.out;
+    struct vw_csv_text table = {0};
+    enum vw_status status = vw_run_remove_derived(out, work->payout.cents > 0);
     if (!status && !result->scores_path) {
-        result->scores_path = vw_path_join(result->recorded.out, "scores.csv");
+        result->scores_path = vw_path_join(out, "scores.csv");
         if (!result->scores_path) return VW_ERROR_MEMORY;
     }
-    return status ? status
-                  : vw_report_write_csv(result->scores_path, scoring->scores, scoring->score_count,
-                                        scoring->input.images, scoring->input.image_count);
+    if (!status)
+        status = vw_report_make_csv(result->scores_path, scoring->scores, scoring->score_count, scoring->input.images,
+                                    scoring->input.image_count, &table);
+    return vw_result_write_table(status, out, "scores.csv", &table, &work->made);
 }
 
 static enum vw_status record(struct work *work, uint32_t first) {
@@ -139,17 +142,34 @@ static enum vw_status retrain(struct work *work) {
 
 // ---- Outputs -------------------------------------------------------------------------------------------------------
 
-static enum vw_status write_outputs(struct work *work) {
-    const struct vw_worth_run_params *params = work->params;
-    const struct vw_report_params report = {.device = params->devices.first, .options = params->report};
-    enum vw_status status = write_scores(work);
-    if (!status)
-        status = vw_attribution_make(work->result->recorded.scene, &work->result->scoring, params->out, &work->payout,
-                                     &work->result->attribution);
+// Compares the scores of the ledger, which this command may have left as they were, with those that are written now.
+static enum vw_status check_written(struct work *work) {
+    enum vw_status status =
+        vw_scoring_compare(&work->result->scoring, work->ledger, work->result->recorded.ledger_path);
     if (status) return status;
-    work->result->report_path = vw_report_folder_finish(params->out, &report);
     vw_ledger_chain_head(work->ledger, work->result->head);
-    return vw_checksums_write(params->out, work->result->head);
+    return VW_OK;
+}
+
+static enum vw_status write_outputs(struct work *work) {
+    struct vw_recorded_run *recorded = &work->result->recorded;
+    struct vw_run_outputs_params params = {
+        .out = work->params->out,
+        .scene = recorded->scene,
+        .ledger = work->ledger,
+        .scoring = &work->result->scoring,
+        .config = &recorded->config,
+        .effects = recorded->effects,
+        .effect_count = recorded->effect_count,
+        .payout = &work->payout,
+        .report = {.device = work->params->devices.first, .options = work->params->report}};
+    enum vw_status status = check_written(work);
+    if (!status) status = write_scores(work);
+    if (!status) status = vw_recorded_load_field(recorded, &params.trainer);
+    if (!status) status = vw_run_outputs_make(&params, &work->made, &work->result->outputs);
+    if (!status) status = vw_checksums_write(params.out, params.ledger, &work->made);
+    vw_trainer_destroy(&params.trainer);
+    return status;
 }
 
 // ---- All of it -----------------------------------------------------------------------------------------------------
@@ -202,7 +222,9 @@ static enum vw_status open_session(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     enum vw_status status = vw_ledger_open_to_append(recorded->ledger_path, &work->ledger);
     if (!status) status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
-    return !status && work->payout.cents ? vw_attribution_check_scene(recorded->scene) : status;
+    if (!status && work->payout.cents) status = vw_attribution_check_scene(recorded->scene);
+    if (status) return status; // the report needs the field in the end
+    return vw_checksums_check_field(&work->made, work->params->out, recorded->row.field_sha256);
 }
 
 static enum vw_status open_retrainer(struct work *work) {
@@ -266,9 +288,8 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
 }
 
 void vw_worth_run_free(struct vw_worth_run *result) {
-    vw_attribution_free(&result->attribution);
+    vw_run_outputs_free(&result->outputs);
     vw_scoring_free(&result->scoring);
     free(result->scores_path);
-    free(result->report_path);
     vw_recorded_close(&result->recorded);
 }

@@ -4,7 +4,7 @@
 #define VIEWWORTH_EXPERIMENT_WORTH_H
 
 #include "base/interrupt.h"
-#include "run/outputs/attribution.h"
+#include "run/outputs/run_outputs.h"
 #include "run/recorded/recorded_run.h"
 #include "run/scoring.h"
 #include "run/session.h"
@@ -27,9 +27,9 @@ struct vw_worth_run {
     struct vw_recorded_run recorded;
     struct vw_scoring scoring;
     struct vw_worth_summary summary;
-    const char *prior; // the method that stands for worth where there are no retrainings; NULL: there are
-    struct vw_attribution attribution;
-    char *scores_path, *report_path; // owned; NULL: not written
+    const char *prior;             // the method that stands for worth where there are no retrainings; NULL: there are
+    struct vw_run_outputs outputs; // empty: not written
+    char *scores_path;             // owned; NULL: not written
     char head[VW_HASH_HEX_BYTES];
 };
 
@@ -38,9 +38,9 @@ struct vw_worth_run {
 enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params);
 // Computes worth. Opens the scene if there are retrainings to make or a payout to write. Keeps retrainings in
 // OUT/retrainings.db at once, and in the ledger in groups. An interrupted worth that is called again gives the same
-// bits as one without interruption. Writes scores.csv, the tables, the report and SHA256SUMS again; removes an earlier
-// payout. Returns VW_ERROR_USAGE for a run that is imported or not finished, VW_ERROR_INPUT when the photos have fewer
-// subsets. Free the result also after a failure.
+// bits as one without interruption. Removes all derived files and writes scores.csv, the tables, the report and
+// SHA256SUMS; a payout only where one is asked for. Returns VW_ERROR_USAGE for a run that is imported or not finished,
+// VW_ERROR_INPUT when the photos have fewer subsets. Free the result also after a failure.
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result);
 void vw_worth_run_free(struct vw_worth_run *result);
 

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -153,6 +154,25 @@ enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *siz
         return vw_database_fail(database, "read");
     *size_bytes = size;
     return VW_OK;
+}
+
+enum vw_status vw_database_hash_file(struct vw_database *database, char sha256[VW_HASH_HEX_BYTES]) {
+    enum { PIECE_BYTES = 16 * VW_DATABASE_PAGE_BYTES };
+    uint8_t piece[PIECE_BYTES], hash[VW_HASH_BYTES];
+    crypto_hash_sha256_state state;
+    int64_t version = 0; // the query takes SQLite's lock
+    sqlite3_int64 size_bytes = 0;
+    enum vw_status status = vw_database_read_number(database, "PRAGMA user_version", &version);
+    if (!status) status = vw_database_size(database, &size_bytes);
+    crypto_hash_sha256_init(&state);
+    for (sqlite3_int64 at = 0; !status && at < size_bytes; at += PIECE_BYTES) {
+        int count = size_bytes - at < PIECE_BYTES ? (int)(size_bytes - at) : PIECE_BYTES;
+        status = vw_database_read_bytes(database, piece, count, at);
+        if (!status) crypto_hash_sha256_update(&state, piece, (unsigned long long)count);
+    }
+    crypto_hash_sha256_final(&state, hash);
+    if (!status) vw_hash_to_hex(hash, sha256);
+    return status;
 }
 
 static enum vw_status fail_damaged(const struct vw_database *database, const char *what) {

@@ -17,6 +17,8 @@ enum vw_status vw_database_check_free(const char *path);
 // Reads bytes of an open file. Bytes beyond its end are 0.
 enum vw_status vw_database_read_bytes(struct vw_database *database, uint8_t *bytes, int count, int64_t offset);
 enum vw_status vw_database_size(struct vw_database *database, sqlite3_int64 *size_bytes);
+// Computes the SHA-256 of an open file; call it in a reading transaction.
+enum vw_status vw_database_hash_file(struct vw_database *database, char sha256[VW_HASH_HEX_BYTES]);
 // Checks, before the first query, that the header contains the values that viewworth writes. If there is a journal,
 // pass false as `whole`: the size is then not compared with the header.
 enum vw_status vw_database_check_header(struct vw_database *database, const char *what, bool whole);

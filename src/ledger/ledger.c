@@ -89,6 +89,11 @@ void vw_ledger_close(struct vw_ledger **ledger) {
     *ledger = NULL;
 }
 
+enum vw_status vw_ledger_hash_file(struct vw_ledger *ledger, char sha256[VW_HASH_HEX_BYTES]) {
+    enum vw_status status = vw_database_begin_reading(&ledger->database);
+    return status ? status : vw_database_end(&ledger->database, vw_database_hash_file(&ledger->database, sha256));
+}
+
 uint64_t vw_ledger_next_step(const struct vw_ledger *ledger) { return ledger->next_step; }
 
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]) {

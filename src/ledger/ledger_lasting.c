@@ -123,9 +123,9 @@ enum vw_status vw_ledger_set_lasting(struct vw_ledger *ledger, const struct vw_l
                                      const struct vw_ledger_score *scores, uint32_t score_count) {
     enum vw_status status = vw_ledger_load_images(ledger);
     if (status) return status;
-    if (!vw_ledger_has_ended(ledger) || !is_whole(ledger, pass))
+    if (!vw_ledger_has_finished(ledger) || !is_whole(ledger, pass))
         return vw_fail(VW_ERROR_USAGE,
-                       "%s: lasting credit needs a finite row for each step of a run that has ended; "
+                       "%s: lasting credit needs a finite row for each step of a finished run; "
                        "run viewworth lasting on the finished run",
                        ledger->database.path);
     struct vw_ledger_state state = vw_ledger_state_with(ledger, scores, score_count);

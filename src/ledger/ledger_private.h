@@ -6,6 +6,7 @@
 #include "viewworth/ledger.h"
 
 #define VW_LEDGER_RUNNING "running" // the status of a run that has not ended
+#define VW_LEDGER_FINISHED "finished"
 
 // The insertions of the rows of a step. Without statements the rows are only hashed.
 struct vw_step_insertions {
@@ -84,6 +85,7 @@ struct vw_ledger_state {
 };
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger);
+bool vw_ledger_has_finished(const struct vw_ledger *ledger); // only then it takes retrainings and lasting credit
 // Returns the present state with other scores.
 struct vw_ledger_state vw_ledger_state_with(const struct vw_ledger *ledger, const struct vw_ledger_score *scores,
                                             uint32_t score_count);

@@ -9,7 +9,7 @@
 
 // Checks the status: an unknown word would be shown as if viewworth had written it.
 static enum vw_status check_run(struct vw_ledger *ledger, uint64_t index, void *row) {
-    static const char *const known[] = {VW_LEDGER_RUNNING, "finished", "interrupted", "failed"};
+    static const char *const known[] = {VW_LEDGER_RUNNING, VW_LEDGER_FINISHED, "interrupted", "failed"};
     const struct vw_run_row *run = row;
     if (index > 0)
         return vw_fail(VW_ERROR_MISMATCH, "%s: has more than one run; use the ledger of a single run",

@@ -4,6 +4,10 @@
 
 bool vw_ledger_has_ended(const struct vw_ledger *ledger) { return strcmp(ledger->run.status, VW_LEDGER_RUNNING) != 0; }
 
+bool vw_ledger_has_finished(const struct vw_ledger *ledger) {
+    return strcmp(ledger->run.status, VW_LEDGER_FINISHED) == 0;
+}
+
 struct vw_ledger_state vw_ledger_state_with(const struct vw_ledger *ledger, const struct vw_ledger_score *scores,
                                             uint32_t score_count) {
     return (struct vw_ledger_state){.status = ledger->run.status,

@@ -38,6 +38,33 @@ static enum vw_status verify_belonging(struct vw_database *database) {
     return status;
 }
 
+// ---- The status ----
+
+// Looks for rows that a run of this status cannot have: an append removes them all, and only a run that has finished
+// gets retrainings and lasting credit. So no status hides rows from whoever computes them again.
+static enum vw_status verify_status(struct vw_database *database) {
+    static const struct {
+        const char *rows, *sql;
+    } refused[] = {
+        {"score rows, or a field", "SELECT count(*) FROM run WHERE status = '" VW_LEDGER_RUNNING "' AND (field_sha256 "
+                                   "IS NOT NULL OR EXISTS (SELECT 1 FROM score))"},
+        {"retraining rows, or rows of lasting credit",
+         "SELECT count(*) FROM run WHERE status <> '" VW_LEDGER_FINISHED "' AND "
+         "(EXISTS (SELECT 1 FROM retraining) OR EXISTS (SELECT 1 FROM lasting))"},
+    };
+    enum vw_status status = VW_OK;
+    for (size_t i = 0; !status && i < VW_ARRAY_COUNT(refused); i++) {
+        int64_t found = 0;
+        status = vw_database_read_number(database, refused[i].sql, &found);
+        if (!status && found)
+            status = vw_fail(VW_ERROR_MISMATCH,
+                             "%s: has %s, but a status that excludes them: the status was edited, or "
+                             "rows were added",
+                             database->path, refused[i].rows);
+    }
+    return status;
+}
+
 // ---- The hashes of the run row ----
 
 // Compares a hash in the run row with the recomputed one.
@@ -151,5 +178,6 @@ enum vw_status vw_ledger_verify(struct vw_ledger *ledger) {
     if (!status) status = verify_steps(&verification);
     if (!status) status = vw_ledger_verify_lasting(verification.database, verification.head);
     if (!status) status = verify_final_hash(&verification);
+    if (!status) status = verify_status(verification.database);
     return vw_database_end(verification.database, status);
 }

@@ -39,8 +39,9 @@ enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct 
                                          uint32_t count, const struct vw_ledger_score *scores, uint32_t score_count) {
     struct vw_ledger_state state = vw_ledger_state_with(ledger, scores, score_count);
     struct adding adding = {retrainings, count};
-    if (!vw_ledger_has_ended(ledger))
-        return vw_fail(VW_ERROR_USAGE, "%s: the run has not ended; finish it by --resume first", ledger->database.path);
+    if (!vw_ledger_has_finished(ledger))
+        return vw_fail(VW_ERROR_USAGE, "%s: the run is not finished; finish it by --resume first",
+                       ledger->database.path);
     return vw_ledger_change(ledger, &state, insert, &adding);
 }
 

@@ -75,8 +75,10 @@ static bool write_page(FILE *stream, const char *extra, const json_t *data) {
     return complete;
 }
 
-enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page) {
+enum vw_status vw_report_write_html(const char *path, const struct vw_report_page *page,
+                                    char sha256[VW_HASH_HEX_BYTES]) {
     json_t *data = NULL;
+    uint8_t hash[VW_HASH_BYTES];
     char *text = NULL;
     size_t size_bytes = 0;
     enum vw_status status = vw_html_data_make(page, &data);
@@ -86,6 +88,10 @@ enum vw_status vw_report_write_html(const char *path, const struct vw_report_pag
     status = vw_text_stream_close(&html, path, &text, &size_bytes);
     if (!status && !complete) status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for the page", path);
     if (!status) status = vw_file_write(path, text, size_bytes);
+    if (!status && sha256) {
+        vw_sha256(text, size_bytes, hash);
+        vw_hash_to_hex(hash, sha256);
+    }
     json_decref(data);
     free(text);
     return status;

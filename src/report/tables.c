@@ -35,10 +35,6 @@ static void print_providers(FILE *stream, const void *context) {
     }
 }
 
-enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count) {
-    return vw_csv_write_file(path, print_providers, &(struct table){.rows = groups, .count = count});
-}
-
 enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
                                        struct vw_csv_text *made) {
     return vw_csv_make_text(path, print_providers, &(struct table){.rows = groups, .count = count}, made);
@@ -93,11 +89,6 @@ enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_pay
     return vw_csv_make_text(path, print_payout_photos, payouts, made);
 }
 
-enum vw_status vw_table_write_payouts(const char *path, const char *photos_path, const struct vw_payouts *payouts) {
-    enum vw_status status = vw_csv_write_file(path, print_payout, payouts);
-    return status ? status : vw_csv_write_file(photos_path, print_payout_photos, payouts);
-}
-
 static void print_duplicates(FILE *stream, const void *context) {
     const struct table *table = context;
     const struct vw_duplicate_score *rows = table->rows;
@@ -112,8 +103,9 @@ static void print_duplicates(FILE *stream, const void *context) {
     }
 }
 
-enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count) {
-    return vw_csv_write_file(path, print_duplicates, &(struct table){.rows = rows, .count = count});
+enum vw_status vw_table_make_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count,
+                                        struct vw_csv_text *made) {
+    return vw_csv_make_text(path, print_duplicates, &(struct table){.rows = rows, .count = count}, made);
 }
 
 // ---- The matrix ----------------------------------------------------------------------------------------------------

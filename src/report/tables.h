@@ -1,6 +1,6 @@
 // Tables beside scores.csv, for people and other programs: CSV (RFC 4180, but lines end with LF), reals so that they
-// read back to the same double. A write function writes its file whole or not at all. A make function makes the same
-// text in memory, and has the path for messages.
+// read back to the same double. Each is made in memory; the path is for messages. A write function writes the same as a
+// file, whole or not at all.
 #ifndef VIEWWORTH_REPORT_TABLES_H
 #define VIEWWORTH_REPORT_TABLES_H
 
@@ -14,23 +14,22 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-// Writes providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank
+// Makes providers.csv: provider,method,value,unit,stderr,photos,rank; a row per method and provider as they come, rank
 // 1 = most valuable.
-enum vw_status vw_table_write_providers(const char *path, const struct vw_provider_score *groups, uint32_t count);
 enum vw_status vw_table_make_providers(const char *path, const struct vw_provider_score *groups, uint32_t count,
                                        struct vw_csv_text *made);
-// Writes payout.csv: provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,tests,unscored;
+// Makes payout.csv: provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,tests,unscored;
 // a row per provider, best paid first. value: sum of the photos' positive scores. The amounts, with two decimals, add
 // up to the whole, the interval of 90 % likewise has two. overlaps: providers that are not told apart. The last three
 // count photos that have no score. And payout_photos.csv: name,provider,method,value,unit,share,amount,ci_low,ci_high;
 // a row per photo with a score; the amounts of a provider's photos add up to its own.
-enum vw_status vw_table_write_payouts(const char *path, const char *photos_path, const struct vw_payouts *payouts);
 enum vw_status vw_table_make_payout(const char *path, const struct vw_payouts *payouts, struct vw_csv_text *made);
 enum vw_status vw_table_make_payout_photos(const char *path, const struct vw_payouts *payouts,
                                            struct vw_csv_text *made);
-// Writes duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo,
+// Makes duplicates.csv: group,name,split,provider,similarity,method,value,unit,stderr,group_value; a row per photo,
 // groups from 0.
-enum vw_status vw_table_write_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count);
+enum vw_status vw_table_make_duplicates(const char *path, const struct vw_duplicate_score *rows, uint32_t count,
+                                        struct vw_csv_text *made);
 // Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;
 // per photo a row of dv_psnr, one of lasting_psnr where there is a backward pass by validation photo, and one of
 // dv_loss. The last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the

@@ -1,20 +1,12 @@
-#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/clock.h"
-#include "base/file.h"
-#include "base/memory.h"
-#include "report/page.h"
 #include "run/lasting/lasting.h"
 #include "run/out_folder.h"
-#include "run/outputs/checksums.h"
-#include "run/outputs/report_folder.h"
-#include "run/outputs/residuals.h"
-#include "run/outputs/scene_map.h"
+#include "run/outputs/run_outputs.h"
 #include "run/run_private.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
@@ -56,20 +48,27 @@ static enum vw_status check_finite(const struct vw_run *run) {
                    run->results.ledger_path);
 }
 
+// Notes the field, by the hash of the bytes that were saved.
+static enum vw_status note_field(struct vw_run *run) {
+    struct vw_ledger_run row;
+    enum vw_status status = vw_ledger_get_run(run->ledger, &row);
+    return status ? status : vw_checksums_note_hash(&run->made, VW_FIELD_FILE, row.field_sha256);
+}
+
 // Writes the outputs before the end of the ledger, so that a finished run has them, and none of an earlier end.
 static enum vw_status end(struct vw_run *run) {
-    if (run->complete || run->ended) return VW_OK;
+    if (run->complete) return vw_run_load_field(run); // the trainer is not at its last step
+    if (run->ended) return VW_OK;
     const struct vw_scoring *scoring = &run->results.scoring;
     enum vw_status status = check_finite(run);
-    if (!status) status = vw_run_remove_outdated(run->out);
+    if (!status) status = vw_run_remove_outdated(run->out, run->payout.cents > 0);
     if (!status) status = vw_trainer_save_field(run->trainer, run->results.field_path); // the ledger's end has its hash
-    if (!status && run->validate)
-        status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,
-                                     scoring->input.images, scoring->input.image_count);
+    if (!status) status = vw_run_write_scores(run);
     char finished_utc[VW_UTC_BYTES];
     vw_utc_now(finished_utc);
     if (!status)
         status = vw_ledger_finish(run->ledger, "finished", finished_utc, scoring->scores, scoring->score_count);
+    if (!status) status = note_field(run);
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // when the run ends before its last step
     if (!status) log_statistics(&run->results.statistics);
@@ -83,6 +82,8 @@ static enum vw_status end(struct vw_run *run) {
 static enum vw_status score(struct vw_run *run) {
     if (run->scored || !run->validate) return VW_OK;
     enum vw_status status = vw_scoring_make(run->ledger, &run->config, &run->results.scoring);
+    if (!status && run->complete) // the ledger stays as it is, and is listed again
+        status = vw_scoring_compare(&run->results.scoring, run->ledger, run->results.ledger_path);
     if (!status) status = vw_run_rank(run);
     run->scored = !status;
     return status;
@@ -124,58 +125,27 @@ enum vw_status vw_run_score(struct vw_run *run) {
 
 // ---- Tables and report ---------------------------------------------------------------------------------------------
 
-// Writes the residuals. For a run that was complete, whose trainer is not at its last step, only if they are missing.
-static enum vw_status write_residuals(struct vw_run *run, const struct vw_residuals_params *params) {
-    if (run->report.no_thumbnails) return VW_OK;
-    if (!run->complete) return vw_residuals_write(params);
-    char *path = vw_path_join(run->out, VW_RESIDUALS_FILE);
-    bool held = path && vw_file_exists(path);
-    free(path);
-    if (held) return VW_OK;
-    enum vw_status status = vw_trainer_load_field(run->trainer, run->results.field_path);
-    return status ? status : vw_residuals_write(params);
-}
-
-// Writes pictures of the scene and the field, so that the report can be made again without them.
-static void write_pictures(struct vw_run *run) {
-    const struct vw_residuals_params params = {
-        .scene = run->scene,
-        .trainer = run->trainer,
-        .scoring = &run->results.scoring,
-        .config = &run->config,
-        .on_background = vw_effects_is_on(run->effects, run->effect_count, "background"),
-        .fitted = vw_effects_fit_views(run->effects, run->effect_count),
-        .out = run->out,
-    };
-    enum vw_status status = vw_scene_map_write(run->scene, run->out);
-    if (!status) status = write_residuals(run, &params);
-    if (status) vw_log_warning("the report lacks its map or renders: %s", vw_error_message());
-}
-
-static enum vw_status write_tables(struct vw_run *run) {
-    enum vw_status status =
-        vw_attribution_make(run->scene, &run->results.scoring, run->out, &run->payout, &run->results.attribution);
-    if (!status)
-        status = vw_validation_views_make(run->scene, run->ledger, &run->results.scoring, run->out,
-                                          &run->results.validation);
-    if (!status) write_pictures(run);
-    const struct vw_report_params report = {.scene = run->scene, .options = run->report};
-    if (!status) run->results.report_path = vw_report_folder_finish(run->out, &report);
-    return status;
-}
-
-static enum vw_status write_checksums(const struct vw_run *run) {
-    char head[VW_HASH_HEX_BYTES];
-    vw_ledger_chain_head(run->ledger, head);
-    return vw_checksums_write(run->out, head);
+static enum vw_status make_outputs(struct vw_run *run) {
+    const struct vw_run_outputs_params params = {.out = run->out,
+                                                 .scene = run->scene,
+                                                 .ledger = run->ledger,
+                                                 .scoring = &run->results.scoring,
+                                                 .trainer = run->trainer,
+                                                 .config = &run->config,
+                                                 .effects = run->effects,
+                                                 .effect_count = run->effect_count,
+                                                 .payout = &run->payout,
+                                                 .report = {.scene = run->scene, .options = run->report}};
+    return vw_run_outputs_make(&params, &run->made, &run->results.outputs);
 }
 
 enum vw_status vw_run_finish(struct vw_run *run) {
     if (!run) return vw_fail(VW_ERROR_USAGE, "vw_run_finish: run is NULL; open one by vw_run_open");
     if (run->finished) return VW_OK;
     enum vw_status status = score_and_end(run);
-    if (!status && run->validate) status = write_tables(run);
-    if (!status) status = write_checksums(run);
+    if (!status && !run->written) status = vw_run_write_scores(run);
+    if (!status && run->validate) status = make_outputs(run);
+    if (!status) status = vw_checksums_write(run->out, run->ledger, &run->made);
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;
     return status;

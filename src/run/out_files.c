@@ -5,15 +5,15 @@
 const struct vw_out_file vw_out_files[] = {
     // Results of a run, in the order of SHA256SUMS.
     {"duplicates.csv", VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
-    {VW_FIELD_FILE, VW_OUT_FIELD, true, VW_OUT_STAYS},
+    {VW_FIELD_FILE, VW_OUT_FIELD, true, VW_OUT_BY_STEPS},
     {VW_LEDGER_FILE, VW_OUT_CHAIN, true, VW_OUT_STAYS},
-    {VW_SCENE_MAP_FILE, VW_OUT_LISTED, true, VW_OUT_STAYS},
-    {"matrix.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_STEPS},
+    {VW_SCENE_MAP_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
+    {"matrix.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     {"payout.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     {"payout_photos.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     {"providers.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
-    {"report.html", VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
-    {VW_RESIDUALS_FILE, VW_OUT_LISTED, true, VW_OUT_BY_STEPS},
+    {VW_REPORT_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
+    {VW_RESIDUALS_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {"scores.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     // The list of these results: a command replaces lines, and verify compares all of it.
     {VW_CHECKSUMS_FILE, VW_OUT_COMPARED, false, VW_OUT_BY_SCORES},

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include "base/file.h"
+#include "base/inside.h"
 #include "base/memory.h"
 #include "run/out_files.h"
 #include "run/outputs/checksums.h"
+#include "viewworth/log.h"
 
 enum { BLOCK_BYTES = 1 << 14, BLOCK_COUNT = 64 };
 
@@ -59,18 +61,18 @@ static enum vw_status remove_outdated(const char *out, enum vw_out_outdated by) 
     return status;
 }
 
-enum vw_status vw_run_remove_outdated(const char *out) {
-    enum vw_status status = vw_run_remove_outdated_scores(out);
+enum vw_status vw_run_remove_outdated(const char *out, bool pays) {
+    enum vw_status status = vw_run_remove_derived(out, pays);
     return status ? status : remove_outdated(out, VW_OUT_BY_STEPS);
 }
 
-enum vw_status vw_run_remove_payouts(const char *out) {
-    enum vw_status status = vw_checksums_remove(out);
-    if (!status) status = remove_file(out, "payout.csv");
-    return status ? status : remove_file(out, "payout_photos.csv");
-}
-
-enum vw_status vw_run_remove_outdated_scores(const char *out) {
+enum vw_status vw_run_remove_derived(const char *out, bool pays) {
+    bool paid = vw_file_exists_inside(out, "payout.csv");
     enum vw_status status = vw_checksums_remove(out); // first: it vouches for the others
-    return status ? status : remove_outdated(out, VW_OUT_BY_SCORES);
+    if (!status) status = remove_outdated(out, VW_OUT_BY_SCORES);
+    if (!status && paid && !pays)
+        vw_log_warning("%s/payout.csv is removed, since this command was not asked to pay; worth or value --resume "
+                       "with --payout AMOUNT pays by the scores of now",
+                       out);
+    return status;
 }

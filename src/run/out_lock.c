@@ -197,6 +197,8 @@ enum vw_status vw_out_lock_take_for(const char *to, const char *const *folders, 
     return status;
 }
 
+const char *vw_out_lock_folder(const struct vw_out_lock *lock) { return lock->out; }
+
 void vw_out_lock_release(struct vw_out_lock **lock) {
     if (!lock || !*lock) return;
     close_lock(*lock, true);

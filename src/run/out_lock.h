@@ -18,6 +18,8 @@ enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock);
 // Locks the one of the folders that the file `to` lies in, if it lies in one of them. `*lock` is NULL otherwise.
 enum vw_status vw_out_lock_take_for(const char *to, const char *const *folders, uint32_t folder_count,
                                     struct vw_out_lock **lock);
+// Returns the folder that is locked, as it was named.
+const char *vw_out_lock_folder(const struct vw_out_lock *lock);
 // Removes OUT, too, if the lock created it and nothing was written to it.
 void vw_out_lock_release(struct vw_out_lock **lock);
 

@@ -32,14 +32,6 @@ static enum vw_status load_checkpoint(struct vw_run *run) {
     return status;
 }
 
-static void log_complete(const struct vw_run *run, uint64_t last_step) {
-    const char *const outputs[] = {run->results.field_path, run->results.scores_path};
-    vw_log_info("resume   %s is finished after step %" PRIu64 ": nothing is left to do", run->out, last_step);
-    for (size_t i = 0; i < (run->validate ? 2 : 1); i++)
-        if (!vw_file_exists(outputs[i]))
-            vw_log_warning("%s is missing; --resume with more --epochs, or another --out, makes it", outputs[i]);
-}
-
 // Compares the steps that are recorded with those that are asked for.
 static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_run *recorded) {
     uint64_t end = vw_ledger_next_step(run->ledger), wanted = vw_trainer_total_steps(run->trainer) + 1;
@@ -47,7 +39,8 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
     enum vw_status status = finished ? vw_stop_rules_measure_stability(run, &stable) : VW_OK;
     if (status) return status;
     run->complete = finished && (end >= wanted || stable || vw_plan_keeps_time(&run->results.plan));
-    if (run->complete) log_complete(run, end - 1);
+    if (run->complete)
+        vw_log_info("resume   %s is finished after step %" PRIu64 ": no step is left to take", run->out, end - 1);
     else if (end > wanted)
         return vw_fail(VW_ERROR_USAGE,
                        "--resume: %s holds %" PRIu64 " steps already, more than --epochs %u takes; ask for more",

@@ -3,8 +3,7 @@
 #define VIEWWORTH_RUN_RUN_H
 
 #include "run/lasting/lasting_summary.h"
-#include "run/outputs/attribution.h"
-#include "run/outputs/validation_views.h"
+#include "run/outputs/run_outputs.h"
 #include "run/plan/plan.h"
 #include "run/profile.h"
 #include "run/scoring.h"
@@ -32,7 +31,7 @@ enum vw_status vw_run_score(struct vw_run *run);
 // The results of a run, which it owns and fills on its way.
 struct vw_run_results {
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
-    char *ledger_path, *scores_path, *field_path, *report_path; // report_path NULL: none was written
+    char *ledger_path, *scores_path, *field_path;
     const struct vw_gpu_info *device;
     const struct vw_scene *scene;
     const struct vw_config *config;
@@ -45,8 +44,7 @@ struct vw_run_results {
     struct vw_profile profile;            // without rows: not asked for
     // Only in a validated run:
     struct vw_scoring scoring;
-    struct vw_attribution attribution;
-    struct vw_validation_views validation;
+    struct vw_run_outputs outputs;
     struct vw_lasting_summary lasting; // empty: the run has no lasting credit
 };
 

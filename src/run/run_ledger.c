@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "run/run_private.h"
 #include "run/run_row.h"
-#include "viewworth/log.h"
 
 static enum vw_status list_images(const struct vw_scene *scene, struct vw_ledger_image **images,
                                   char (**hashes)[VW_HASH_HEX_BYTES]) {
@@ -56,15 +55,8 @@ void vw_run_end_early(struct vw_run *run, enum vw_status status) {
     struct vw_ledger_run row;
     struct vw_saved_error why = vw_error_save();
     if (!vw_ledger_get_run(run->ledger, &row) && strcmp(row.status, "running") == 0 && status != VW_ERROR_MISMATCH) {
-        char finished_utc[VW_UTC_BYTES];
-        vw_utc_now(finished_utc);
         const char *outcome = status == VW_ERROR_INTERRUPTED ? "interrupted" : "failed";
-        struct vw_scoring scoring; // the scores so far, or none
-        (void)vw_scoring_make(run->ledger, &run->config, &scoring);
-        if (vw_ledger_finish(run->ledger, outcome, finished_utc, scoring.scores, scoring.score_count) &&
-            vw_ledger_finish(run->ledger, outcome, finished_utc, NULL, 0)) // a full disk may have no room for scores
-            vw_log_warning("%s", vw_error_message());
-        vw_scoring_free(&scoring);
+        vw_scoring_end_early(run->ledger, &run->config, outcome);
     }
     vw_error_restore(&why);
 }

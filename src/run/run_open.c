@@ -70,7 +70,7 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
 static enum vw_status name_outputs(struct vw_run *run) {
     run->results.ledger_path = vw_path_join(run->out, "ledger.db");
     run->results.scores_path = vw_path_join(run->out, "scores.csv");
-    run->results.field_path = vw_path_join(run->out, "field.vwf");
+    run->results.field_path = vw_path_join(run->out, VW_FIELD_FILE);
     if (!run->results.ledger_path || !run->results.scores_path || !run->results.field_path) return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(run->out);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
@@ -200,12 +200,10 @@ enum vw_status vw_run_open_in_session(const struct vw_run_params *params, struct
 }
 
 static void free_results(struct vw_run *run) {
-    vw_validation_views_free(&run->results.validation);
-    vw_attribution_free(&run->results.attribution);
+    vw_run_outputs_free(&run->results.outputs);
     vw_scoring_free(&run->results.scoring);
     vw_lasting_summary_free(&run->results.lasting);
     free(run->ranked);
-    free(run->results.report_path);
 }
 
 void vw_run_close(struct vw_run **run) {

@@ -162,7 +162,7 @@ void fuzz_check_report(const char *name, const uint8_t *data, size_t size_bytes)
     fuzz_write("out/renders/a.png", picture, sizeof picture);
     const char *written = fuzz_write(path, data, size_bytes);
     fuzz_forget_message();
-    enum vw_status status = vw_report_files_add(&files, temporary_path(fuzz_folder(), "out"), NULL);
+    enum vw_status status = vw_report_files_add(&files, temporary_path(fuzz_folder(), "out"), NULL, NULL);
     fuzz_check_message(status);
     if (!status) {
         CHECK(files.count == 1);

@@ -7,7 +7,9 @@
 #include <sys/stat.h>
 
 #include "base/inside.h"
+#include "run/imported/import_steps.h"
 #include "run/outputs/checksums.h"
+#include "run/scoring.h"
 #include "run/verify/verify.h"
 #include "support/small_run.h"
 #include "viewworth/viewworth.h"
@@ -55,20 +57,28 @@ static void copy_file(const char *from_folder, const char *to_folder, const char
     ASSERT_OK(vw_file_write(temporary_path(to_folder, name), data, size_bytes));
 }
 
+static const char *const result_names[] = {"ledger.db",  "scores.csv",        "matrix.csv",    "providers.csv",
+                                           "payout.csv", "report.html",       "field.vwf",     "duplicates.csv",
+                                           "map.json",   "payout_photos.csv", "residuals.json"};
+
 // Returns a fresh copy of the run.
 static struct fixture *renew(void **state) {
-    static const char *const names[] = {"ledger.db",         "scores.csv",  "matrix.csv",     "providers.csv",
-                                        "payout.csv",        "report.html", "field.vwf",      "duplicates.csv",
-                                        "payout_photos.csv", "map.json",    "residuals.json", VW_CHECKSUMS_FILE};
     struct fixture *fixture = *state;
     ASSERT_OK(vw_folder_create(fixture->out));
-    for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++)
-        copy_file(temporary_path(fixture->folder, "whole"), fixture->out, names[i]);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(result_names); i++)
+        copy_file(temporary_path(fixture->folder, "whole"), fixture->out, result_names[i]);
+    copy_file(temporary_path(fixture->folder, "whole"), fixture->out, VW_CHECKSUMS_FILE);
     return fixture;
 }
 
 static const char *in_copy(const struct fixture *fixture, const char *name) {
     return temporary_path(fixture->out, name);
+}
+
+static struct vw_ledger *open_ledger(const struct fixture *fixture) {
+    struct vw_ledger *ledger = NULL;
+    ASSERT_OK(vw_ledger_open(in_copy(fixture, "ledger.db"), &ledger));
+    return ledger;
 }
 
 static enum vw_status verify(const struct fixture *fixture) {
@@ -78,6 +88,15 @@ static enum vw_status verify(const struct fixture *fixture) {
 
 // Lets changes pass that only the list tells.
 static void unlist(const struct fixture *fixture) { unlink(in_copy(fixture, VW_CHECKSUMS_FILE)); }
+
+// Lists what stands in the folder, as a forger would.
+static void list_again(const struct fixture *fixture) {
+    struct vw_checksums read = {0};
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = open_ledger(fixture);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(result_names); i++)
+        ASSERT_OK(vw_checksums_read(&read, fixture->out, result_names[i]));
+    ASSERT_OK(vw_checksums_write(fixture->out, ledger, &read));
+}
 
 static void assert_refused(enum vw_status status, const char *what, const char *word) {
     if (status != VW_ERROR_MISMATCH) fail_msg("%s: gave %d", what, (int)status);
@@ -171,6 +190,82 @@ TEST(forged_rows_with_a_chain_that_fits_are_found) {
     }
 }
 
+// A status that excludes rows hides none: nobody gains by claiming that a run goes on, has failed or was imported.
+TEST(a_forged_status_hides_nothing) {
+#define WITHOUT_LASTING                                                                                                \
+    "DELETE FROM lasting_view; DELETE FROM lasting_check; DELETE FROM lasting_step; DELETE FROM lasting;"
+    static const struct {
+        const char *what, *sql, *word;
+    } cases[] = {
+        {"scores of a run that goes on",
+         WITHOUT_LASTING "UPDATE score SET value = value + 1; UPDATE run SET status = 'running', field_sha256 = NULL",
+         "has score rows, or a field, but a status that excludes them"},
+        {"the field of a run that goes on", WITHOUT_LASTING "DELETE FROM score; UPDATE run SET status = 'running'",
+         "has score rows, or a field, but a status that excludes them"},
+        {"lasting credit of an interrupted run", "UPDATE run SET status = 'interrupted'",
+         "rows of lasting credit, but a status that excludes them"},
+        {"retrainings of a failed run",
+         WITHOUT_LASTING "INSERT INTO retraining SELECT run_id, 0, 0, 2, 4, '1 2', 20.0 FROM run;"
+                         "UPDATE run SET status = 'failed'",
+         "has retraining rows"},
+        {"no scores of a failed run", WITHOUT_LASTING "DELETE FROM score; UPDATE run SET status = 'failed'",
+         "holds 0 scores where its steps give"},
+        {"no scores of an interrupted run", WITHOUT_LASTING "DELETE FROM score; UPDATE run SET status = 'interrupted'",
+         "holds 0 scores where its steps give"},
+    };
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        const struct fixture *fixture = renew(state);
+        for (size_t f = 1; f < VW_ARRAY_COUNT(result_names); f++) unlink(in_copy(fixture, result_names[f]));
+        unlist(fixture);
+        sql_change(in_copy(fixture, "ledger.db"), cases[i].sql);
+        chain_rewrite(in_copy(fixture, "ledger.db"));
+        assert_refused(verify(fixture), cases[i].what, cases[i].word);
+    }
+}
+
+// Makes a copy whose steps alone remain, with the scores that they give.
+static void keep_steps(const struct fixture *fixture, const char *sql) {
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    const struct vw_config config = small_config(1, 4);
+    const char *path = in_copy(fixture, "ledger.db");
+    struct vw_scoring scoring;
+    for (size_t f = 1; f < VW_ARRAY_COUNT(result_names); f++) unlink(in_copy(fixture, result_names[f]));
+    unlist(fixture);
+    sql_change(path, WITHOUT_LASTING "DELETE FROM score");
+    chain_rewrite(path);
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    ASSERT_OK(vw_scoring_make(ledger, &config, &scoring));
+    ASSERT_OK(vw_ledger_finish(ledger, "interrupted", "2026-11-21T04:00:00Z", scoring.scores, scoring.score_count));
+    vw_scoring_free(&scoring);
+    sql_change(path, sql);
+    chain_rewrite(path);
+}
+
+TEST(an_interrupted_run_has_neither_a_list_nor_a_field_of_its_own) {
+    const struct fixture *fixture = renew(state);
+    keep_steps(fixture, "UPDATE run SET field_sha256 = NULL");
+    ASSERT_OK(verify(fixture));
+    list_again(fixture);
+    assert_refused(verify(fixture), "a list", "lists the results of a run that is interrupted");
+    unlist(fixture);
+    copy_file(temporary_path(fixture->folder, "other"), fixture->out, "field.vwf");
+    assert_refused(verify(fixture), "a field", "field.vwf: is not the field");
+}
+
+TEST(an_import_has_no_more_than_a_log_gives) {
+    const struct fixture *fixture = renew(state);
+    AUTO(vw_import_result_free) struct vw_import_result result = {0};
+    const char *log = temporary_path(fixture->folder, "log.csv"), *out = temporary_path(fixture->folder, "imported");
+    temporary_file(fixture->folder, "log.csv", "step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,1,a,13,0.1\n");
+    ASSERT_OK(
+        vw_import_make(&(struct vw_import_params){.log = log, .out = out, .config = &vw_config_default}, &result));
+    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &(struct vw_verification){0}));
+    sql_change(result.ledger_path, "UPDATE run SET field_sha256 = run_id");
+    chain_rewrite(result.ledger_path);
+    assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &(struct vw_verification){0}), "a field",
+                   "which no import has");
+}
+
 // Only the scene tells what its photos are.
 TEST(a_replay_looks_at_the_photos) {
     const struct fixture *fixture = renew(state);
@@ -211,6 +306,15 @@ static void edit(const struct fixture *fixture, const char *name, const char *ol
     assert_int_equal(strlen(old), strlen(new));
     memcpy(place, new, strlen(new));
     ASSERT_OK(vw_file_write(in_copy(fixture, name), data, size_bytes));
+}
+
+// Replaces the first `old` in a text by one of any length.
+static void replace(const struct fixture *fixture, const char *name, const char *old, const char *new) {
+    AUTO_FREE void *data = temporary_read(in_copy(fixture, name), NULL);
+    char *text = data, *place = strstr(text, old);
+    assert_non_null(place);
+    AUTO_FREE char *changed = vw_format_text("%.*s%s%s", (int)(place - text), text, new, place + strlen(old));
+    ASSERT_OK(vw_file_write(in_copy(fixture, name), changed, strlen(changed)));
 }
 
 static void append(const struct fixture *fixture, const char *name, const char *text) {
@@ -339,15 +443,6 @@ TEST(links_are_not_followed) {
 
 // ---- SHA256SUMS ----------------------------------------------------------------------------------------------------
 
-// Replaces the first `old` of the list.
-static void edit_list(const struct fixture *fixture, const char *old, const char *new) {
-    AUTO_FREE void *data = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), NULL);
-    char *text = data, *place = strstr(text, old);
-    assert_non_null(place);
-    AUTO_FREE char *changed = vw_format_text("%.*s%s%s", (int)(place - text), text, new, place + strlen(old));
-    ASSERT_OK(vw_file_write(in_copy(fixture, VW_CHECKSUMS_FILE), changed, strlen(changed)));
-}
-
 // Edits that sha256sum would pass over, or take for another file.
 TEST(the_list_is_read_strictly) {
     static const struct {
@@ -364,7 +459,7 @@ TEST(the_list_is_read_strictly) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct fixture *fixture = renew(state);
-        edit_list(fixture, cases[i].old, cases[i].new);
+        replace(fixture, VW_CHECKSUMS_FILE, cases[i].old, cases[i].new);
         assert_refused(verify(fixture), cases[i].what, VW_CHECKSUMS_FILE ": was edited");
     }
 }
@@ -372,16 +467,17 @@ TEST(the_list_is_read_strictly) {
 TEST(every_flipped_bit_of_the_list_is_found) {
     const struct fixture *fixture = renew(state);
     struct vw_checksums_found found;
+    struct vw_checksums read = {0}; // read once
     size_t size_bytes = 0;
-    AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
-    ASSERT_OK(vw_checksums_check(fixture->out, head, &found));
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = open_ledger(fixture);
+    ASSERT_OK(vw_checksums_check(fixture->out, ledger, NULL, &read, &found));
     vw_checksums_found_free(&found);
     AUTO_FREE void *data = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), &size_bytes);
     int descriptor = open(in_copy(fixture, VW_CHECKSUMS_FILE), O_WRONLY | O_CLOEXEC);
     for (size_t bit = 0; bit < 8 * size_bytes; bit += 5) { // every bit of a byte at another byte
         uint8_t byte = ((uint8_t *)data)[bit / 8], flipped = (uint8_t)(byte ^ 1u << bit % 8);
         assert_int_equal(pwrite(descriptor, &flipped, 1, (off_t)(bit / 8)), 1);
-        if (!vw_checksums_check(fixture->out, head, &found))
+        if (!vw_checksums_check(fixture->out, ledger, NULL, &read, &found))
             fail_msg("bit %zu of byte %zu (%c): the list holds", bit % 8, bit / 8, byte);
         vw_checksums_found_free(&found);
         assert_int_equal(pwrite(descriptor, &byte, 1, (off_t)(bit / 8)), 1);
@@ -394,11 +490,34 @@ TEST(a_table_that_was_added_is_found) {
     const struct fixture *fixture = renew(state);
     unlink(in_copy(fixture, "payout.csv"));
     unlink(in_copy(fixture, "payout_photos.csv"));
-    AUTO_FREE char *head = sql_ask(in_copy(fixture, "ledger.db"), SQL_FINAL_HASH);
-    ASSERT_OK(vw_checksums_write(fixture->out, head));
+    list_again(fixture);
     ASSERT_OK(verify(fixture));
     copy_file(temporary_path(fixture->folder, "whole"), fixture->out, "payout.csv");
     assert_refused(verify(fixture), "added since", "payout.csv: is not listed");
+}
+
+// The bytes in hand count, and not those that stand in the folder when the list is written or checked.
+TEST(the_list_is_of_the_bytes_in_hand) {
+    const struct fixture *fixture = renew(state);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = open_ledger(fixture);
+    struct vw_checksums made = {0}, read = {0};
+    struct vw_checksums_found found;
+    ASSERT_OK(vw_result_write(fixture->out, "scores.csv", "mine", 4, &made));
+    append(fixture, "scores.csv", "theirs");
+    append(fixture, "ledger.db", "theirs");
+    ASSERT_OK(vw_checksums_write(fixture->out, ledger, &made));
+    AUTO_FREE void *list = temporary_read(in_copy(fixture, VW_CHECKSUMS_FILE), NULL);
+    assert_non_null(strstr(list, vw_checksums_find(&made, "scores.csv")->sha256));
+    assert_null(strstr(list, "matrix.csv")); // was not made
+    assert_refused(vw_checksums_check(fixture->out, ledger, NULL, &read, &found), "a file on disk", "duplicates.csv");
+    for (size_t i = 0; i < VW_ARRAY_COUNT(result_names); i++)
+        if (strcmp(result_names[i], "scores.csv") != 0) unlink(in_copy(fixture, result_names[i]));
+    read = made;
+    ASSERT_OK(vw_checksums_check(fixture->out, ledger, NULL, &read, &found)); // the ledger by its copy
+    vw_checksums_found_free(&found);
+    read = (struct vw_checksums){0};
+    assert_refused(vw_checksums_check(fixture->out, ledger, NULL, &read, &found), "a file on disk", "scores.csv");
+    assert_refused(vw_checksums_note(&made, "scores.csv", "theirs", 6), "another read", "was changed while");
 }
 
 TEST(new_steps_remove_the_list) {

@@ -21,7 +21,8 @@ check "value" run value run
 check "leaves a list that sha256sum takes, with the chain head" listed run
 check "of all results, sorted" test "$(names run)" = \
     "duplicates.csv field.vwf ledger.db map.json matrix.csv report.html residuals.json scores.csv "
-check "a finished run is listed again" eval 'run value run --resume && listed run'
+check "a finished run is listed again, with the same files" eval 'cp "$folder/run/SHA256SUMS" "$folder/list"
+    run value run --resume && listed run && cmp "$folder/run/SHA256SUMS" "$folder/list"'
 check "train lists" eval 'run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet && listed trained'
 check "without tables" test "$(names trained)" = "field.vwf ledger.db "
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
@@ -29,13 +30,63 @@ check "import-steps lists" eval 'run "$program" import-steps "$folder/log.csv" -
 check "more epochs are listed" eval 'run value more && run value more --resume --epochs 4 && listed more'
 check "lasting lists again" eval 'run "$program" lasting "$folder/more" --no-gate --quiet && listed more && row SHA256SUMS intact more'
 check "worth lists again" eval 'run "$program" worth "$folder/more" --retrainings 8 --quiet && listed more && row SHA256SUMS intact more'
+printf 'name,provider\nview_001,anna\nview_002,bob\n' >"$folder/providers.csv"
+paid() { [[ -e $folder/more/payout.csv ]]; }
+removed() { grep -q "payout.csv is removed, .* value --resume with --payout AMOUNT" "$folder/stderr"; }
+pay() { run value more --resume --epochs 4 --providers "$folder/providers.csv" --payout 10 --pay-anyway; }
+check "a payout is made where one is asked for" eval 'pay && listed more && paid && ! removed'
+check "worth removes it and says how to ask again" eval '
+    run "$program" worth "$folder/more" --retrainings 9 --quiet && listed more && ! paid && removed'
+check "lasting, too" eval 'pay &&
+    run "$program" lasting "$folder/more" --lasting-matrix --no-gate --quiet && listed more && ! paid && removed'
+check "value --resume, too" eval 'pay && run value more --resume --epochs 4 && listed more && ! paid && removed'
 check "report lists its file again" eval 'echo >>"$folder/more/report.html"
     run "$program" report "$folder/more" --no-thumbnails && listed more'
-check "and no other" eval 'echo >>"$folder/more/duplicates.csv"; run "$program" report "$folder/more" &&
-    fails 1 "duplicates.csv: is not the file that SHA256SUMS lists" verify more'
+cp "$folder/more/SHA256SUMS" "$folder/list"
+report() { "$program" report "$folder/more" --quiet "$@"; }
+check "and no other: not where one was changed" eval 'cp "$folder/more/map.json" "$folder" && echo >>"$folder/more/map.json"
+    fails 1 "map.json: is not the file that SHA256SUMS lists" report && mv "$folder/map.json" "$folder/more"'
+check "nor where one was added" eval 'echo name >"$folder/more/payout_photos.csv"
+    fails 1 "payout_photos.csv: is not listed" report && rm "$folder/more/payout_photos.csv"'
+check "nor in the place of another result" fails 2 'scores.csv: is a result of the run' report --to "$folder/more/scores.csv"
+check "refused reports leave the list" eval 'cmp "$folder/more/SHA256SUMS" "$folder/list" && verify more >/dev/null'
 check "steps that are not finished have no list" eval '
-    timeout --signal=INT 3 "$program" value "$scene" --out "$folder/stopped" "${small[@]}" --epochs 100000 --quiet 2>/dev/null
+    "$program" value "$scene" --out "$folder/stopped" "${small[@]}" --epochs 100000 --quiet 2>/dev/null & stopped=$!
+    while kill -0 "$stopped" && [[ ! -e $folder/stopped/ledger.db ]]; do sleep 0.1; done
+    kill -INT "$stopped"; wait "$stopped"
     [[ -e $folder/stopped/ledger.db && ! -e $folder/stopped/SHA256SUMS ]]'
+
+# ---- What a stranger laid there -----------------------------------------------------------------------------------------
+
+# lay OUT: puts a forged file in the place of every derived one.
+derived=(SHA256SUMS duplicates.csv map.json matrix.csv payout.csv payout_photos.csv providers.csv report.html residuals.json scores.csv)
+lay() {
+    mkdir -p "$folder/$1"
+    for name in "${derived[@]}"; do echo forged >"$folder/$1/$name"; done
+}
+unforged() { ! grep -qx forged "$folder/$1"/*; } # unforged OUT
+check "value makes or removes every derived file" eval 'lay fresh && run value fresh && listed fresh && unforged fresh'
+check "so does a finished run" eval 'lay run && run value run --resume && listed run && unforged run &&
+    [[ ! -e $folder/run/payout.csv ]] && row SHA256SUMS intact run'
+check "train" eval 'lay trained && run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet --resume &&
+    listed trained && [[ $(names trained) == "field.vwf ledger.db " ]] && unforged trained'
+check "import-steps" eval 'lay other && run "$program" import-steps "$folder/log.csv" --out "$folder/other" && listed other &&
+    [[ $(names other) == "ledger.db scores.csv " ]] && unforged other'
+check "lasting" eval 'lay fresh && run "$program" lasting "$folder/fresh" --no-gate --quiet && listed fresh && unforged fresh'
+check "worth" eval 'lay fresh && run "$program" worth "$folder/fresh" --retrainings 8 --quiet && listed fresh && unforged fresh'
+check "worth makes what value made" test "$(names fresh)" = "$(names run)"
+
+# ---- What cannot be made ------------------------------------------------------------------------------------------------
+
+copy && cp "$folder/more/field.vwf" "$folder/copy"
+check "value fails without the run's field" fails 1 'field.vwf: is not the field that the run ended with' value copy --resume
+check "worth, too" fails 1 'field.vwf: is not the field that the run ended with' "$program" worth "$folder/copy" --retrainings 8 --quiet
+copy && rm "$folder/copy/map.json" && mkdir "$folder/copy/map.json"
+check "value fails without a map" fails 1 'map.json: cannot remove' value copy --resume
+copy && echo '{' >"$folder/copy/compare.json"
+check "value fails without a report" fails 1 'no report: .*compare.json: line 2' value copy --resume
+check "and leaves no list" test ! -e "$folder/copy/SHA256SUMS"
+check "worth, too" fails 1 'no report: .*compare.json: line 2' "$program" worth "$folder/copy" --retrainings 8 --quiet
 
 # ---- What verify finds: test_run_verify.c edits the list, links files and adds tables --------------------------------------
 

@@ -150,14 +150,13 @@ TEST(equal_files_are_copies) {
         assert_int_equal(rows[i].validation_count, 1);
     }
     assert_true(rows[0].score == &scores[1] && rows[1].score == &scores[2] && !rows[2].score);
-    AUTO_FOLDER char *folder = temporary_folder_create();
-    const char *path = temporary_path(folder, "duplicates.csv");
-    ASSERT_OK(vw_table_write_duplicates(path, rows, row_count));
-    AUTO_FREE void *text = temporary_read(path, NULL);
-    assert_string_equal(text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
-                              "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
-                              "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"
-                              "0,view_034,val,,1,,,,,-2.5\n");
+    struct vw_csv_text table;
+    ASSERT_OK(vw_table_make_duplicates("duplicates.csv", rows, row_count, &table));
+    assert_string_equal(table.text, "group,name,split,provider,similarity,method,value,unit,stderr,group_value\n"
+                                    "0,view_004,train,alice,1,dv_psnr,1.5,dB,0,-2.5\n"
+                                    "0,view_020,train,\"eve, inc.\",1,dv_psnr,-4,dB,0.5,-2.5\n"
+                                    "0,view_034,val,,1,,,,,-2.5\n");
+    free(table.text);
 }
 
 // A film of a turn by a degree per picture falls into groups that each lie within 2 degrees of their first, and not

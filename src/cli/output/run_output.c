@@ -132,15 +132,15 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
                      "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
                      "lowest credit");
     if (results->lasting.pass.step_count) vw_lasting_print(&results->lasting);
-    vw_attribution_print(&results->attribution);
+    vw_attribution_print(&results->outputs.attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
     vw_print("validation PSNR  %.2f dB before training, %.2f dB after %" PRIu64 " steps\n",
              results->statistics.first_val_psnr_db, results->statistics.last_val_psnr_db, results->statistics.steps);
-    print_validation_views(&results->validation);
+    print_validation_views(&results->outputs.validation);
     vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
              results->field_path);
-    if (results->report_path) vw_print("report   %s\n", results->report_path);
+    if (results->outputs.report_path) vw_print("report   %s\n", results->outputs.report_path);
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
 }
 
@@ -154,15 +154,15 @@ static void print_trained(const struct vw_run_results *results) {
 static void add_values(const struct vw_run_results *results, const struct vw_ranking *ranking, json_t **root) {
     const struct vw_step_statistics *statistics = &results->statistics;
     vw_json_set(root, "scores", vw_json_string(results->scores_path));
-    if (results->report_path) vw_json_set(root, "report", vw_json_string(results->report_path));
+    if (results->outputs.report_path) vw_json_set(root, "report", vw_json_string(results->outputs.report_path));
     vw_json_set(root, "val_psnr_start_db", vw_json_real(statistics->first_val_psnr_db));
     vw_json_set(root, "val_psnr_end_db", vw_json_real(statistics->last_val_psnr_db));
     if (results->until_stable > 0)
         vw_json_set(root, "stability", stability_to_json(&results->stability, results->until_stable));
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
-    vw_attribution_add_json(&results->attribution, root);
-    add_validation_views(&results->validation, root);
+    vw_attribution_add_json(&results->outputs.attribution, root);
+    add_validation_views(&results->outputs.validation, root);
     if (results->lasting.pass.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
     if (results->plan.record) add_plan(&results->plan, results->config, root);
 }

@@ -62,10 +62,10 @@ static void print_text(const struct vw_worth_run *result, const struct vw_rankin
     if (summary->claim_count && until_confidence > 0)
         vw_print("target   %.2f is %s\n", until_confidence,
                  summary->claims[0].accuracy.ci_low >= until_confidence ? "reached" : "not reached");
-    vw_attribution_print(&result->attribution);
+    vw_attribution_print(&result->outputs.attribution);
     vw_print("ledger   %s\n", result->recorded.ledger_path);
     if (result->scores_path) vw_print("scores   %s\n", result->scores_path);
-    if (result->report_path) vw_print("report   %s\n", result->report_path);
+    if (result->outputs.report_path) vw_print("report   %s\n", result->outputs.report_path);
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", result->head);
 }
 
@@ -100,8 +100,8 @@ static json_t *to_json(const struct vw_worth_run *result, const struct vw_rankin
                              claims_to_json(summary), "r2", vw_json_real(summary->r2), "noise_db",
                              vw_json_real(summary->noise_db), "ceiling", vw_json_real(summary->ceiling), "photos",
                              photos_to_json(result, ranking), "ledger", result->recorded.ledger_path, "scores",
-                             result->scores_path, "report", result->report_path, "head", result->head);
-    if (result->attribution.method) vw_attribution_add_json(&result->attribution, &root);
+                             result->scores_path, "report", result->outputs.report_path, "head", result->head);
+    if (result->outputs.attribution.method) vw_attribution_add_json(&result->outputs.attribution, &root);
     return root;
 }
 

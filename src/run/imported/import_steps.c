@@ -31,6 +31,7 @@ struct import {
     struct vw_step_statistics statistics;
     uint64_t unvalidated; // steps with neither values nor a flag
     uint32_t score_count;
+    struct vw_checksums made; // result files
 };
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
@@ -125,15 +126,18 @@ static enum vw_status create_ledger(struct import *import) {
     return vw_ledger_create(import->ledger_path, &run, import->log.images, import->log.image_count, &import->ledger);
 }
 
-// Writes the table before the ledger's end, so that a finished run has it.
+// Removes what somebody laid there, and writes the table before the ledger's end, so that a finished run has it.
 static enum vw_status record(struct import *import) {
     struct vw_scoring scoring = {0};
+    struct vw_csv_text table = {0};
     char finished_utc[VW_UTC_BYTES];
     enum vw_status status = vw_ledger_append(import->ledger, import->log.records, import->log.record_count, NULL);
     if (!status) status = vw_scoring_make(import->ledger, &import->config, &scoring);
+    if (!status) status = vw_run_remove_outdated(import->params->out, false);
     if (!status)
-        status = vw_report_write_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
-                                     scoring.input.image_count);
+        status = vw_report_make_csv(import->scores_path, scoring.scores, scoring.score_count, scoring.input.images,
+                                    scoring.input.image_count, &table);
+    status = vw_result_write_table(status, import->params->out, "scores.csv", &table, &import->made);
     vw_utc_now(finished_utc);
     if (!status)
         status = vw_ledger_finish(import->ledger, "finished", finished_utc, scoring.scores, scoring.score_count);
@@ -143,10 +147,8 @@ static enum vw_status record(struct import *import) {
 }
 
 static void mark_failed(struct import *import) {
-    char finished_utc[VW_UTC_BYTES];
     struct vw_saved_error why = vw_error_save();
-    vw_utc_now(finished_utc);
-    if (vw_ledger_finish(import->ledger, "failed", finished_utc, NULL, 0)) vw_log_warning("%s", vw_error_message());
+    vw_scoring_end_early(import->ledger, &import->config, "failed");
     vw_error_restore(&why);
 }
 
@@ -177,7 +179,7 @@ enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_i
     if (!status) status = record(&import);
     if (status && import.ledger) mark_failed(&import);
     if (!status) status = tell(&import, result);
-    if (!status) status = vw_checksums_write(params->out, result->head);
+    if (!status) status = vw_checksums_write(params->out, import.ledger, &import.made);
     close_import(&import);
     return status;
 }

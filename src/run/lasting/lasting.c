@@ -10,9 +10,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "report/page.h"
 #include "run/lasting/lasting_file.h"
-#include "run/out_folder.h"
 #include "run/outputs/checksums.h"
 #include "run/recorded/replayed_run.h"
 #include "run/run_private.h"
@@ -200,13 +198,11 @@ static enum vw_status gate(struct backward *pass) {
 
 // ---- Recording ------------------------------------------------------------------------------------------------------
 
-// Writes the table before the ledger, so that a ledger with lasting credit has a scores.csv that contains it.
 static enum vw_status record(struct backward *pass) {
     struct vw_run *run = pass->run;
     struct vw_scoring *scoring = &run->results.scoring;
     uint32_t epochs = run->config.epochs < VW_LASTING_EPOCHS ? run->config.epochs : VW_LASTING_EPOCHS;
     uint64_t span = epochs * vw_trainer_epoch_end(run->trainer, 1);
-    bool changes_matrix = pass->file.views || scoring->input.lasting.view_count;
     vw_lasting_pass_free(&scoring->input.lasting);
     scoring->input.lasting = (struct vw_lasting_pass){
         .rays = run->lasting.rays,
@@ -225,11 +221,7 @@ static enum vw_status record(struct backward *pass) {
     pass->checks = NULL;
     enum vw_status status = vw_scoring_repeat(scoring);
     if (!status) status = vw_run_rank(run);
-    if (!status) status = vw_run_remove_outdated_scores(run->out);
-    if (!status && changes_matrix) status = remove_file(run->out, "matrix.csv");
-    if (!status)
-        status = vw_report_write_csv(run->results.scores_path, scoring->scores, scoring->score_count,
-                                     scoring->input.images, scoring->input.image_count);
+    if (!status) status = vw_run_write_scores(run);
     if (!status)
         status = vw_ledger_set_lasting(run->ledger, &scoring->input.lasting, scoring->scores, scoring->score_count);
     if (!status) status = remove_file(run->out, VW_LASTING_PASS_FILE);
@@ -294,7 +286,7 @@ enum vw_status vw_run_backward(struct vw_run *run) {
     if (!status) status = gate(&pass);
     vw_lasting_destroy(&pass.lasting);
     // The pictures of the report show the recorded field, in whatever state the pass left the trainer.
-    if (!status) status = vw_trainer_load_field(run->trainer, run->results.field_path);
+    if (!status) status = vw_run_load_field(run);
     if (!status) status = record(&pass);
     free(pass.path);
     free(pass.credits.steps);

@@ -70,9 +70,11 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     struct vw_worth_input worth = vw_scoring_worth_input(scoring);
     worth.images = attribution->images;
     if (!status) status = vw_worth_add_joint(&worth, &attribution->groups, &attribution->group_count);
-    if (!status && attribution->group_count > 0)
-        status = vw_table_write_providers(attribution->providers_path, attribution->groups, attribution->group_count);
-    return status;
+    if (status || !attribution->group_count) return status;
+    struct vw_csv_text table = {0};
+    status =
+        vw_table_make_providers(attribution->providers_path, attribution->groups, attribution->group_count, &table);
+    return vw_result_write_table(status, attribution->out, "providers.csv", &table, attribution->made);
 }
 
 // Decides whether the payouts are paid.
@@ -93,11 +95,18 @@ static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_
     return wanted < LEAST ? LEAST : wanted;
 }
 
-// Pays, if that is asked for. A payout of an earlier command goes: OUT has what this one was asked for.
-static enum vw_status make_payout(const struct vw_scoring *scoring, const char *out,
-                                  struct vw_attribution *attribution) {
-    enum vw_status status = vw_run_remove_payouts(out);
-    if (status || !attribution->request.cents) return status;
+static enum vw_status write_payouts(struct vw_attribution *attribution) {
+    struct vw_csv_text table = {0}, of_photos = {0};
+    enum vw_status status = vw_table_make_payout(attribution->payout_path, &attribution->payouts, &table);
+    status = vw_result_write_table(status, attribution->out, "payout.csv", &table, attribution->made);
+    if (status) return status;
+    status = vw_table_make_payout_photos(attribution->payout_photos_path, &attribution->payouts, &of_photos);
+    return vw_result_write_table(status, attribution->out, "payout_photos.csv", &of_photos, attribution->made);
+}
+
+// Pays, if that is asked for. A payout of an earlier command is gone: OUT has what this one was asked for.
+static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
+    if (!attribution->request.cents) return VW_OK;
     if (attribution->group_count == 0)
         return vw_fail(VW_ERROR_INPUT, "--payout: no photo has a score to pay by; take more --epochs");
     struct vw_payout_input input = {.of = vw_scoring_worth_input(scoring),
@@ -105,14 +114,13 @@ static enum vw_status make_payout(const struct vw_scoring *scoring, const char *
                                     .amount_cents = attribution->request.cents,
                                     .floor_equal = attribution->request.floor_equal};
     input.of.images = attribution->images;
-    status = vw_payouts_make(&input, &attribution->payouts);
+    enum vw_status status = vw_payouts_make(&input, &attribution->payouts);
     if (status) return status;
     attribution->outcome = decide(attribution);
     attribution->advised_retrainings = attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH
                                            ? advise(attribution, input.of.image_count)
                                            : attribution->payouts.enough_retrainings;
-    if (attribution->outcome != VW_PAYOUT_PAID) return VW_OK;
-    return vw_table_write_payouts(attribution->payout_path, attribution->payout_photos_path, &attribution->payouts);
+    return attribution->outcome == VW_PAYOUT_PAID ? write_payouts(attribution) : VW_OK;
 }
 
 static enum vw_status make_duplicates(const struct vw_scene *scene, const struct vw_scoring *scoring,
@@ -124,11 +132,12 @@ static enum vw_status make_duplicates(const struct vw_scene *scene, const struct
         status = vw_duplicates_score(found, count, attribution->method, scoring->scores, scoring->score_count,
                                      attribution->images, scoring->input.image_count, &attribution->duplicates,
                                      &attribution->duplicate_count);
-    if (!status && attribution->duplicate_count > 0)
-        status = vw_table_write_duplicates(attribution->duplicates_path, attribution->duplicates,
-                                           attribution->duplicate_count);
     free(found);
-    return status;
+    if (status || !attribution->duplicate_count) return status;
+    struct vw_csv_text table = {0};
+    status = vw_table_make_duplicates(attribution->duplicates_path, attribution->duplicates,
+                                      attribution->duplicate_count, &table);
+    return vw_result_write_table(status, attribution->out, "duplicates.csv", &table, attribution->made);
 }
 
 // Warns in one line each, however many groups there are.
@@ -152,13 +161,16 @@ static void warn(const struct vw_attribution *attribution) {
 }
 
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   const struct vw_payout_request *request, struct vw_attribution *attribution) {
-    *attribution = (struct vw_attribution){.method = vw_scoring_payout_method(scoring->scores, scoring->score_count),
+                                   const struct vw_payout_request *request, struct vw_checksums *made,
+                                   struct vw_attribution *attribution) {
+    *attribution = (struct vw_attribution){.out = out,
+                                           .made = made,
+                                           .method = vw_scoring_payout_method(scoring->scores, scoring->score_count),
                                            .request = *request};
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);
-    if (!status) status = make_payout(scoring, out, attribution);
+    if (!status) status = make_payout(scoring, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);
     if (!status) warn(attribution);
     return status;

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "value/duplicate_scores.h"
 #include "value/payout.h"
@@ -29,6 +30,8 @@ enum vw_payout_outcome {
 };
 
 struct vw_attribution {
+    const char *out;                // borrowed
+    struct vw_checksums *made;      // borrowed; notes the files
     const char *method;             // that payouts and near-duplicates go by: vw_scoring_payout_method
     struct vw_ledger_image *images; // owned: the ledger's, with the providers that the scene has now
     struct vw_provider_score *groups;
@@ -49,10 +52,11 @@ enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout
 // Returns VW_ERROR_USAGE when no photo has a provider to be paid.
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
 // Computes everything from the scores and writes providers.csv, payout.csv, payout_photos.csv and duplicates.csv to
-// OUT, those that have rows; the tables of payouts only where somebody is paid. Warns of copies. Free it also after a
-// failure.
+// OUT, those that have rows; the tables of payouts only where somebody is paid. Notes them in `made`. Warns of copies.
+// Free it also after a failure.
 enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
-                                   const struct vw_payout_request *request, struct vw_attribution *attribution);
+                                   const struct vw_payout_request *request, struct vw_checksums *made,
+                                   struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);
 
 #endif

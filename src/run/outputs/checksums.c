@@ -29,34 +29,96 @@ static const char *const *result_names(void) {
 
 struct vw_checksums_list {
     char head[VW_HASH_HEX_BYTES];
-    struct vw_checksum files[VW_RESULT_FILE_COUNT];
+    struct vw_checksums checksums;
 };
 
 static enum vw_status fail_memory(void) { return vw_fail(VW_ERROR_MEMORY, "out of memory for " VW_CHECKSUMS_FILE); }
 
-// ---- Writing -------------------------------------------------------------------------------------------------------
+// ---- The files in hand ---------------------------------------------------------------------------------------------
+
+static struct vw_checksum *find(struct vw_checksums *checksums, const char *name) {
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++)
+        if (!strcmp(result_names()[i], name)) return &checksums->files[i];
+    return NULL;
+}
+
+const struct vw_checksum *vw_checksums_find(const struct vw_checksums *checksums, const char *name) {
+    return find((struct vw_checksums *)checksums, name); // it is not changed
+}
+
+enum vw_status vw_checksums_note_hash(struct vw_checksums *checksums, const char *name, const char *sha256) {
+    struct vw_checksum *file = find(checksums, name);
+    if (!file) return VW_OK;
+    if (file->known && (file->present != !!sha256 || strcmp(file->sha256, sha256 ? sha256 : "") != 0))
+        return vw_fail(VW_ERROR_MISMATCH, "%s: was changed while this command ran; repeat it", name);
+    file->known = true;
+    file->present = sha256;
+    snprintf(file->sha256, sizeof file->sha256, "%s", sha256 ? sha256 : "");
+    return VW_OK;
+}
+
+enum vw_status vw_checksums_note(struct vw_checksums *checksums, const char *name, const void *data,
+                                 size_t size_bytes) {
+    uint8_t hash[VW_HASH_BYTES];
+    char sha256[VW_HASH_HEX_BYTES];
+    if (data) vw_sha256(data, size_bytes, hash);
+    if (data) vw_hash_to_hex(hash, sha256);
+    return vw_checksums_note_hash(checksums, name, data ? sha256 : NULL);
+}
+
+void vw_checksums_note_rest_absent(struct vw_checksums *checksums) {
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++)
+        checksums->files[i].known |=
+            strcmp(result_names()[i], VW_LEDGER_FILE) != 0 && strcmp(result_names()[i], VW_REPORT_FILE) != 0;
+}
 
 enum vw_status vw_checksum_make(const char *out, const char *name, struct vw_checksum *checksum) {
     int descriptor = -1;
     uint8_t hash[VW_HASH_BYTES];
-    *checksum = (struct vw_checksum){.name = name};
+    *checksum = (struct vw_checksum){.known = true};
     enum vw_status status = vw_file_check_inside(out, name);
     if (status || !vw_file_exists_inside(out, name)) return status;
     status = vw_file_open_inside(out, name, &descriptor);
     if (status) return status;
     status = vw_sha256_descriptor(descriptor, name, hash);
     close(descriptor);
-    if (status) return status;
     checksum->present = true;
     vw_hash_to_hex(hash, checksum->sha256);
-    return VW_OK;
+    return status;
 }
 
-static enum vw_status hash_files(const char *out, struct vw_checksums_list *list) {
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++)
-        status = vw_checksum_make(out, result_names()[i], &list->files[i]);
+enum vw_status vw_checksums_read(struct vw_checksums *checksums, const char *out, const char *name) {
+    struct vw_checksum *file = find(checksums, name);
+    if (!file || file->known) return VW_OK;
+    enum vw_status status = vw_checksum_make(out, name, file);
+    file->known = !status;
     return status;
+}
+
+enum vw_status vw_checksums_check_field(struct vw_checksums *checksums, const char *out, const char *recorded_sha256) {
+    enum vw_status status = vw_checksums_read(checksums, out, VW_FIELD_FILE);
+    const struct vw_checksum *field = vw_checksums_find(checksums, VW_FIELD_FILE);
+    if (status || (field->present && recorded_sha256 && strcmp(field->sha256, recorded_sha256) == 0)) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s/" VW_FIELD_FILE ": is not the field that the run ended with; restore it from a copy", out);
+}
+
+static enum vw_status note_ledger(struct vw_ledger *ledger, struct vw_checksums *checksums) {
+    char sha256[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_ledger_hash_file(ledger, sha256);
+    return status ? status : vw_checksums_note_hash(checksums, VW_LEDGER_FILE, sha256);
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_result_write(const char *out, const char *name, const void *data, size_t size_bytes,
+                               struct vw_checksums *checksums) {
+    struct vw_checksum *file = find(checksums, name);
+    char *path = vw_path_join(out, name);
+    enum vw_status status = path ? vw_file_write(path, data, size_bytes) : VW_ERROR_MEMORY;
+    free(path);
+    if (file) file->known = false; // an earlier state of it
+    return status ? status : vw_checksums_note(checksums, name, data, size_bytes);
 }
 
 static enum vw_status write_list(const char *out, const struct vw_checksums_list *list) {
@@ -70,7 +132,8 @@ static enum vw_status write_list(const char *out, const struct vw_checksums_list
     }
     fprintf(stream, "%s%s\n", heading, list->head);
     for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++)
-        if (list->files[i].present) fprintf(stream, "%s  %s\n", list->files[i].sha256, list->files[i].name);
+        if (list->checksums.files[i].present)
+            fprintf(stream, "%s  %s\n", list->checksums.files[i].sha256, result_names()[i]);
     enum vw_status status = vw_text_stream_close(&text, VW_CHECKSUMS_FILE, &printed, &size_bytes);
     if (!status) status = vw_file_write(path, printed, size_bytes);
     free(printed);
@@ -78,10 +141,18 @@ static enum vw_status write_list(const char *out, const struct vw_checksums_list
     return status;
 }
 
-enum vw_status vw_checksums_write(const char *out, const char *head) {
-    struct vw_checksums_list list = {0};
-    snprintf(list.head, sizeof list.head, "%s", head);
-    enum vw_status status = hash_files(out, &list);
+enum vw_status vw_result_write_table(enum vw_status status, const char *out, const char *name,
+                                     struct vw_csv_text *table, struct vw_checksums *checksums) {
+    if (!status) status = vw_result_write(out, name, table->text, table->size_bytes, checksums);
+    free(table->text);
+    return status;
+}
+
+enum vw_status vw_checksums_write(const char *out, struct vw_ledger *ledger, struct vw_checksums *checksums) {
+    struct vw_checksums_list list;
+    vw_ledger_chain_head(ledger, list.head);
+    enum vw_status status = note_ledger(ledger, checksums);
+    list.checksums = *checksums;
     return status ? status : write_list(out, &list);
 }
 
@@ -108,7 +179,6 @@ static bool read_word(const char **text, const char *word) {
 // Takes exactly what write_list() writes: sha256sum would skip other comments and pass over other names.
 static bool parse(const char *text, struct vw_checksums_list *list) {
     if (!read_word(&text, heading) || !read_hex(&text, list->head) || !read_word(&text, "\n")) return false;
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT; i++) list->files[i].name = result_names()[i];
     for (size_t next = 0; *text; next++) {
         char sha256[VW_HASH_HEX_BYTES];
         if (!read_hex(&text, sha256) || !read_word(&text, "  ")) return false;
@@ -118,8 +188,8 @@ static bool parse(const char *text, struct vw_checksums_list *list) {
             next++;
         if (next == VW_RESULT_FILE_COUNT || text[length] != '\n') return false;
         text += length + 1;
-        list->files[next].present = true;
-        memcpy(list->files[next].sha256, sha256, sizeof sha256);
+        list->checksums.files[next].present = true;
+        memcpy(list->checksums.files[next].sha256, sha256, sizeof sha256);
     }
     return true;
 }
@@ -143,20 +213,6 @@ static enum vw_status read_list(const char *out, bool *present, struct vw_checks
     return status;
 }
 
-static enum vw_status update(const char *out, const char *name, struct vw_checksums_list *list) {
-    enum vw_status status = VW_OK;
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++)
-        if (!strcmp(result_names()[i], name)) status = vw_checksum_make(out, name, &list->files[i]);
-    return status ? status : write_list(out, list);
-}
-
-enum vw_status vw_checksums_update(const char *out, const char *name) {
-    struct vw_checksums_list list = {0};
-    bool present = false;
-    enum vw_status status = read_list(out, &present, &list);
-    return status || !present ? status : update(out, name, &list);
-}
-
 enum vw_status vw_checksums_remove(const char *out) {
     char *path = vw_path_join(out, VW_CHECKSUMS_FILE);
     if (!path) return VW_ERROR_MEMORY;
@@ -168,55 +224,73 @@ enum vw_status vw_checksums_remove(const char *out) {
     return status;
 }
 
-enum vw_status vw_checksums_take(const char *out, struct vw_checksums_list **list) {
+// ---- Checking ------------------------------------------------------------------------------------------------------
+
+static enum vw_status compare(const char *out, const char *name, const struct vw_checksum *listed,
+                              const struct vw_checksum *now) {
+    if (listed->present && !now->present)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s/%s: is missing, but " VW_CHECKSUMS_FILE " lists it; restore it from a copy", out, name);
+    if (!listed->present && now->present)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s/%s: is not listed in " VW_CHECKSUMS_FILE ": it was added afterwards; remove it", out, name);
+    if (!strcmp(listed->sha256, now->sha256)) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH, "%s/%s: is not the file that " VW_CHECKSUMS_FILE " lists; restore it from a copy",
+                   out, name);
+}
+
+static enum vw_status compare_run(const char *out, struct vw_ledger *ledger, const struct vw_checksums_list *list) {
+    char head[VW_HASH_HEX_BYTES];
+    struct vw_ledger_run row;
+    enum vw_status status = vw_ledger_get_run(ledger, &row);
+    if (status) return status;
+    vw_ledger_chain_head(ledger, head);
+    if (strcmp(list->head, head) != 0)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s/" VW_CHECKSUMS_FILE ": is of another state of the run, with the chain head %s; restore the "
+                       "ledger and the list from the same copy",
+                       out, list->head);
+    if (strcmp(row.status, "finished") == 0) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s/" VW_CHECKSUMS_FILE ": lists the results of a run that is %s, which has none; remove it", out,
+                   row.status);
+}
+
+static enum vw_status compare_all(const char *out, struct vw_ledger *ledger, const char *replaced,
+                                  const struct vw_checksums_list *list, struct vw_checksums *checksums) {
+    enum vw_status status = compare_run(out, ledger, list);
+    if (!status) status = note_ledger(ledger, checksums);
+    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++) {
+        if (replaced && !strcmp(replaced, result_names()[i])) continue;
+        status = vw_checksums_read(checksums, out, result_names()[i]);
+        if (!status) status = compare(out, result_names()[i], &list->checksums.files[i], &checksums->files[i]);
+    }
+    return status;
+}
+
+// ---- Taking it away and back ---------------------------------------------------------------------------------------
+
+enum vw_status vw_checksums_take(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list) {
     struct vw_checksums_list *taken = vw_allocate(1, sizeof *taken);
     bool present = false;
     enum vw_status status = taken ? read_list(out, &present, taken) : VW_ERROR_MEMORY;
+    if (!status && present) status = compare_run(out, ledger, taken);
     if (!status && present) status = vw_checksums_remove(out);
     if (!status && present) *list = taken;
     else free(taken);
     return status;
 }
 
-enum vw_status vw_checksums_put_back(const char *out, const char *head, struct vw_checksums_list **list) {
+enum vw_status vw_checksums_put_back(const char *out, struct vw_ledger *ledger, struct vw_checksums_list **list) {
     struct vw_checksums_list *held = *list;
     if (!held) return VW_OK;
-    snprintf(held->head, sizeof held->head, "%s", head);
-    enum vw_status status = update(out, VW_LEDGER_FILE, held);
+    enum vw_status status = vw_checksums_write(out, ledger, &held->checksums);
     free(held);
     *list = NULL;
     return status;
 }
 
-// ---- Checking ------------------------------------------------------------------------------------------------------
-
-static enum vw_status compare(const char *out, const struct vw_checksum *listed) {
-    struct vw_checksum now;
-    enum vw_status status = vw_checksum_make(out, listed->name, &now);
-    if (status) return status;
-    if (listed->present && !now.present)
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s/%s: is missing, but " VW_CHECKSUMS_FILE " lists it; restore it from a copy", out,
-                       listed->name);
-    if (!listed->present && now.present)
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s/%s: is not listed in " VW_CHECKSUMS_FILE ": it was added afterwards; remove it", out,
-                       listed->name);
-    if (!strcmp(listed->sha256, now.sha256)) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "%s/%s: is not the file that " VW_CHECKSUMS_FILE " lists; restore it from a copy",
-                   out, listed->name);
-}
-
-static enum vw_status compare_all(const char *out, const char *head, const struct vw_checksums_list *list) {
-    enum vw_status status = VW_OK;
-    if (strcmp(list->head, head) != 0)
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s/" VW_CHECKSUMS_FILE ": is of another state of the run, with the chain head %s; restore the "
-                       "ledger and the list from the same copy",
-                       out, list->head);
-    for (size_t i = 0; i < VW_RESULT_FILE_COUNT && !status; i++) status = compare(out, &list->files[i]);
-    return status;
-}
+// ---- The rest of the folder ----------------------------------------------------------------------------------------
 
 // Tells whether nothing speaks for a file: neither the list nor verify's table names it, and it is not the lock file of
 // a running command.
@@ -253,12 +327,13 @@ static enum vw_status list_unlisted(const char *out, struct vw_checksums_found *
     return status;
 }
 
-enum vw_status vw_checksums_check(const char *out, const char *head, struct vw_checksums_found *found) {
+enum vw_status vw_checksums_check(const char *out, struct vw_ledger *ledger, const char *replaced,
+                                  struct vw_checksums *checksums, struct vw_checksums_found *found) {
     struct vw_checksums_list list = {0};
     *found = (struct vw_checksums_found){0};
     enum vw_status status = read_list(out, &found->present, &list);
     if (status || !found->present) return status;
-    status = compare_all(out, head, &list);
+    status = compare_all(out, ledger, replaced, &list, checksums);
     return status ? status : list_unlisted(out, found);
 }
 

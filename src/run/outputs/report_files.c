@@ -258,24 +258,31 @@ static const struct {
     {"compare.json", NULL},
 };
 
+// Reads a file of a folder, if it is there, and notes what it reads.
+static enum vw_status read_noted(const char *out, const char *name, struct vw_checksums *read, void **text,
+                                 size_t *size_bytes) {
+    enum vw_status status = vw_file_read_inside(out, name, TABLE_LIMIT_BYTES, text, size_bytes);
+    return status || !read ? status : vw_checksums_note(read, name, *text, *size_bytes);
+}
+
 static enum vw_status add_file(struct vw_report_files *files, const char *out, const char *name,
-                               const char *const *columns) {
+                               const char *const *columns, struct vw_checksums *read) {
     char *path = vw_path_join(out, name);
     struct file file = {.name = name, .columns = columns, .path = path};
     if (!path) return VW_ERROR_MEMORY;
     bool held = vw_file_exists(path);
-    enum vw_status status =
-        held ? vw_file_read_inside(out, name, TABLE_LIMIT_BYTES, &file.text, &file.size_bytes) : VW_OK;
-    if (held && !status) status = columns ? add_table(files, out, &file) : add_compare(files, out, &file);
+    enum vw_status status = held ? read_noted(out, name, read, &file.text, &file.size_bytes) : VW_OK;
+    if (status) free(file.text);
+    else if (held) status = columns ? add_table(files, out, &file) : add_compare(files, out, &file);
     free(path);
     return status;
 }
 
-enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out,
-                                   const struct vw_report_extra *extra) {
-    enum vw_status status = extra ? add_file(files, out, extra->file, extra->columns) : VW_OK;
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out, const struct vw_report_extra *extra,
+                                   struct vw_checksums *read) {
+    enum vw_status status = extra ? add_file(files, out, extra->file, extra->columns, read) : VW_OK;
     for (size_t i = 0; i < VW_ARRAY_COUNT(known) && !status; i++)
-        status = add_file(files, out, known[i].name, known[i].columns);
+        status = add_file(files, out, known[i].name, known[i].columns, read);
     return status;
 }
 
@@ -283,14 +290,14 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
 
 static enum vw_status read_checked(const char *out, const char *file, const char *scene_hash, uint32_t image_count,
                                    enum vw_status (*check)(const char *, json_t *, const char *, uint32_t),
-                                   char **json) {
+                                   struct vw_checksums *read, char **json) {
     json_error_t error;
     void *text = NULL;
     size_t size_bytes = 0;
     char *path = vw_path_join(out, file);
     if (!path) return VW_ERROR_MEMORY;
     bool held = vw_file_exists(path);
-    enum vw_status status = held ? vw_file_read_inside(out, file, TABLE_LIMIT_BYTES, &text, &size_bytes) : VW_OK;
+    enum vw_status status = held ? read_noted(out, file, read, &text, &size_bytes) : VW_OK;
     json_t *value = held && !status ? vw_json_load(text, size_bytes, 0, &error) : NULL;
     if (held && !status)
         status = value ? check(path, value, scene_hash, image_count)
@@ -302,10 +309,12 @@ static enum vw_status read_checked(const char *out, const char *file, const char
 }
 
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
-                                      char **map_json, char **residuals_json) {
-    enum vw_status status = read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, map_json);
+                                      struct vw_checksums *read, char **map_json, char **residuals_json) {
+    enum vw_status status =
+        read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, read, map_json);
     if (!status && !no_photos)
-        status = read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, residuals_json);
+        status =
+            read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, read, residuals_json);
     return status;
 }
 

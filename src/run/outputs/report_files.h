@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "report/page.h"
+#include "run/outputs/checksums.h"
 #include "viewworth/status.h"
 
 // All zero before the first is added.
@@ -18,14 +19,15 @@ struct vw_report_files {
 // Adds providers.csv, payout.csv, duplicates.csv, tradeoff.csv, summary.csv, compare.json and the extra table (NULL:
 // none) of a folder, those that are there.
 // VW_ERROR_INPUT when one is not what it should be, or is a link: the report would contain a file from elsewhere, and
-// be passed on with it. Free it also after a failure.
-enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out, const struct vw_report_extra *extra);
+// be passed on with it. Notes what it reads in `read`; NULL: nowhere. Free it also after a failure.
+enum vw_status vw_report_files_add(struct vw_report_files *files, const char *out, const struct vw_report_extra *extra,
+                                   struct vw_checksums *read);
 void vw_report_files_free(struct vw_report_files *files);
 
 // Reads map.json and, unless `no_photos`, residuals.json of a run's folder, each NULL where it is missing; the texts
 // are owned by the caller, also after a failure. VW_ERROR_INPUT as above, and when they are not of this scene and these
 // images.
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
-                                      char **map_json, char **residuals_json);
+                                      struct vw_checksums *read, char **map_json, char **residuals_json);
 
 #endif

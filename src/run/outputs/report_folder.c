@@ -39,8 +39,11 @@ struct held_run {
 
 struct gathering {
     const struct vw_report_params *params;
-    bool verified;         // by the command, which has just made what is reported
-    struct held_run *runs; // owned array, like those below
+    const char *out;              // the folder that the report is written into; NULL: none of those that it shows
+    struct vw_checksums *in_hand; // notes what is read from there
+    bool verified;                // by the command, which has just made what is reported
+    bool listed;                  // there is a list, compared before the report is written
+    struct held_run *runs;        // owned array, like those below
     size_t run_count, run_capacity;
     struct vw_report_files files;
     struct vw_report_sets sets;
@@ -66,6 +69,10 @@ static enum vw_status read_run(struct held_run *run, bool verified) {
     if (!status) status = vw_ledger_get_retrainings(run->recorded.ledger, &run->retrainings, &run->retraining_count);
     if (!status) vw_ledger_chain_head(run->recorded.ledger, run->head);
     return status;
+}
+
+static struct vw_checksums *in_hand_of(const struct gathering *gathering, const char *folder) {
+    return gathering->out && !strcmp(gathering->out, folder) ? gathering->in_hand : NULL;
 }
 
 // Returns the view of a run that the page borrows.
@@ -123,7 +130,8 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     if (status) return status;
     if (!is_held(gathering, run))
         return vw_report_files_of_run(run->folder, run->recorded.row.scene_hash, run->input.image_count,
-                                      gathering->params->options.no_thumbnails, &run->map_json, &run->residuals_json);
+                                      gathering->params->options.no_thumbnails, in_hand_of(gathering, folder),
+                                      &run->map_json, &run->residuals_json);
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
     *run = (struct held_run){0};
@@ -196,7 +204,8 @@ static enum vw_status add_folder(struct gathering *gathering, const char *out) {
     if (!vw_folder_exists(out)) return vw_fail(VW_ERROR_INPUT, "%s: no such folder; %s", out, remedy);
     enum vw_status status = add_run(gathering, out, &found);
     if (!status) status = add_several(gathering, out, &found);
-    if (!status) status = vw_report_files_add(&gathering->files, out, gathering->params->extra);
+    if (!status)
+        status = vw_report_files_add(&gathering->files, out, gathering->params->extra, in_hand_of(gathering, out));
     if (!status && !found && gathering->files.count == files)
         status = vw_fail(VW_ERROR_INPUT, "%s: contains nothing to report; %s", out, remedy);
     return status;
@@ -238,24 +247,58 @@ static char *methods_to_json(void) {
     return text;
 }
 
-static enum vw_status write_page(struct gathering *gathering, const char *to) {
+static enum vw_status write_page(struct gathering *gathering, const char *to, char sha256[VW_HASH_HEX_BYTES]) {
     struct vw_report_run *runs = vw_allocate(gathering->run_count, sizeof *runs);
     char *methods_json = runs ? methods_to_json() : NULL;
     enum vw_status status = methods_json ? VW_OK : VW_ERROR_MEMORY;
     for (size_t i = 0; runs && i < gathering->run_count; i++) runs[i] = run_of_page(&gathering->runs[i]);
     if (!status) status = lend_to_comparisons(gathering, runs);
     if (!status)
-        status = vw_report_write_html(to, &(struct vw_report_page){.version = vw_version(),
-                                                                   .default_method = vw_value_default_method,
-                                                                   .methods_json = methods_json,
-                                                                   .runs = runs,
-                                                                   .run_count = (uint32_t)gathering->run_count,
-                                                                   .documents = gathering->files.documents,
-                                                                   .document_count = (uint32_t)gathering->files.count,
-                                                                   .extra = gathering->params->extra});
+        status = vw_report_write_html(to,
+                                      &(struct vw_report_page){.version = vw_version(),
+                                                               .default_method = vw_value_default_method,
+                                                               .methods_json = methods_json,
+                                                               .runs = runs,
+                                                               .run_count = (uint32_t)gathering->run_count,
+                                                               .documents = gathering->files.documents,
+                                                               .document_count = (uint32_t)gathering->files.count,
+                                                               .extra = gathering->params->extra},
+                                      sha256);
     free(methods_json);
     free(runs);
     return status;
+}
+
+// Finds the run of the folder that the report is written into; NULL: it has none.
+static struct vw_ledger *ledger_of_out(const struct gathering *gathering) {
+    for (size_t i = 0; gathering->out && i < gathering->run_count; i++)
+        if (!strcmp(gathering->runs[i].folder, gathering->out)) return gathering->runs[i].recorded.ledger;
+    return NULL;
+}
+
+// Compares the list of the folder that the report is written into with all that it names but the report, before that
+// is replaced: the new list vouches for what the old one did, and for the report.
+static enum vw_status check_list(struct gathering *gathering, const char *name) {
+    struct vw_ledger *ledger = ledger_of_out(gathering);
+    struct vw_checksums_found found = {0};
+    if (!ledger) return VW_OK;
+    if (vw_checksums_find(gathering->in_hand, name) && strcmp(name, VW_REPORT_FILE) != 0)
+        return vw_fail(VW_ERROR_USAGE, "--to %s/%s: is a result of the run; name another file", gathering->out, name);
+    enum vw_status status = vw_checksums_check(gathering->out, ledger, VW_REPORT_FILE, gathering->in_hand, &found);
+    gathering->listed = found.present;
+    vw_checksums_found_free(&found);
+    return status;
+}
+
+static enum vw_status write_listed(struct gathering *gathering, const char *to) {
+    const char *slash = strrchr(to, '/'), *name = slash ? slash + 1 : to;
+    char sha256[VW_HASH_HEX_BYTES];
+    bool lists = gathering->out && !strcmp(name, VW_REPORT_FILE);
+    enum vw_status status = gathering->verified ? VW_OK : check_list(gathering, name);
+    if (!status) status = write_page(gathering, to, sha256);
+    if (!status && lists) status = vw_checksums_note_hash(gathering->in_hand, name, sha256);
+    if (status || !lists || !gathering->listed) return status;
+    return vw_checksums_write(gathering->out, ledger_of_out(gathering), gathering->in_hand);
 }
 
 static enum vw_status write_report(struct gathering *gathering, const char *const *folders, uint32_t folder_count,
@@ -264,7 +307,7 @@ static enum vw_status write_report(struct gathering *gathering, const char *cons
     for (uint32_t i = 0; i < folder_count && !status; i++)
         if (!is_repeated(folders, i)) status = add_folder(gathering, folders[i]);
     for (size_t i = 0; i < gathering->run_count && !status; i++) lend_to_run(gathering, &gathering->runs[i]);
-    if (!status) status = write_page(gathering, to);
+    if (!status) status = write_listed(gathering, to);
     for (size_t i = 0; i < gathering->run_count; i++) close_run(&gathering->runs[i]);
     free(gathering->runs);
     vw_report_files_free(&gathering->files);
@@ -272,32 +315,31 @@ static enum vw_status write_report(struct gathering *gathering, const char *cons
     return status;
 }
 
-// Keeps the list of the folder that the report was written into true.
-static enum vw_status list_report(const char *to) {
-    const char *slash = strrchr(to, '/');
-    char *folder = vw_path_folder(to);
-    enum vw_status status = folder ? vw_checksums_update(folder, slash ? slash + 1 : to) : VW_ERROR_MEMORY;
-    free(folder);
-    return status;
-}
-
 enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count, const char *to,
                                const struct vw_report_params *params) {
     if (!folders || !folder_count || !to)
         return vw_fail(VW_ERROR_USAGE, "vw_report_write: folders or to is missing: name both");
-    struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}};
+    struct vw_checksums in_hand = {0};
+    struct gathering gathering = {.params = params ? params : &(struct vw_report_params){0}, .in_hand = &in_hand};
     struct vw_out_lock *lock = NULL;
     enum vw_status status = vw_out_lock_take_for(to, folders, folder_count, &lock);
+    gathering.out = lock ? vw_out_lock_folder(lock) : NULL;
     if (!status) status = write_report(&gathering, folders, folder_count, to);
-    if (!status && lock) status = list_report(to);
     vw_out_lock_release(&lock);
     return status;
 }
 
+enum vw_status vw_report_folder_make(const char *out, const struct vw_report_params *params, struct vw_checksums *made,
+                                     char **path) {
+    struct gathering gathering = {.params = params, .out = out, .in_hand = made, .verified = true};
+    *path = vw_path_join(out, VW_REPORT_FILE);
+    return *path ? write_report(&gathering, &out, 1, *path) : VW_ERROR_MEMORY;
+}
+
 char *vw_report_folder_finish(const char *out, const struct vw_report_params *params) {
-    struct gathering gathering = {.params = params, .verified = true};
-    char *path = vw_path_join(out, "report.html");
-    if (path && !write_report(&gathering, &out, 1, path)) return path;
+    struct vw_checksums made = {0};
+    char *path = NULL;
+    if (!vw_report_folder_make(out, params, &made, &path)) return path;
     vw_log_warning("no report: %s; correct this, then run viewworth report %s", vw_error_message(), out);
     free(path);
     return NULL;

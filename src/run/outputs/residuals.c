@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -187,20 +186,19 @@ static enum vw_status add_photos(const struct vw_residuals_params *params, json_
     return status;
 }
 
-enum vw_status vw_residuals_write(const struct vw_residuals_params *params) {
-    char hash[VW_HASH_HEX_BYTES], *path = vw_path_join(params->out, VW_RESIDUALS_FILE), *text = NULL;
+enum vw_status vw_residuals_write(const struct vw_residuals_params *params, struct vw_checksums *made) {
+    char hash[VW_HASH_HEX_BYTES], *text = NULL;
     json_t *residuals = json_object(), *photos = json_array();
-    enum vw_status status = path ? add_photos(params, &photos) : VW_ERROR_MEMORY;
+    enum vw_status status = add_photos(params, &photos);
     vw_hash_to_hex(params->scene->hash, hash);
     vw_json_set(&residuals, "scene_hash", vw_json_string(hash));
     vw_json_set(&residuals, "photos", photos);
     if (!status) text = vw_json_to_text(residuals, JSON_COMPACT | JSON_REAL_PRECISION(6));
     if (!status)
-        status = text ? vw_file_write(path, text, strlen(text))
+        status = text ? vw_result_write(params->out, VW_RESIDUALS_FILE, text, strlen(text), made)
                       : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_RESIDUALS_FILE, params->out);
     json_decref(residuals);
     free(text);
-    free(path);
     return status;
 }
 

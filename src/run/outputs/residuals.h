@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "run/out_files.h"
+#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "train/trainer.h"
 #include "viewworth/scene.h"
@@ -32,7 +33,8 @@ struct vw_residuals_params {
 // A picture is a WebP file: photo, render and error (mean over the channels, black to white for 0 to 0.4) side by side,
 // each at most VW_RESIDUALS_HEIGHT_PX high. psnr is that of the picture's pixels, null when unknown. The validation
 // photos come first, then train photos from the lowest quality up, as many as the share allows.
-enum vw_status vw_residuals_write(const struct vw_residuals_params *params);
+// Notes the file in `made`.
+enum vw_status vw_residuals_write(const struct vw_residuals_params *params, struct vw_checksums *made);
 
 // Checks that pictures are of `image_count` images of the scene with this hash. VW_ERROR_INPUT names the file and what
 // is wrong; `path` is for messages.

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/hash.h"
 #include "base/json.h"
 
@@ -55,12 +54,11 @@ static char *map_to_text(const struct vw_scene *scene) {
     return text;
 }
 
-enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *out) {
-    char *path = vw_path_join(out, VW_SCENE_MAP_FILE), *text = path ? map_to_text(scene) : NULL;
-    enum vw_status status = text ? vw_file_write(path, text, strlen(text))
+enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made) {
+    char *text = map_to_text(scene);
+    enum vw_status status = text ? vw_result_write(out, VW_SCENE_MAP_FILE, text, strlen(text), made)
                                  : vw_fail(VW_ERROR_MEMORY, "%s: out of memory for " VW_SCENE_MAP_FILE, out);
     free(text);
-    free(path);
     return status;
 }
 

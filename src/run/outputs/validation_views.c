@@ -56,14 +56,17 @@ static enum vw_status compute(const struct vw_scene *scene, struct vw_ledger *le
 }
 
 enum vw_status vw_validation_views_make(const struct vw_scene *scene, struct vw_ledger *ledger,
-                                        const struct vw_scoring *scoring, const char *out,
+                                        const struct vw_scoring *scoring, const char *out, struct vw_checksums *made,
                                         struct vw_validation_views *validation) {
     *validation = (struct vw_validation_views){.scene = scene, .matrix_path = vw_path_join(out, "matrix.csv")};
     if (!validation->matrix_path) return VW_ERROR_MEMORY;
     enum vw_status status = compute(scene, ledger, scoring, validation);
-    if (!status && vw_validation_views_have_matrix(validation))
-        status = vw_table_write_matrix(validation->matrix_path, &validation->matrix, validation->standard_errors,
-                                       scoring->input.images, scoring->input.image_count);
+    if (!status && vw_validation_views_have_matrix(validation)) {
+        struct vw_csv_text table = {0};
+        status = vw_table_make_matrix(validation->matrix_path, &validation->matrix, validation->standard_errors,
+                                      scoring->input.images, scoring->input.image_count, &table);
+        status = vw_result_write_table(status, out, "matrix.csv", &table, made);
+    }
     if (!status) warn(validation);
     return status;
 }

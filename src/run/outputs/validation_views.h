@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "run/outputs/checksums.h"
 #include "run/scoring.h"
 #include "scene/view_distance.h"
 #include "value/matrix.h"
@@ -20,9 +21,10 @@ struct vw_validation_views {
 };
 
 // Computes everything, writes OUT/matrix.csv where there are validated steps after burn-in, and warns of validation
-// views that look corrupted or lie far from every training view. Free it also after a failure.
+// views that look corrupted or lie far from every training view. Notes the file in `made`. Free it also after a
+// failure.
 enum vw_status vw_validation_views_make(const struct vw_scene *scene, struct vw_ledger *ledger,
-                                        const struct vw_scoring *scoring, const char *out,
+                                        const struct vw_scoring *scoring, const char *out, struct vw_checksums *made,
                                         struct vw_validation_views *validation);
 // Returns the name of a view of the scene.
 const char *vw_validation_views_name(const struct vw_validation_views *validation, uint32_t view);

@@ -1,12 +1,10 @@
 #include "run/verify/verify.h"
 
 #include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/hash.h"
 #include "base/inside.h"
 #include "base/memory.h"
 #include "run/imported/imported_run.h"
@@ -19,6 +17,8 @@
 #include "run/verify/verify_tables.h"
 #include "train/trainer.h"
 
+static bool is_running(const struct vw_recorded_run *run) { return strcmp(run->row.status, "running") == 0; }
+
 // ---- Scores --------------------------------------------------------------------------------------------------------
 
 struct run_scores {
@@ -27,45 +27,13 @@ struct run_scores {
     struct vw_scoring computed; // from the steps
 };
 
-// Tells whether two reals agree up to the last digits. The hashes fix recorded scores to the bit; here they are
-// compared with scores made anew, and another C library rounds cosines and roots differently.
-static bool same_real(double a, double b, double scale) {
-    return a == b || (isnan(a) && isnan(b)) ||
-           fabs(a - b) <= 1e-9 * fmax(fmax(fabs(a), fabs(b)), isfinite(scale) ? scale : 0);
-}
-
-static bool same_score(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
-    double scale = a->standard_error;
-    return strcmp(a->method, b->method) == 0 && a->image_id == b->image_id && same_real(a->value, b->value, scale) &&
-           strcmp(a->unit, b->unit) == 0 && same_real(a->standard_error, b->standard_error, 0) &&
-           a->visits == b->visits && same_real(a->ci_low, b->ci_low, scale) &&
-           same_real(a->ci_high, b->ci_high, scale) && a->rank_ci_low == b->rank_ci_low &&
-           a->rank_ci_high == b->rank_ci_high;
-}
-
-// Compares scores that are sorted by method, and by photo within a method.
-static enum vw_status compare_scores(const struct vw_recorded_run *run, const struct run_scores *scores) {
-    const struct vw_scoring *computed = &scores->computed;
-    if (scores->recorded_count != computed->score_count)
-        return vw_fail(VW_ERROR_MISMATCH,
-                       "%s: holds %u scores where its steps give %u, unless another version of viewworth made them",
-                       run->ledger_path, scores->recorded_count, computed->score_count);
-    for (uint32_t i = 0; i < scores->recorded_count; i++)
-        if (!same_score(&scores->recorded[i], &computed->scores[i]))
-            return vw_fail(VW_ERROR_MISMATCH,
-                           "%s: score %s of image %u, or its place, is not what its steps give: %s of image %u",
-                           run->ledger_path, scores->recorded[i].method, scores->recorded[i].image_id,
-                           computed->scores[i].method, computed->scores[i].image_id);
-    return VW_OK;
-}
-
-// Checks the scores, which a run has once it has ended; one that failed may have had no room for them.
+// Demands the scores that the steps give, whatever the run says of itself: only a run that goes on has none, and there
+// vw_ledger_verify() has refused any.
 static enum vw_status check_scores(struct vw_recorded_run *run, struct run_scores *scores) {
-    bool ended = strcmp(run->row.status, "running") != 0;
     enum vw_status status = vw_ledger_get_scores(run->ledger, &scores->recorded, &scores->recorded_count);
-    if (!status && scores->recorded_count == 0 && strcmp(run->row.status, "failed") == 0) ended = false;
     if (!status) status = vw_scoring_make(run->ledger, &run->config, &scores->computed);
-    return !status && ended ? compare_scores(run, scores) : status;
+    if (status || is_running(run)) return status;
+    return vw_scoring_compare(&scores->computed, run->ledger, run->ledger_path);
 }
 
 static enum vw_status check_head(const struct vw_recorded_run *run, const char *expected) {
@@ -77,9 +45,15 @@ static enum vw_status check_head(const struct vw_recorded_run *run, const char *
                    run->ledger_path, head);
 }
 
-// Checks an import; `log_sha256` stays untouched unless the run was imported.
-static enum vw_status check_import(const struct vw_recorded_run *run, char log_sha256[VW_HASH_HEX_BYTES]) {
-    enum vw_status status = vw_is_imported(&run->row) ? vw_imported_check(&run->row, &run->config, log_sha256) : VW_OK;
+// Checks an import, which has no more than a log gives; `log_sha256` stays untouched unless the run was imported.
+static enum vw_status check_import(const struct vw_recorded_run *run, const struct vw_scoring *computed,
+                                   char log_sha256[VW_HASH_HEX_BYTES]) {
+    if (!vw_is_imported(&run->row)) return VW_OK;
+    enum vw_status status = vw_imported_check(&run->row, &run->config, log_sha256);
+    if (!status && (computed->retraining_count || computed->input.lasting.step_count || run->row.field_sha256))
+        status =
+            vw_fail(VW_ERROR_MISMATCH, "has retrainings, lasting credit or a field, which no import has: rows were "
+                                       "added, or the device was edited");
     return status ? vw_fail_context(status, "%s", run->ledger_path) : VW_OK;
 }
 
@@ -127,7 +101,7 @@ static enum vw_status check_expected(const char *expected) {
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
 static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_verify_params *params,
-                                   const struct run_scores *scores,
+                                   const struct run_scores *scores, struct vw_checksums *read,
                                    struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT]) {
     bool recorded = scores->recorded_count > 0;
     const struct vw_table_sources sources = {
@@ -137,25 +111,26 @@ static enum vw_status check_tables(struct vw_recorded_run *run, const struct vw_
         .scores = recorded ? scores->recorded : scores->computed.scores,
         .score_count = recorded ? scores->recorded_count : scores->computed.score_count,
         .providers = params->providers,
+        .read = read,
     };
     return vw_verify_tables(&sources, tables);
 }
 
 enum field_state { FIELD_ABSENT, FIELD_INTACT, FIELD_NOT_RECORDED };
 
-// Checks the field of a finished run, whose hash its final_hash covers. Another run may have that of an earlier end.
-static enum vw_status check_field(const struct vw_recorded_run *run, enum field_state *state) {
-    struct vw_checksum file;
+// Checks the field, whose hash the final_hash covers. Only a run that goes on may have one without a hash, which a kill
+// has left.
+static enum vw_status check_field(const struct vw_recorded_run *run, struct vw_checksums *read,
+                                  enum field_state *state) {
     const char *recorded = run->row.field_sha256;
     if (!recorded && strcmp(run->row.status, "finished") == 0 && !vw_is_imported(&run->row))
         return vw_fail(VW_ERROR_MISMATCH, "%s: is finished, but has no hash of its field: the run row was edited",
                        run->ledger_path);
-    enum vw_status status = vw_checksum_make(run->out, VW_FIELD_FILE, &file);
+    enum vw_status status = vw_checksums_read(read, run->out, VW_FIELD_FILE);
     if (status) return status;
-    *state = !file.present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
-    if (*state != FIELD_INTACT || strcmp(file.sha256, recorded) == 0) return VW_OK;
-    return vw_fail(VW_ERROR_MISMATCH, "%s/field.vwf: is not the field that the run ended with; restore it from a copy",
-                   run->out);
+    bool present = vw_checksums_find(read, VW_FIELD_FILE)->present;
+    *state = !present ? FIELD_ABSENT : recorded ? FIELD_INTACT : FIELD_NOT_RECORDED;
+    return !present || is_running(run) ? VW_OK : vw_checksums_check_field(read, run->out, recorded);
 }
 
 // ---- All checks ----------------------------------------------------------------------------------------------------
@@ -165,6 +140,7 @@ struct checks {
     struct run_scores scores;
     struct vw_verified_table tables[VW_DERIVED_TABLE_COUNT];
     enum field_state field;
+    struct vw_checksums read; // result files, by the bytes that were compared
     struct vw_kept_file kept[VW_KEPT_FILES_MAX];
     uint32_t kept_count;
 };
@@ -172,16 +148,10 @@ struct checks {
 static enum vw_status check_identity(struct checks *checks, char log_sha256[VW_HASH_HEX_BYTES]) {
     const struct vw_value_input *input = &checks->scores.computed.input;
     bool validated = is_validated(input);
-    enum vw_status status = check_import(&checks->run, log_sha256);
+    enum vw_status status = check_import(&checks->run, &checks->scores.computed, log_sha256);
     if (status) return status;
     status = vw_run_row_check(&checks->run, input->record_count ? &validated : NULL);
     return status ? vw_fail_context(status, "%s", checks->run.ledger_path) : VW_OK;
-}
-
-static enum vw_status check_list(const struct vw_recorded_run *run, struct vw_checksums_found *list) {
-    char head[VW_HASH_HEX_BYTES];
-    vw_ledger_chain_head(run->ledger, head);
-    return vw_checksums_check(run->out, head, list);
 }
 
 static enum vw_status check_all(const struct vw_verify_params *params, struct checks *checks,
@@ -197,9 +167,9 @@ static enum vw_status check_all(const struct vw_verify_params *params, struct ch
     if (!status) status = check_scores(run, &checks->scores);
     if (!status) status = check_identity(checks, made->log_sha256);
     if (!status) status = check_head(run, params->expect);
-    if (!status) status = check_tables(run, params, &checks->scores, checks->tables);
-    if (!status) status = check_field(run, &checks->field);
-    if (!status) status = check_list(run, &made->list);
+    if (!status) status = check_tables(run, params, &checks->scores, &checks->read, checks->tables);
+    if (!status) status = check_field(run, &checks->read, &checks->field);
+    if (!status) status = vw_checksums_check(run->out, run->ledger, NULL, &checks->read, &made->list);
     if (!status) status = vw_verify_kept(params->out, run->ledger, checks->kept, &checks->kept_count);
     if (!status && params->replay_steps && vw_ledger_next_step(run->ledger) > 0)
         status = replay(run, params, is_validated(&checks->scores.computed.input), &made->replayed_steps);
@@ -216,14 +186,14 @@ static void add(struct vw_verification *made, const char *name, const char *resu
 static void list_ledger(const struct checks *checks, struct vw_verification *made) {
     static const char *const rows[] = {"run row",   "image rows",      "step rows",
                                        "view rows", "retraining rows", "hashes of kept files"};
-    bool ended = strcmp(checks->run.row.status, "running") != 0, replayed = made->replayed_steps > 0;
+    bool ended = !is_running(&checks->run), replayed = made->replayed_steps > 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(rows); i++) add(made, rows[i], "intact", "the hash chain");
-    add(made, "score rows", "intact",
-        ended ? "the hash chain, and computed again from steps and retrainings" : "the hash chain");
+    add(made, "score rows", ended ? "intact" : "absent",
+        ended ? "the hash chain, and computed again from steps and retrainings" : "");
     bool followed = checks->scores.computed.input.lasting.step_count > 0;
     add(made, "lasting credit", followed ? "intact" : "absent",
         followed ? "the hash chain: viewworth lasting on a run without it makes it again" : "");
-    add(made, "order of methods", "intact", ended ? "the hash chain, and computed again" : "the hash chain");
+    add(made, "order of methods", ended ? "intact" : "absent", ended ? "the hash chain, and computed again" : "");
     if (*made->log_sha256) {
         add(made, "identity", "intact", "run_id and subset_hash, recomputed");
         add(made, "log", "claimed", "nothing: the log's SHA-256 is in the ledger, the log is not");
@@ -254,7 +224,7 @@ static void list_covered(const struct vw_verify_params *params, const char *name
 static void list_files(const struct checks *checks, const struct vw_verify_params *params,
                        struct vw_verification *made) {
     list_tables(checks, params, made);
-    static const char *const names[] = {"duplicates.csv", "map.json", "residuals.json", "report.html"};
+    static const char *const names[] = {"duplicates.csv", "map.json", "residuals.json", VW_REPORT_FILE};
     for (size_t i = 0; i < VW_ARRAY_COUNT(names); i++) list_covered(params, names[i], made);
     if (checks->field == FIELD_INTACT) add(made, VW_FIELD_FILE, "intact", "its SHA-256, in the hash chain");
     else list_covered(params, VW_FIELD_FILE, made);

@@ -283,6 +283,7 @@ static enum vw_status compare(const struct vw_table_sources *sources, const stru
             status = vw_fail(VW_ERROR_MISMATCH,
                              "%s: is not what the ledger gives: the file was edited%s; restore it from a copy", path,
                              table->by_provider ? ", or made with other --providers: give verify the same" : "");
+        else status = vw_checksums_note(sources->read, table->name, file, file_bytes);
     }
     free(file);
     free(derived.made.text);
@@ -294,7 +295,8 @@ static enum vw_status verify_table(const struct vw_table_sources *sources, const
     if (!path) return VW_ERROR_MEMORY;
     *present = vw_file_exists_inside(sources->out, table->name);
     enum vw_status status = vw_file_check_inside(sources->out, table->name);
-    if (*present && !status) status = compare(sources, table, path);
+    if (!status)
+        status = *present ? compare(sources, table, path) : vw_checksums_note(sources->read, table->name, NULL, 0);
     free(path);
     return status;
 }

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include "run/outputs/checksums.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 #include "viewworth/value.h"
@@ -15,7 +16,8 @@ struct vw_table_sources {
     const struct vw_value_input *input;
     const struct vw_ledger_score *scores; // recorded; of a run that has not ended those that its steps give
     uint32_t score_count;
-    const char *providers; // FILE.csv with the providers; NULL: those of the ledger
+    const char *providers;     // FILE.csv with the providers; NULL: those of the ledger
+    struct vw_checksums *read; // notes the bytes that were compared
 };
 
 // Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them with the files

@@ -1,0 +1,42 @@
+#include "run/outputs/run_outputs.h"
+
+#include <stdlib.h>
+
+#include "run/outputs/report_folder.h"
+#include "run/outputs/residuals.h"
+#include "run/outputs/scene_map.h"
+
+// Writes pictures of the scene and the field, so that the report can be made again without them.
+static enum vw_status write_pictures(const struct vw_run_outputs_params *params, struct vw_checksums *made) {
+    const struct vw_residuals_params residuals = {
+        .scene = params->scene,
+        .trainer = params->trainer,
+        .scoring = params->scoring,
+        .config = params->config,
+        .on_background = vw_effects_is_on(params->effects, params->effect_count, "background"),
+        .fitted = vw_effects_fit_views(params->effects, params->effect_count),
+        .out = params->out,
+    };
+    enum vw_status status = vw_scene_map_write(params->scene, params->out, made);
+    return status || params->report.options.no_thumbnails ? status : vw_residuals_write(&residuals, made);
+}
+
+enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                   struct vw_run_outputs *outputs) {
+    enum vw_status status =
+        vw_attribution_make(params->scene, params->scoring, params->out, params->payout, made, &outputs->attribution);
+    if (!status)
+        status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
+                                          &outputs->validation);
+    if (!status) status = write_pictures(params, made);
+    if (status) return status;
+    vw_checksums_note_rest_absent(made);
+    if (!vw_report_folder_make(params->out, &params->report, made, &outputs->report_path)) return VW_OK;
+    return vw_fail(VW_ERROR_IO, "no report: %s; correct this, then repeat the command", vw_error_message());
+}
+
+void vw_run_outputs_free(struct vw_run_outputs *outputs) {
+    vw_attribution_free(&outputs->attribution);
+    vw_validation_views_free(&outputs->validation);
+    free(outputs->report_path);
+}

@@ -1,0 +1,42 @@
+// The derived files of a run with scores, except scores.csv: whoever ends the run removes them all first
+// (run/out_folder.h) and then makes them here.
+#ifndef VIEWWORTH_RUN_OUTPUTS_RUN_OUTPUTS_H
+#define VIEWWORTH_RUN_OUTPUTS_RUN_OUTPUTS_H
+
+#include <stdint.h>
+
+#include "run/outputs/attribution.h"
+#include "run/outputs/checksums.h"
+#include "run/outputs/validation_views.h"
+#include "train/trainer.h"
+#include "viewworth/report.h"
+
+// All borrowed for the call.
+struct vw_run_outputs_params {
+    const char *out;
+    const struct vw_scene *scene;
+    struct vw_ledger *ledger;
+    const struct vw_scoring *scoring; // scores of the ledger
+    struct vw_trainer *trainer;       // has the field of the run's end; nothing in flight
+    const struct vw_config *config;
+    const struct vw_effect_verdict *effects;
+    uint32_t effect_count;
+    const struct vw_payout_request *payout;
+    struct vw_report_params report;
+};
+
+// Owned; freed by vw_run_outputs_free().
+struct vw_run_outputs {
+    struct vw_attribution attribution;
+    struct vw_validation_views validation;
+    char *report_path;
+};
+
+// Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, map.json, residuals.json
+// unless the report goes without photos, and report.html; notes them in `made`. Fails at the first that cannot be made.
+// Free the outputs also after a failure.
+enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                   struct vw_run_outputs *outputs);
+void vw_run_outputs_free(struct vw_run_outputs *outputs);
+
+#endif
