@@ -60,6 +60,7 @@ static int set_up(void **state) {
     f->run = (struct vw_scored_run){0};
     set_halves_apart(f);
     chain_rewrite(temporary_path(f->out, "ledger.db"));
+    assert_int_equal(remove(temporary_path(f->out, "SHA256SUMS")), 0); // it names the chain's head of before
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     const struct vw_verified_selection_params verified = {.run = &f->run, .seeds = SEEDS};
     ASSERT_OK(vw_verified_selection_make(&verified, &f->verified));
