@@ -130,7 +130,7 @@ enum { VW_SPECIALIZATION_COUNT = sizeof(struct vw_specialization) / 4 };
 VW_ENUM(LOSS_L1, 0)
 VW_ENUM(LOSS_L2, 1)
 VW_ENUM(LOSS_HUBER, 2)
-VW_ENUM(LOSS_GIVEN, 3) // the slope by a ray's colour stands in its target: of what the backward pass goes back from, no loss of a training
+VW_ENUM(LOSS_GIVEN, 3) // the target contains the slope; only the adjoint uses it
 VW_ENUM(OPTIMIZER_LAZY_ADAM, 0)
 VW_ENUM(OPTIMIZER_DENSE_ADAM, 1)
 VW_ENUM(OPTIMIZER_SGD, 2)

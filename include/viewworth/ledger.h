@@ -173,7 +173,7 @@ uint64_t vw_ledger_next_step(const struct vw_ledger *ledger); // the step that t
 // Writes the chain head, which covers everything in the ledger: final_hash after the run has ended, before that the
 // last row_hash.
 void vw_ledger_chain_head(const struct vw_ledger *ledger, char head[VW_HASH_HEX_BYTES]);
-// Writes the SHA-256 of the file: of the bytes that this object reads, whatever stands in their place meanwhile.
+// Writes the SHA-256 of the file: of the bytes that this object reads, whatever replaces them meanwhile.
 enum vw_status vw_ledger_hash_file(struct vw_ledger *ledger, char sha256[VW_HASH_HEX_BYTES]);
 // Compares repeated steps with the recorded ones, bit for bit. records[0].step + count must be at most
 // vw_ledger_next_step. VW_ERROR_MISMATCH names the first step that differs.

@@ -1,4 +1,4 @@
-// The report: one HTML page of what folders of results hold.
+// The report: one HTML page of folders of results.
 #ifndef VIEWWORTH_REPORT_H
 #define VIEWWORTH_REPORT_H
 
@@ -28,7 +28,7 @@ struct vw_report_params {
 // run (ledger.db), the runs of its seeds (seed_<N>/ledger.db) or folds (fold-<N>/ledger.db), providers.csv, payout.csv,
 // duplicates.csv, tradeoff.csv, summary.csv, and compare.json with its renders. A run that several
 // folders hold is shown once. Photos that cannot be read are left out with a warning. VW_ERROR_INPUT when a folder
-// holds none of these, something broken, or a link that leads out of it. `params` may be NULL.
+// has none of these, something broken, or a link that leads out of it. `params` may be NULL.
 enum vw_status vw_report_write(const char *const *folders, uint32_t folder_count, const char *to,
                                const struct vw_report_params *params);
 

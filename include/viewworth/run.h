@@ -1,4 +1,4 @@
-// A run: one training of a scene that records every step in a ledger and values the photos. The folder OUT holds it.
+// A run: one training of a scene that records every step in a ledger and values the photos. The folder OUT contains it.
 //
 //     struct vw_run *run = NULL;
 //     enum vw_status status = vw_run_open(&(struct vw_run_params){.scene = {.path = "fox"}, .out = "OUT"}, &run);
@@ -30,7 +30,7 @@ struct vw_run_state {
     bool backward;              // the backward pass of lasting credit: its own steps, replayed and followed back
 };
 
-// Called before the first and after every group of steps, and at the end. Returning false asks the run to stop.
+// Called before the first and after every submission of steps, and at the end. Returning false asks the run to stop.
 typedef bool vw_run_progress(void *context, const struct vw_run_state *state);
 
 // Fields of vw_config that `accuracy` and `budget_s` leave as they are.
@@ -53,7 +53,7 @@ struct vw_lasting_options {
 
 struct vw_payout_options {
     const char *amount; // to divide among the providers, "99.50"; NULL: none
-    bool floor_equal;   // where no photo is worth anything, all are paid the same; otherwise nobody is paid
+    bool floor_equal;   // where no photo is worth anything, all are paid the same; otherwise no one is paid
     bool anyway;        // pay although retrainings are missing, or tell no two providers apart
 };
 
@@ -78,7 +78,7 @@ struct vw_run_params {
 
 // Locks OUT until the run is closed, opens device and scene, decides which effects are on, and creates or resumes the
 // run in OUT. `*run` is untouched on failure. VW_ERROR_USAGE names the field that is missing or wrong, what differs
-// from the run that OUT holds, or the process that writes there already.
+// from the run in OUT, or the process that writes there already.
 enum vw_status vw_run_open(const struct vw_run_params *params, struct vw_run **run);
 // Takes up to `steps` steps and records them; UINT64_MAX: all that are left. VW_OK when they are taken, or when none is
 // left. VW_ERROR_INTERRUPTED when progress returned false: the ledger keeps the steps and the scores so far, and a

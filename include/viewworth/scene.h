@@ -137,7 +137,7 @@ enum vw_status vw_scene_open(const struct vw_scene_params *params, struct vw_sce
 void vw_scene_close(struct vw_scene **scene);
 
 // Decodes those of these views (scene indices) that are not yet, several at a time; excluded views stay without pixels.
-// To be called before the pixels of vw_view.image are read: reading others ends the program. Any thread may call it; a
+// Call it before the pixels of vw_view.image are read: reading others ends the program. Any thread may call it; a
 // thread may read what its own calls have named. VW_ERROR_IO if a file cannot be decoded, or is no longer the one that
 // was hashed. It changes nothing else of the scene.
 enum vw_status vw_scene_decode(const struct vw_scene *scene, const uint32_t *views, uint32_t count);

@@ -37,7 +37,7 @@ enum vw_status vw_fail(enum vw_status status, const char *format, ...) __attribu
 // Puts "<formatted>: " before the recorded message and returns `status`.
 enum vw_status vw_fail_context(enum vw_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-// For clang's analyzer, which does not see that the status of a failure is never VW_OK.
+// Macros for clang's analyzer, which does not see that the status of a failure is never VW_OK.
 #ifdef __clang_analyzer__
 #define vw_fail(status, ...) (vw_fail(status, __VA_ARGS__), (status))
 #define vw_fail_context(status, ...) (vw_fail_context(status, __VA_ARGS__), (status))

@@ -90,7 +90,7 @@ struct vw_config {
     double beta2; // [0,1)
     enum vw_field field;
     uint32_t mlp_depth;       // layers of the trunk of VW_FIELD_MLP, 1 to 16; 8 with the other field
-    uint32_t frequencies;     // likewise: of the encoding of positions, 0 to 16; 10 with the other
+    uint32_t frequencies;     // the same: of the encoding of positions, 0 to 16; 10 with the other
     uint32_t levels;          // levels of the hash grid, 1 to 16; levels * features is a multiple of 4
     uint32_t features;        // per entry, 2 or 4
     uint32_t log2_table;      // a level has at most 2^log2_table entries, 0 to 22

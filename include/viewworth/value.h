@@ -49,7 +49,7 @@
 //       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are averaged by their left-out error E as
 //       E^(-n/2); the interval is Student's, of the posterior variance within and between them
 //       (src/value/evaluation/worth_regression.h of the source tree). Least-squares worths are a datamodel (Ilyas et
-//       al. 2022). The joint worth of a provider is fitted likewise, with providers as players
+//       al. 2022). The joint worth of a provider is fitted in the same way, with providers as players
 //
 // The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
 //

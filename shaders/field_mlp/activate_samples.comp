@@ -1,5 +1,5 @@
-// From the last layers of the field mlp to rgb and density, one sample per invocation; in the variant VW_BACK from the
-// gradients of rgb and raw density to those of the layers.
+// Computes rgb and density from the last layers of the field mlp, one sample per invocation; in the variant VW_BACK the
+// gradients of the layers from those of rgb and raw density.
 #include "networks/activations.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -1,4 +1,4 @@
-// From an image position to a ray in box coordinates, the lens undone.
+// Rays in box coordinates of image positions, the lens undone.
 // Model and axes: struct vw_camera in include/viewworth/scene.h; vw_gpu_camera in interface.h.
 #ifndef CAMERA_GLSL
 #define CAMERA_GLSL

@@ -21,6 +21,6 @@ void main() {
     for (uint i = 1u; i < 64u; i++) sum = two_add(sum, sums[i]);
     bool sound = finite(sum.x) && state.nonfinite == 0u;
     for (uint i = 0u; i < overflow.length(); i += VW_OVERFLOW_STRIDE) sound = sound && overflow[i] == 0u;
-    // As floats, since small integers' bits would be denormal ones.
+    // Counts are written as floats, since small integers' bits would be denormal ones.
     scalars[push.scalar_row] = vec4(sum, sound ? 0.0 : 1.0, float(state.clamped));
 }

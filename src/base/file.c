@@ -80,7 +80,7 @@ bool vw_descriptor_is_private(int descriptor) {
 
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
-// Unpredictable, so that nobody can plant a link where a file is about to be written; the pattern tells what a killed
+// Unpredictable, so that no one can plant a link where a file is about to be written; the pattern tells what a killed
 // program has left behind.
 #define TEMPORARY_PREFIX ".viewworth-"
 #define TEMPORARY_SUFFIX ".part"

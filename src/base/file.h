@@ -17,8 +17,8 @@ enum vw_status vw_file_read(const char *path, size_t limit_bytes, void **data, s
 // Reads an opened file, which stays open. `path` is for messages.
 enum vw_status vw_descriptor_read(int descriptor, const char *path, size_t limit_bytes, void **data,
                                   size_t *size_bytes);
-// Returns whether this user owns an opened file or folder and nobody else may write to it: otherwise others may have
-// written what it holds.
+// Returns whether this user owns an opened file or folder and no one else may write to it: otherwise others may have
+// written its content.
 bool vw_descriptor_is_private(int descriptor);
 // Writes all bytes; returns the cause of a failure, or 0.
 int vw_descriptor_write(int descriptor, const void *data, size_t size_bytes);

@@ -84,7 +84,7 @@ enum problem { FINE, MISSING, LINKED, OTHER_KIND, FAILED }; // problem with a na
 
 static enum problem problem_of(int cause) {
     if (cause == ENOENT) return MISSING;
-    if (cause == ENOTDIR) return OTHER_KIND; // a file stands where a folder should
+    if (cause == ENOTDIR) return OTHER_KIND; // a file is where a folder should be
     return cause == ELOOP || cause == EXDEV ? LINKED : FAILED;
 }
 

@@ -1,6 +1,6 @@
-// Files and folders below a folder that a stranger may have sent: what is opened lies in it, whatever links it holds.
-// The folder itself is the user's choice and may be reached through links. Between the check and the opening there is
-// no gap: both are one call of the kernel, or one walk from descriptor to descriptor.
+// Files and folders below a folder that a stranger may have sent: what is opened lies in it, whatever links it
+// contains. The folder itself is the user's choice and may be reached through links. Between the check and the opening
+// there is no gap: both are one call of the kernel, or one walk from descriptor to descriptor.
 #ifndef VIEWWORTH_BASE_INSIDE_H
 #define VIEWWORTH_BASE_INSIDE_H
 
@@ -17,7 +17,7 @@ bool vw_path_leaves_folder(const char *name);
 // absolute name, or one with a part "..", lies elsewhere.
 enum vw_status vw_file_open_inside(const char *folder, const char *name, int *descriptor);
 
-// For a folder of results, where every name is one that viewworth gave: no part of `name` may be a link.
+// The functions below are for a folder of results, whose names viewworth gave: no part of `name` may be a link.
 
 // Reads a file like vw_file_read(), but returns VW_ERROR_INPUT also for a link.
 enum vw_status vw_file_read_inside(const char *folder, const char *name, size_t limit_bytes, void **data,

@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-// All zero: nobody ever asks.
+// All zero: no one ever asks.
 struct vw_interrupt {
     bool (*requested)(void *context);
     void *context; // borrowed

@@ -1,12 +1,12 @@
-// Reading with a bound on memory, values for jansson that JSON itself cannot hold, and objects and arrays whose errors
-// are checked once, at the end.
+// Reading with a bound on memory, values for jansson that JSON itself cannot express, and objects and arrays whose
+// errors are checked once, at the end.
 #ifndef VIEWWORTH_BASE_JSON_H
 #define VIEWWORTH_BASE_JSON_H
 
 #include <jansson.h>
 
-// As jansson parses bytes, for texts from files: refuses, in `error`, a text whose values would take more memory than
-// VW_JSON_MEMORY_RATIO times its size and VW_JSON_MEMORY_BASE_BYTES more, before it takes any.
+// Parses bytes as jansson does, for texts from files: refuses, in `error`, a text whose values would take more memory
+// than VW_JSON_MEMORY_RATIO times its size and VW_JSON_MEMORY_BASE_BYTES more, before it takes any.
 enum { VW_JSON_MEMORY_RATIO = 16, VW_JSON_MEMORY_BASE_BYTES = 16 << 20 };
 json_t *vw_json_load(const char *text, size_t size_bytes, size_t flags, json_error_t *error);
 

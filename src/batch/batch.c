@@ -338,7 +338,7 @@ static bool has_waiting(const struct queue *queue) {
 static enum vw_status run_queue(struct queue *queue) {
     enum vw_status status = VW_OK;
     queue->started_s = vw_now_s();
-    signal(SIGCHLD, SIG_DFL); // a parent may have ignored it; then nobody would learn how a job ended
+    signal(SIGCHLD, SIG_DFL); // a parent may have ignored it; then no one would learn how a job ended
     while (queue->batch->running || (has_waiting(queue) && !queue->stopping)) {
         if (status || vw_interrupt_requested(&queue->params->interrupt)) stop_all(queue);
         enum vw_status ended = end_finished(queue);

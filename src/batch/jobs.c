@@ -280,8 +280,8 @@ static bool has_run(const char *out, const struct vw_job *job) {
     return there;
 }
 
-static enum vw_status take(const char *out, const json_t *object, const struct vw_job *job,
-                           struct vw_job_result *result) {
+static enum vw_status read_result(const char *out, const json_t *object, const struct vw_job *job,
+                                  struct vw_job_result *result) {
     const json_t *code = json_object_get(object, "exit_code"), *seconds = json_object_get(object, "seconds");
     const char *message = json_string_value(json_object_get(object, "message"));
     json_t *words = words_to_json(job);
@@ -307,7 +307,7 @@ enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, str
     bool there = vw_file_exists_inside(out, name);
     enum vw_status status = there ? vw_file_read_inside(out, name, RECORD_BYTES_MAX, &text, &size_bytes) : VW_OK;
     json_t *object = !status && there ? vw_json_load(text, size_bytes, 0, NULL) : NULL;
-    status = take(out, object, job, result);
+    status = read_result(out, object, job, result);
     json_decref(object);
     free(text);
     free(name);

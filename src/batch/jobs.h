@@ -39,7 +39,7 @@ bool vw_jobs_fit(const struct vw_job *a, const struct vw_job *b);
 void vw_jobs_free(struct vw_jobs *jobs);
 
 enum vw_job_state {
-    VW_JOB_WAITING, // its name is "waiting"; the others likewise
+    VW_JOB_WAITING, // its name is "waiting"; the others in the same way
     VW_JOB_RUNNING,
     VW_JOB_DONE,
     VW_JOB_FAILED,

@@ -1,4 +1,4 @@
-// From the command line to params: texts are borrowed from the options, the config is theirs.
+// Params from the command line: texts are borrowed from the options, the config is theirs.
 #ifndef VIEWWORTH_CLI_PARAMS_H
 #define VIEWWORTH_CLI_PARAMS_H
 

@@ -1,4 +1,4 @@
-// From the words of a command line to struct vw_options, by the table of options.
+// The parser of command lines: it fills struct vw_options by the table of options.
 #ifndef VIEWWORTH_CLI_PARSE_OPTIONS_H
 #define VIEWWORTH_CLI_PARSE_OPTIONS_H
 

@@ -80,7 +80,8 @@ static bool is_possible(const struct search *search, uint32_t effect) {
     return true;
 }
 
-static void tell(struct vw_effect_verdict *verdict, const struct search *search, const struct vw_pilot_gain *gain) {
+static void describe_measurement(struct vw_effect_verdict *verdict, const struct search *search,
+                                 const struct vw_pilot_gain *gain) {
     const struct vw_pilots *pilots = &search->pilots;
     size_t room = sizeof verdict->measured_on;
     int used = snprintf(verdict->measured_on, room,
@@ -97,8 +98,8 @@ static void tell(struct vw_effect_verdict *verdict, const struct search *search,
         snprintf(verdict->measured_on + used, room - (size_t)used, " no effect");
 }
 
-// Tells the gain beside evidence that is not one.
-static void tell_gain(struct vw_effect_verdict *verdict, const struct vw_pilot_gain *gain) {
+// Appends the gain beside evidence that is not one.
+static void append_gain(struct vw_effect_verdict *verdict, const struct vw_pilot_gain *gain) {
     size_t used = strlen(verdict->measured_on);
     snprintf(verdict->measured_on + used, sizeof verdict->measured_on - used, "; with it %+.2f +- %.2f dB",
              gain->mean_db, gain->stderr_db);
@@ -117,7 +118,7 @@ static struct vw_pilot_gain judge(struct search *search, uint32_t effect) {
     verdict->called_for = gain.low_db >= PRICE_DB;
     verdict->ms_per_step = with->ms_per_step - without->ms_per_step;
     verdict->device_bytes = (double)with->device_bytes - (double)without->device_bytes;
-    tell(verdict, search, &gain);
+    describe_measurement(verdict, search, &gain);
     return gain;
 }
 
@@ -150,8 +151,8 @@ static enum vw_status take_round(struct search *search, uint32_t last, bool *add
     return status;
 }
 
-// Judges occupancy, which skips samples in empty space. No clock may decide, so that the empty share of the box stands
-// for the time; the pilot with it must not lose the price.
+// Judges occupancy, which skips samples in empty space. No clock may decide, so the empty share of the box replaces the
+// time; the pilot with it must not lose the price.
 static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy) {
     struct vw_effect_verdict *verdict = &search->verdicts[occupancy];
     if (!is_possible(search, occupancy)) return VW_OK;
@@ -162,8 +163,8 @@ static enum vw_status judge_occupancy(struct search *search, uint32_t occupancy)
     if (empty >= EMPTY_SHARE) status = make_pilots(search, &occupancy, 1);
     if (status) return status;
     if (empty >= EMPTY_SHARE) gain = judge(search, occupancy);
-    else tell(verdict, search, &gain);
-    if (empty >= EMPTY_SHARE) tell_gain(verdict, &gain);
+    else describe_measurement(verdict, search, &gain);
+    if (empty >= EMPTY_SHARE) append_gain(verdict, &gain);
     verdict->called_for = empty >= EMPTY_SHARE && gain.mean_db > -PRICE_DB;
     verdict->evidence = verdict->evidence_low = empty;
     verdict->evidence_stderr = NAN;

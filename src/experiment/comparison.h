@@ -18,7 +18,7 @@ struct vw_comparison_params {
     struct vw_photo_sets_params sets;
     // So many valuations of the scene, made in OUT/seed_N, select the lists in place of sets.scores, which is NULL
     // then; 0: none. Each has `common.seeds` trainings of every list, with seeds of their own, so that intervals over
-    // the valuations hold the noise of selection and of training.
+    // the valuations contain the noise of selection and of training.
     uint32_t valuation_seeds;
     uint32_t rendered_views; // test photos (validation photos when there are none) to render side by side
 };
@@ -60,12 +60,12 @@ void vw_comparison_free(struct vw_comparison *comparison);
 const struct vw_photo_set *vw_comparison_list(const struct vw_comparison *comparison, uint32_t list, uint32_t training);
 // Tells whether a list has other photos by seed or by valuation.
 bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list);
-// Returns the mean of a list in one quality, and its error, over the seeds or the valuations.
-struct vw_quality_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
-                                          enum vw_quality quality);
-// Returns the difference of a pair in one quality, over the seeds; with valuations over their means.
+// Returns the mean of a list in one outcome, and its error, over the seeds or the valuations.
+struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
+                                          enum vw_outcome outcome);
+// Returns the difference of a pair in one outcome, over the seeds; with valuations over their means.
 struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
-                                                     const struct vw_set_pair *pair, enum vw_quality quality);
+                                                     const struct vw_set_pair *pair, enum vw_outcome outcome);
 // Makes the content of compare.json; NULL when memory is short.
 json_t *vw_comparison_to_json(const struct vw_comparison *comparison);
 // Writes compare.csv, pairs.csv and disagreements.csv.

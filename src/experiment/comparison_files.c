@@ -27,35 +27,35 @@ bool vw_comparison_varies(const struct vw_comparison *comparison, uint32_t list)
 
 // Fills in the means of the trainings of every valuation, or the trainings if the lists do not depend on valuations.
 // Returns how many there are.
-static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_quality quality,
+static uint32_t take_samples(const struct vw_comparison *comparison, uint32_t list, enum vw_outcome outcome,
                              double samples[]) {
     const struct vw_retrain_result *results = results_of(comparison, list);
     uint32_t seeds = comparison->params->valuation_seeds ? comparison->params->common.seeds : 1,
              count = comparison->training_count / seeds;
     for (uint32_t i = 0; i < count; i++)
-        samples[i] = vw_quality_average(&results[(size_t)i * seeds], seeds, quality).mean;
+        samples[i] = vw_outcome_average(&results[(size_t)i * seeds], seeds, outcome).mean;
     return count;
 }
 
-struct vw_quality_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
-                                          enum vw_quality quality) {
+struct vw_outcome_mean vw_comparison_mean(const struct vw_comparison *comparison, uint32_t list,
+                                          enum vw_outcome outcome) {
     double samples[VW_COMPARISON_SAMPLES_MAX];
-    return vw_samples_average(samples, take_samples(comparison, list, quality, samples));
+    return vw_samples_average(samples, take_samples(comparison, list, outcome, samples));
 }
 
 struct vw_paired_difference vw_comparison_difference(const struct vw_comparison *comparison,
-                                                     const struct vw_set_pair *pair, enum vw_quality quality) {
+                                                     const struct vw_set_pair *pair, enum vw_outcome outcome) {
     double samples[VW_COMPARISON_SAMPLES_MAX], against[VW_COMPARISON_SAMPLES_MAX];
-    uint32_t count = take_samples(comparison, pair->list, quality, samples);
-    take_samples(comparison, pair->against, quality, against);
+    uint32_t count = take_samples(comparison, pair->list, outcome, samples);
+    take_samples(comparison, pair->against, outcome, against);
     return vw_samples_compare(samples, against, count);
 }
 
 // ---- CSV ----
 
 static void print_measures(FILE *stream) {
-    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-        fprintf(stream, ",%s", vw_quality_name(quality));
+    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+        fprintf(stream, ",%s", vw_outcome_name(outcome));
     fputc('\n', stream);
 }
 
@@ -69,17 +69,17 @@ static void print_outcomes(FILE *stream, const void *context) {
             vw_csv_print(stream, "t,", list->name);
             fprintf(stream, "%" PRIu64 ",%u,%u", comparison->params->common.config->seed + s, list->count,
                     list->epochs);
-            for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-                vw_csv_print(stream, ",r", vw_quality_of(&results_of(comparison, l)[s], quality));
+            for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+                vw_csv_print(stream, ",r", vw_outcome_of(&results_of(comparison, l)[s], outcome));
             fputc('\n', stream);
         }
 }
 
 static void print_pair(FILE *stream, const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                       enum vw_quality quality) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
+                       enum vw_outcome outcome) {
+    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
     vw_csv_print(stream, "t,t,t,r,r,r,r,t\n", comparison->sets.lists[pair->list].name,
-                 comparison->sets.lists[pair->against].name, vw_quality_name(quality), paired.difference,
+                 comparison->sets.lists[pair->against].name, vw_outcome_name(outcome), paired.difference,
                  paired.standard_error, paired.ci_low, paired.ci_high, paired.beyond_noise ? "true" : "false");
 }
 
@@ -87,8 +87,8 @@ static void print_pairs(FILE *stream, const void *context) {
     const struct vw_comparison *comparison = context;
     fputs("list,against,measure,difference,stderr,ci_low,ci_high,beyond_noise\n", stream);
     for (uint32_t p = 0; p < comparison->pair_count; p++)
-        for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-            print_pair(stream, comparison, &comparison->pairs[p], quality);
+        for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+            print_pair(stream, comparison, &comparison->pairs[p], outcome);
 }
 
 static void print_one_sided(FILE *stream, const struct vw_comparison *comparison, const struct vw_photo_set *has,
@@ -127,8 +127,8 @@ enum vw_status vw_comparison_write_csv(const struct vw_comparison *comparison) {
 
 static json_t *result_to_json(const struct vw_retrain_result *result, uint64_t seed, uint32_t photo_count) {
     json_t *object = json_pack("{s:I, s:I}", "seed", (json_int_t)seed, "photo_count", (json_int_t)photo_count);
-    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-        vw_json_set(&object, vw_quality_name(quality), vw_json_real(vw_quality_of(result, quality)));
+    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+        vw_json_set(&object, vw_outcome_name(outcome), vw_json_real(vw_outcome_of(result, outcome)));
     return object;
 }
 
@@ -148,10 +148,10 @@ static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t pla
     for (uint32_t s = 0; s < comparison->training_count; s++)
         vw_json_append(&made, result_to_json(&results[s], comparison->params->common.config->seed + s,
                                              vw_comparison_list(comparison, place, s)->count));
-    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++) {
-        struct vw_quality_mean mean = vw_comparison_mean(comparison, place, quality);
-        vw_json_set(&means, vw_quality_name(quality), vw_json_real(mean.mean));
-        vw_json_set(&errors, vw_quality_name(quality), vw_json_real(mean.standard_error));
+    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++) {
+        struct vw_outcome_mean mean = vw_comparison_mean(comparison, place, outcome);
+        vw_json_set(&means, vw_outcome_name(outcome), vw_json_real(mean.mean));
+        vw_json_set(&errors, vw_outcome_name(outcome), vw_json_real(mean.standard_error));
     }
     return json_pack("{s:s, s:b, s:I, s:I, s:o, s:o, s:o, s:o}", "name", list->name, "random", list->random,
                      "photo_count", (json_int_t)list->count, "epochs", (json_int_t)list->epochs, "photos",
@@ -159,10 +159,10 @@ static json_t *list_to_json(const struct vw_comparison *comparison, uint32_t pla
 }
 
 static json_t *pair_to_json(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                            enum vw_quality quality) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
+                            enum vw_outcome outcome) {
+    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
     return json_pack("{s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:b}", "list", comparison->sets.lists[pair->list].name,
-                     "against", comparison->sets.lists[pair->against].name, "measure", vw_quality_name(quality),
+                     "against", comparison->sets.lists[pair->against].name, "measure", vw_outcome_name(outcome),
                      "difference", vw_json_real(paired.difference), "stderr", vw_json_real(paired.standard_error),
                      "ci_low", vw_json_real(paired.ci_low), "ci_high", vw_json_real(paired.ci_high), "beyond_noise",
                      paired.beyond_noise);
@@ -204,8 +204,8 @@ json_t *vw_comparison_to_json(const struct vw_comparison *comparison) {
         vw_json_append(&seeds, json_integer((json_int_t)(common->config->seed + s)));
     for (uint32_t l = 0; l < comparison->sets.count; l++) vw_json_append(&lists, list_to_json(comparison, l));
     for (uint32_t p = 0; p < comparison->pair_count; p++)
-        for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-            vw_json_append(&pairs, pair_to_json(comparison, &comparison->pairs[p], quality));
+        for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+            vw_json_append(&pairs, pair_to_json(comparison, &comparison->pairs[p], outcome));
     for (uint32_t i = 0; i < comparison->sets.train_count; i++)
         add_disagreement(comparison, comparison->sets.train_views[i], &disagreements);
     for (uint32_t i = 0; i < comparison->rendered_count; i++) vw_json_append(&renders, render_to_json(comparison, i));

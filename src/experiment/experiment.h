@@ -48,7 +48,7 @@ struct vw_planned_run {
 
 // Makes the first runs of `count` > 0, as many as are made at a time on the devices of their sessions: `*made`. A run
 // that is there is resumed; a finished one stays as it is. The first failure is reported after the others have gone on.
-// VW_ERROR_USAGE when a folder holds another run: the message says what differs. After VW_ERROR_INTERRUPTED the same
+// VW_ERROR_USAGE when a folder contains another run: the message says what differs. After VW_ERROR_INTERRUPTED the same
 // call resumes.
 enum vw_status vw_run_group_make(const struct vw_experiment_params *params, const struct vw_planned_run *runs,
                                  uint32_t count, uint32_t *made);

@@ -49,7 +49,7 @@ enum vw_status vw_kfold_divide(const struct vw_scene *scene, uint64_t seed, uint
 //   its photo validated, empty where both photos are of one fold; dv_psnr.csv (header name,score): the pooled default
 //   score, as a list of `compare`
 // - report.html
-// A run that is there is resumed, a finished one stays as it is. VW_ERROR_USAGE when OUT holds other folds. Free the
+// A run that is there is resumed, a finished one stays as it is. VW_ERROR_USAGE when OUT contains other folds. Free the
 // result also after a failure.
 enum vw_status vw_kfold_make(const struct vw_kfold_params *params, struct vw_kfold *kfold);
 void vw_kfold_free(struct vw_kfold *kfold);

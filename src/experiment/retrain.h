@@ -1,6 +1,6 @@
 // Retraining: trainings on some photos of one scene, measured on its validation and test photos. Every result is kept
 // in OUT/retrainings.db; an equal retraining returns the recorded result. Whoever can write into OUT can write such a
-// file, too. So where OUT has a ledger, only results are recalled whose hash it holds; and of what is recalled, a
+// file, too. So where OUT has a ledger, only results are recalled whose hash it contains; and of what is recalled, a
 // sample is made again and compared bit for bit: an eighth, and at least one by each command. Its choice depends on the
 // chain head, or without a ledger on the rows of the file.
 #ifndef VIEWWORTH_EXPERIMENT_RETRAIN_H

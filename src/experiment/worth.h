@@ -27,7 +27,7 @@ struct vw_worth_run {
     struct vw_recorded_run recorded;
     struct vw_scoring scoring;
     struct vw_worth_summary summary;
-    const char *prior;             // the method that stands for worth where there are no retrainings; NULL: there are
+    const char *prior;             // the method that replaces worth where there are no retrainings; NULL: there are
     struct vw_run_outputs outputs; // empty: not written
     char *scores_path;             // owned; NULL: not written
     char head[VW_HASH_HEX_BYTES];

@@ -7,9 +7,9 @@
 #include "gpu/buffer.h"
 #include "gpu/transfer.h"
 
-void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one) {
+void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, bool one_by_one) {
     list->count = list->push_bytes = 0;
-    list->first_epoch = list->last_epoch = first_epoch;
+    list->first_stage = list->last_stage = first_stage;
     list->one_by_one = one_by_one;
     list->barrier_count = 0;
 }
@@ -33,19 +33,19 @@ static uint64_t later(uint64_t a, uint64_t b) { return a > b ? a : b; }
 
 static uint64_t earliest(const struct vw_command_list *list, uint64_t so_far, struct access access) {
     uint64_t allowed = vw_ranges_earliest(&access.buffer->ranges, access.range, access.writes);
-    return later(list->first_epoch, later(so_far, allowed));
+    return later(list->first_stage, later(so_far, allowed));
 }
 
 static enum vw_status append(struct vw_command_list *list, struct vw_command command) {
     enum vw_status status = vw_grow((void **)&list->commands, &list->capacity, list->count + 1, sizeof *list->commands);
     if (status) return status;
     command.number = (uint32_t)list->count;
-    list->last_epoch = later(list->last_epoch, command.epoch);
+    list->last_stage = later(list->last_stage, command.stage);
     list->commands[list->count++] = command;
     return VW_OK;
 }
 
-static uint64_t own_epoch(const struct vw_command_list *list) { return list->last_epoch + (list->count > 0); }
+static uint64_t own_stage(const struct vw_command_list *list) { return list->last_stage + (list->count > 0); }
 
 enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const struct vw_pass *pass, const void *push,
                                             struct vw_workgroups groups) {
@@ -60,15 +60,15 @@ enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const 
     if (pass->push_bytes) memcpy(list->pushes + list->push_bytes, push, pass->push_bytes);
     list->push_bytes += pass->push_bytes;
 
-    uint64_t epoch = list->one_by_one ? own_epoch(list) : list->first_epoch;
-    if (groups.listed) epoch = earliest(list, epoch, counts);
+    uint64_t stage = list->one_by_one ? own_stage(list) : list->first_stage;
+    if (groups.listed) stage = earliest(list, stage, counts);
     for (uint32_t i = 0; i < pass->slot_count; i++)
-        epoch =
-            earliest(list, epoch, (struct access){pass->slots[i].buffer, pass->slots[i].range, pass->slots[i].writes});
+        stage =
+            earliest(list, stage, (struct access){pass->slots[i].buffer, pass->slots[i].range, pass->slots[i].writes});
     for (uint32_t i = 0; i < pass->slot_count; i++)
-        vw_ranges_note(&pass->slots[i].buffer->ranges, pass->slots[i].range, pass->slots[i].writes, epoch);
-    if (groups.listed) vw_ranges_note(&groups.listed->ranges, counts.range, false, epoch);
-    command.epoch = epoch;
+        vw_ranges_note(&pass->slots[i].buffer->ranges, pass->slots[i].range, pass->slots[i].writes, stage);
+    if (groups.listed) vw_ranges_note(&groups.listed->ranges, counts.range, false, stage);
+    command.stage = stage;
     return append(list, command);
 }
 
@@ -78,18 +78,18 @@ enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_
     enum vw_status status = vw_ranges_find(&from->ranges, region.srcOffset, region.size, &read.range);
     if (!status) status = vw_ranges_find(&to->ranges, region.dstOffset, region.size, &write.range);
     if (status) return status;
-    uint64_t epoch = list->one_by_one ? own_epoch(list) : list->first_epoch;
-    epoch = earliest(list, earliest(list, epoch, read), write);
-    vw_ranges_note(&from->ranges, read.range, false, epoch);
-    vw_ranges_note(&to->ranges, write.range, true, epoch);
-    return append(list, (struct vw_command){.epoch = epoch, .from = from, .to = to, .region = region});
+    uint64_t stage = list->one_by_one ? own_stage(list) : list->first_stage;
+    stage = earliest(list, earliest(list, stage, read), write);
+    vw_ranges_note(&from->ranges, read.range, false, stage);
+    vw_ranges_note(&to->ranges, write.range, true, stage);
+    return append(list, (struct vw_command){.stage = stage, .from = from, .to = to, .region = region});
 }
 
 // ---- Writing --------------------------------------------------------------------------------------------------------
 
-static int by_epoch(const void *left, const void *right) {
+static int by_stage(const void *left, const void *right) {
     const struct vw_command *a = left, *b = right;
-    if (a->epoch != b->epoch) return a->epoch < b->epoch ? -1 : 1;
+    if (a->stage != b->stage) return a->stage < b->stage ? -1 : 1;
     return a->number < b->number ? -1 : 1;
 }
 
@@ -120,17 +120,17 @@ static void write_command(const struct vw_command *command, const uint8_t *pushe
     else vkCmdCopyBuffer(commands, command->from->handle, command->to->handle, 1, &command->region);
 }
 
-// Returns the end of the epoch that begins at command `first`.
+// Returns the end of the stage that begins at command `first`.
 static size_t find_end(const struct vw_command_list *list, size_t first, bool *indirect) {
     size_t end = first;
-    for (*indirect = false; end < list->count && list->commands[end].epoch == list->commands[first].epoch; end++)
+    for (*indirect = false; end < list->count && list->commands[end].stage == list->commands[first].stage; end++)
         *indirect |= list->commands[end].groups.listed != NULL;
     return end;
 }
 
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer) {
     bool indirect_before = false, indirect_ever = false;
-    if (list->count) qsort(list->commands, list->count, sizeof *list->commands, by_epoch);
+    if (list->count) qsort(list->commands, list->count, sizeof *list->commands, by_stage);
     for (size_t first = 0, end; first < list->count; first = end) {
         bool indirect;
         end = find_end(list, first, &indirect);

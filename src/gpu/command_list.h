@@ -1,4 +1,4 @@
-// The commands of a submission, kept until it is submitted, so that each can be placed in the earliest epoch that its
+// The commands of a submission, kept until it is submitted, so that each can be placed in the earliest stage that its
 // hazards allow.
 #ifndef VIEWWORTH_GPU_COMMAND_LIST_H
 #define VIEWWORTH_GPU_COMMAND_LIST_H
@@ -14,7 +14,7 @@ struct vw_workgroups {
 };
 
 struct vw_command {
-    uint64_t epoch;
+    uint64_t stage;
     uint32_t number;            // in the order of recording
     const struct vw_pass *pass; // NULL: a copy
     struct vw_workgroups groups;
@@ -27,13 +27,13 @@ struct vw_command_list {
     struct vw_command *commands; // owned, as pushes
     uint8_t *pushes;
     size_t count, capacity, push_bytes, push_capacity;
-    uint64_t first_epoch, last_epoch;
-    bool one_by_one; // every command has an epoch of its own, so that times of passes do not overlap
+    uint64_t first_stage, last_stage;
+    bool one_by_one; // every command has a stage of its own, so that times of passes do not overlap
     uint32_t barrier_count;
 };
 
-// Empties the list; its commands run in epochs from `first_epoch` on.
-void vw_command_list_begin(struct vw_command_list *list, uint64_t first_epoch, bool one_by_one);
+// Empties the list; its commands run in stages from `first_stage` on.
+void vw_command_list_begin(struct vw_command_list *list, uint64_t first_stage, bool one_by_one);
 void vw_command_list_free(struct vw_command_list *list);
 
 // Adds a dispatch; `push` has as many bytes as the pass says. VW_ERROR_MEMORY.
@@ -41,7 +41,7 @@ enum vw_status vw_command_list_add_dispatch(struct vw_command_list *list, const 
                                             struct vw_workgroups groups);
 enum vw_status vw_command_list_add_copy(struct vw_command_list *list, struct vw_buffer *from, struct vw_buffer *to,
                                         VkBufferCopy region);
-// Writes all commands, epoch by epoch, with barriers between, and one after the last for the host.
+// Writes all commands, stage by stage, with barriers between, and one after the last for the host.
 void vw_command_list_write(struct vw_command_list *list, VkCommandBuffer commands, struct vw_submission_timer *timer);
 
 #endif

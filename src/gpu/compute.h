@@ -75,7 +75,7 @@ struct vw_binding {
     uint64_t offset_bytes;    // multiple of the device's alignment for that kind of binding
     uint64_t size_bytes;      // 0: to the end of the buffer; the range must fit storage_binding_bytes
     bool unused; // the shader declares the slot, but this specialization leaves it alone: the pass waits for
-                 // nobody, and binds a few bytes of its own
+                 // no one, and binds a few bytes of its own
     enum vw_texel_format
         texel; // set exactly where the shader declares a texel buffer. The view covers as much of the range
                // as texel_elements allows: the shader falls back to the storage binding beyond it.

@@ -26,13 +26,13 @@ uint64_t vw_ranges_earliest(const struct vw_ranges *ranges, uint32_t index, bool
     for (size_t i = 0; i < ranges->count; i++) {
         const struct vw_range *other = &ranges->list[i];
         if (!overlap(&ranges->list[index], other)) continue;
-        if (other->write_epoch && other->write_epoch >= earliest) earliest = other->write_epoch + 1;
-        if (writes && other->read_epoch && other->read_epoch >= earliest) earliest = other->read_epoch + 1;
+        if (other->write_stage && other->write_stage >= earliest) earliest = other->write_stage + 1;
+        if (writes && other->read_stage && other->read_stage >= earliest) earliest = other->read_stage + 1;
     }
     return earliest;
 }
 
-void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t epoch) {
-    uint64_t *last = writes ? &ranges->list[index].write_epoch : &ranges->list[index].read_epoch;
-    if (epoch > *last) *last = epoch;
+void vw_ranges_note(struct vw_ranges *ranges, uint32_t index, bool writes, uint64_t stage) {
+    uint64_t *last = writes ? &ranges->list[index].write_stage : &ranges->list[index].read_stage;
+    if (stage > *last) *last = stage;
 }

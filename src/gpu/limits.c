@@ -6,8 +6,8 @@
 #include "gpu/shader_controls.h"
 
 // The floor. Roadmap 2022 raises some of these above Vulkan 1.2; where it asks for more sampled images than lavapipe
-// has or leaves a limit alone, the Vulkan 1.2 minimum stands. It asks for 30 storage buffers; passes whose effects need
-// more than these are refused when they are created.
+// has or leaves a limit alone, the Vulkan 1.2 minimum applies. It asks for 30 storage buffers; passes whose effects
+// need more than these are refused when they are created.
 const struct vw_gpu_limits vw_gpu_floor_limits = {
     .storage_binding_bytes = 1u << 27,
     .buffer_bytes = 1u << 30,
@@ -165,7 +165,7 @@ static void query_core(struct vw_candidate *candidate) {
     snprintf(info->driver, sizeof info->driver, "%s %s %u.%u.%u%s", core12.driverName, core12.driverInfo,
              VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version),
              vw_loops_unroll() ? "" : ", loops kept"); // another form of the shaders, another run
-    vw_text_make_line(info->driver);                   // ledgers hold only names that can be shown
+    vw_text_make_line(info->driver);                   // ledgers have only names that can be shown
     candidate->timestamp_ns = (double)device->timestampPeriod;
     struct vw_gpu_limits *limits = &candidate->limits;
     *limits = limits_of(device, core11.maxMemoryAllocationSize);

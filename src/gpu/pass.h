@@ -20,7 +20,7 @@ struct vw_pass {
     const struct vw_pipeline *pipeline; // borrowed; maybe of other passes, too
     uint32_t push_bytes;
     uint32_t workgroup_invocations;
-    struct vw_buffer *unused; // stands in for bindings without a buffer; owned
+    struct vw_buffer *unused; // replaces bindings without a buffer; owned
     struct vw_pass_slot *slots;
     uint32_t slot_count;
 };

@@ -92,7 +92,7 @@ static uint64_t cache_bytes(void) {
     return CACHE_BYTES_USUAL;
 }
 
-// From one buffer to another, in windows that a binding holds.
+// A copy from one buffer to another, in windows that fit a binding.
 struct copy {
     struct vw_buffer *from, *to;
     struct vw_pass *windows[WINDOWS_MAX];

@@ -1,4 +1,4 @@
-// From a VkResult to a status with a one-line message.
+// The status of a VkResult, with a one-line message.
 #ifndef VIEWWORTH_GPU_RESULT_H
 #define VIEWWORTH_GPU_RESULT_H
 

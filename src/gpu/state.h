@@ -28,7 +28,7 @@ struct vw_gpu {
     VkFence transfer_fence;          // signalled when they are done
     struct vw_buffer *staging;       // made at the first such copy
     uint64_t buffer_bytes;           // sum over all live buffers
-    uint64_t epoch;                  // the newest one given out
+    uint64_t stage;                  // the newest one given out
     struct vw_pipeline *pipelines;   // owned; a list (pipeline.h)
     struct vw_submission *recording; // one submission records at a time, so that recording order is submission order
     struct vw_gpu_timer *timers;

@@ -52,7 +52,7 @@ static enum vw_status begin(struct vw_submission *submission) {
     if (!gpu->recording) gpu->recording = submission;
     if (!can_record(submission)) return submission->status;
 
-    vw_command_list_begin(&submission->list, ++gpu->epoch, submission->timer.queries != VK_NULL_HANDLE);
+    vw_command_list_begin(&submission->list, ++gpu->stage, submission->timer.queries != VK_NULL_HANDLE);
     VkResult result = vkResetCommandPool(gpu->device, submission->pool, 0);
     if (result) return vw_gpu_fail(result, "vkResetCommandPool", "submission");
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -69,7 +69,7 @@ void vw_submission_begin(struct vw_submission *submission) {
 }
 
 // Chooses as few rows as the device allows, of even length.
-static enum vw_status fold(const struct vw_pass *pass, uint64_t invocations, struct vw_workgroups *groups) {
+static enum vw_status split_into_rows(const struct vw_pass *pass, uint64_t invocations, struct vw_workgroups *groups) {
     const struct vw_gpu_limits *limits = &pass->gpu->chosen.limits;
     uint64_t count = invocations / pass->workgroup_invocations + (invocations % pass->workgroup_invocations != 0);
     uint64_t rows = (count + limits->workgroup_count_x - 1) / limits->workgroup_count_x;
@@ -93,7 +93,7 @@ void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pa
                             size_t push_bytes, uint64_t invocations) {
     if (!can_record(submission)) return;
     struct vw_workgroups groups;
-    enum vw_status status = fold(pass, invocations, &groups);
+    enum vw_status status = split_into_rows(pass, invocations, &groups);
     if (!status && groups.x) status = dispatch(submission, pass, push, push_bytes, groups);
     keep_failure(submission, status);
 }
@@ -147,7 +147,7 @@ enum vw_status vw_submission_submit(struct vw_submission *submission) {
     bool recorded = can_record(submission);
     if (submission->gpu->recording == submission) {
         submission->gpu->recording = NULL;
-        submission->gpu->epoch = submission->list.last_epoch;
+        submission->gpu->stage = submission->list.last_stage;
     }
     if (!recorded) return vw_fail(submission->status, "%s", submission->message);
     vw_command_list_write(&submission->list, submission->commands, &submission->timer);

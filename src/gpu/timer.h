@@ -4,7 +4,7 @@
 
 #include "gpu/pass.h"
 
-// By its static texts, since the pass may be gone when its times are collected.
+// A pass by its static texts, since it may be gone when its times are collected.
 struct vw_timed_pass {
     const char *name, *role;
 };

@@ -39,7 +39,7 @@ struct vw_decoder_job {
 
 static struct {
     pthread_mutex_t lock;
-    uint32_t users; // who hold the program, and jobs
+    uint32_t users; // who use the program, and jobs
     bool running;
     struct vw_decoder_server server;
     struct worker *idle;

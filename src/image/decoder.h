@@ -2,7 +2,7 @@
 // and decoders of image files have flaws. What comes back is data that nothing is believed about. A crash, or a task
 // that takes too much memory or time, fails that task alone.
 //
-// The program is started for the first task and ends when nobody holds it. All functions may be called by any thread.
+// The program is started for the first task and ends when no one uses it. All functions may be called by any thread.
 #ifndef VIEWWORTH_IMAGE_DECODER_H
 #define VIEWWORTH_IMAGE_DECODER_H
 
@@ -16,7 +16,7 @@ struct vw_decoder_request;
 struct vw_decoder_answer;
 struct vw_decoder_job; // a task that a worker does
 
-// For tests; zero: the default. To be called before the first task, or while nobody holds the program.
+// Settings for tests; zero: the default. They are set before the first task, or while no one uses the program.
 struct vw_decoder_params {
     const char *program;  // borrowed; NULL: viewworth-decode beside the program, or where it is installed
     uint32_t time_out_s;  // for an answer; 0: by the task's size

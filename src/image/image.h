@@ -11,8 +11,8 @@
 #include "viewworth/status.h"
 #include "viewworth/types.h"
 
-// For those who have not opened the file: `path` is opened. Otherwise the call takes over an open plain file, and
-// closes it in any case; `path` is for messages.
+// The descriptor of a file that is not open yet: `path` is opened. Otherwise the call takes over an open plain file,
+// and closes it in any case; `path` is for messages.
 enum { VW_IMAGE_OF_PATH = -1 };
 
 // Reads the header only. VW_ERROR_INPUT for a file of another format and for more than 2^28 pixels or 64 channels.

@@ -35,7 +35,7 @@ struct photo_file {
     uint32_t format;
 };
 
-// Replaces an open file by a copy in memory that nobody can change: what is hashed is then what is decoded, whatever
+// Replaces an open file by a copy in memory that no one can change: what is hashed is then what is decoded, whatever
 // happens to the file, and however short the ticks of its clock are. Returns the cause of a failure, or 0.
 static int take_copy(struct photo_file *file) {
     int copy = memfd_create("photo", MFD_CLOEXEC | MFD_ALLOW_SEALING), cause = copy < 0 ? errno : 0;

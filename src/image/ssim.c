@@ -70,7 +70,7 @@ static void count_usable_rows(const struct images *images, uint32_t y_px, uint32
     }
 }
 
-// Sums over one channel. `rows` holds the moments of the last rows, by row modulo WINDOW; `heights` is zero.
+// Sums over one channel. `rows` contains the moments of the last rows, by row modulo WINDOW; `heights` is zero.
 static void sum_channel(const struct images *images, uint32_t channel, struct moments *rows, uint32_t *heights,
                         double *sum, uint64_t *count) {
     double weights[WINDOW];

@@ -170,7 +170,7 @@ static enum vw_status find_worths(struct work *work) {
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++)
         status = vw_worths_fit(
             &(struct vw_worth_params){
-                .subsets = &work->subsets, .quality = vw_truths[truth], .predict = true, .resample = true},
+                .subsets = &work->subsets, .outcome = vw_truths[truth], .predict = true, .resample = true},
             &work->worths[truth]);
     if (status) return status;
     const struct vw_scorer scorer = {.name = vw_subset_worth_name, .of_subsets = true};
@@ -271,7 +271,7 @@ static enum vw_status evaluate_worths(const struct work *work, struct vw_metrics
     const struct vw_evaluation *evaluation = &work->scorers.evaluation;
     enum vw_status status = vw_evaluate_harm(evaluation, &work->worths[0], metrics);
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++) {
-        const char *name = vw_quality_name(vw_truths[truth]);
+        const char *name = vw_outcome_name(vw_truths[truth]);
         if (!work->worths[truth].count) continue; // for instance without test photos
         status = vw_evaluate_worths(&work->worths[truth], name, metrics);
         if (!status) status = vw_evaluate_signs(evaluation, &work->worths[truth], name, metrics);

@@ -1,4 +1,4 @@
-// The files that a benchmark writes to OUT. They hold no times, so that equal benchmarks give equal files.
+// The files that a benchmark writes to OUT. They contain no times, so that equal benchmarks give equal files.
 #ifndef VIEWWORTH_LAB_BENCHMARK_FILES_H
 #define VIEWWORTH_LAB_BENCHMARK_FILES_H
 

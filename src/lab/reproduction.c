@@ -19,7 +19,7 @@ enum { STOP_EPOCHS = 5, STOPS_MAX = 20 };
 struct seed_runs {
     uint32_t count;
     struct vw_ledger **ledgers;    // owned, and each of them
-    struct vw_value_input *inputs; // likewise
+    struct vw_value_input *inputs; // also owned
 };
 
 // Finds the runs of a pair: (0,1), (0,2), ..., (1,2), ... for pair 0, 1, ...

@@ -119,7 +119,7 @@ static enum vw_status check_schema(struct vw_database *database, struct vw_datab
 // ---- The contents --------------------------------------------------------------------------------------------------
 
 // Finds rows that an index lacks or has beside those of its table, so that every way to a row leads to the same row;
-// and values that a column cannot hold.
+// and values that a column cannot store.
 static enum vw_status check_contents(struct vw_database *database, uint32_t page_count) {
     struct work work = {WORK_PER_BYTE * (uint64_t)VW_DATABASE_PAGE_BYTES * page_count};
     static const char out_of_memory[] = "error code=7";

@@ -20,7 +20,7 @@ static enum vw_status open_handle(const char *path, const char *name, int flags,
 }
 
 // Makes commits survive a power cut. EXTRA is FULL plus a sync of the folder after the journal is deleted. Without it,
-// a power cut could restore the journal, which would undo a submission that was reported as recorded.
+// a power cut could restore the journal, which would undo a transaction that was reported as recorded.
 static enum vw_status make_durable(struct vw_database *database) {
     return vw_database_run(database,
                            "PRAGMA foreign_keys = ON; PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA;");

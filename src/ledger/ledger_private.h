@@ -22,7 +22,7 @@ struct vw_ledger {
     uint64_t next_step;
     struct vw_ledger_run run;
     const char *new_field_sha256;     // the run.field_sha256 of the next end; NULL: none
-    const char *extended_config_json; // the new run.config_json, written with the next submission; NULL: unchanged
+    const char *extended_config_json; // the new run.config_json, written with the next transaction; NULL: unchanged
     struct vw_ledger_image *images;   // NULL until vw_ledger_get_images
     uint32_t image_count;
     char **texts; // the strings that `run`, `images` and scores point to

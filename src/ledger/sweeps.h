@@ -22,7 +22,7 @@ struct vw_sweep_metrics {
     const char *configuration; // "base", "rays-125", "full_resolution", ...
     const char *parameter;     // the parameter that it changes in the base configuration
     const char *value;         // to what; of the base: every parameter with its value
-    uint32_t base;             // 1 for the base itself, else 0; likewise the Pareto fronts
+    uint32_t base;             // 1 for the base itself, else 0; the same for the Pareto fronts
     uint32_t epochs;
     uint32_t steps;
     // Wall clock of a step without and with scoring, by paired timing with the base; where the device is the CPU, the
@@ -37,12 +37,12 @@ struct vw_sweep_metrics {
     double val_psnr;
     uint32_t psnr_pareto_front; // no other configuration takes less time for as high a val_psnr
     const char *method;
-    uint32_t score_pareto_front;                  // likewise for agreement_pearson
+    uint32_t score_pareto_front;                  // the same for agreement_pearson
     double seed_pearson, seed_spearman;           // scores of two seeds; mean over pairs
     double agreement_pearson, agreement_spearman; // with the scores of the full_resolution configuration with the same
                                                   // seed; mean over the seeds
     double all_pixels_pearson,
-        all_pixels_spearman;             // likewise with those of the same trainings, scored on all validation pixels
+        all_pixels_spearman;             // the same with those of the same trainings, scored on all validation pixels
     double auc;                          // probability that a clean photo scores above a corrupted one
     double lds, lds_ci_low, lds_ci_high; // Spearman's correlation of summed scores of random halves with what trainings
                                          // on them reach, and its 95 % interval over the halves

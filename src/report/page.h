@@ -21,7 +21,7 @@ enum vw_status vw_report_write_csv(const char *path, const struct vw_ledger_scor
 // Makes the same in memory; `path` is for messages.
 enum vw_status vw_report_make_csv(const char *path, const struct vw_ledger_score *scores, uint32_t score_count,
                                   const struct vw_ledger_image *images, uint32_t image_count, struct vw_csv_text *made);
-// For a table of several runs: its header, with the line end, and the rows of one run, each with `before` at its begin.
+// The header of a table of several runs, with the line end, and the rows of one run, each with `before` at its start.
 extern const char vw_report_csv_header[];
 enum vw_status vw_report_print_csv_rows(FILE *stream, const char *path, const char *before,
                                         const struct vw_ledger_score *scores, uint32_t score_count,

@@ -39,7 +39,7 @@ const ADVICE_NAMES = 5;
 // Says whether the retrainings of a run with a gate confirm what lasting credit predicts.
 function passesGate({gate}) { return known(gate.correlation) && gate.correlation >= gate.least; }
 
-// The gate speaks of lasting credit alone.
+// Says whether the gate refutes the advice; it tests lasting credit alone.
 function isRefuted(one) { return one.advice.basis === 'lasting_psnr' && one.gate !== null && !passesGate(one); }
 
 // Says whether no retraining has shown yet that worth tells photos apart here: then nothing is said of leaving photos out.

@@ -230,7 +230,7 @@ function measuresOf(compare) {
     .filter(name => compare.lists.some(list => known((list.mean || {})[name])));
 }
 
-// What lies behind the first measure.
+// Folds the other measures.
 function folded(title, ...nodes) { return nodes.length ? element('details', {}, element('summary', {}, title), ...nodes) : null; }
 
 function listsTable(compare, names) {
@@ -264,7 +264,7 @@ function drawLists(id, compare, name) {
   });
 }
 
-// Of L1 less is better.
+// L1: lower is better.
 const isWorse = pair => known(pair.difference) && pair.difference !== 0 && pair.difference < 0 !== pair.measure.endsWith('_l1');
 
 function verdictOf(pair) {

@@ -1,5 +1,5 @@
 'use strict';
-// Parts of which the sections of the report are made: elements, numbers, sortable tables in pages, charts with their table behind them.
+// Parts of which the sections of the report are made: elements, numbers, sortable tables in pages, charts with their tables.
 // Texts from the data become text nodes and attributes, never markup.
 
 // ---- Elements -----------------------------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ function plainTable(header, rows, numbers = []) {
       cell instanceof HTMLTableCellElement ? cell : element('td', {class: kind(i)}, cell)))))));
 }
 
-// Makes the table behind a chart, when it is opened.
+// Makes the table of a chart, when it is opened.
 function tableBehind(title, header, makeRows, numbers) {
   const details = element('details', {}, element('summary', {}, title));
   details.addEventListener('toggle', () => {

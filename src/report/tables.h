@@ -20,7 +20,7 @@ enum vw_status vw_table_make_providers(const char *path, const struct vw_provide
                                        struct vw_csv_text *made);
 // Makes payout.csv: provider,method,value,unit,photos,share,amount,ci_low,ci_high,overlaps,validating,tests,unscored;
 // a row per provider, best paid first. value: sum of the photos' positive scores. The amounts, with two decimals, add
-// up to the whole, the interval of 90 % likewise has two. overlaps: providers that are not told apart. The last three
+// up to the whole, the interval of 90 % also has two. overlaps: providers that are not told apart. The last three
 // count photos that have no score. And payout_photos.csv: name,provider,method,value,unit,share,amount,ci_low,ci_high;
 // a row per photo with a score; the amounts of a provider's photos add up to its own.
 enum vw_status vw_table_make_payout(const char *path, const struct vw_payouts *payouts, struct vw_csv_text *made);
@@ -33,7 +33,7 @@ enum vw_status vw_table_make_duplicates(const char *path, const struct vw_duplic
 // Writes matrix.csv: name,provider,measure,unit,mean,jackknife_stderr, and a column per validation view, by its name;
 // per photo a row of dv_psnr, one of lasting_psnr where there is a backward pass by validation photo, and one of
 // dv_loss. The last has neither mean nor jackknife_stderr: dv_loss is the mean weighted by the views' pixels, which the
-// matrix does not hold (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
+// matrix does not contain (scores.csv has it). VW_ERROR_INPUT when the images lack one of the matrix.
 enum vw_status vw_table_write_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,
                                      const struct vw_ledger_image *images, uint32_t image_count);
 enum vw_status vw_table_make_matrix(const char *path, const struct vw_matrix *matrix, const double *standard_errors,

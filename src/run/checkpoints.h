@@ -1,5 +1,5 @@
 // The checkpoints of a run: two files in its folder; saving overwrites the older one (decision 11 of src/README.md).
-// They trail the ledger: a checkpoint holds a step that is recorded.
+// They trail the ledger: a checkpoint has a step that is recorded.
 #ifndef VIEWWORTH_RUN_CHECKPOINTS_H
 #define VIEWWORTH_RUN_CHECKPOINTS_H
 

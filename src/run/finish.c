@@ -41,7 +41,7 @@ static enum vw_status log_corrections(const struct vw_run *run) {
     return status;
 }
 
-// Refuses to end a run that has come to nothing, which may be too short to be given up on its way.
+// Refuses to end a run without a finite step; a short run may get here without being aborted.
 static enum vw_status check_finite(const struct vw_run *run) {
     if (!vw_step_statistics_are_void(&run->results.statistics)) return VW_OK;
     return vw_fail(VW_ERROR_DEVICE, "no step was finite, so that there is no result; %s keeps them; try a lower --lr",

@@ -1,5 +1,5 @@
 // The binding of files that commands read back from OUT to the ledger: checkpoints and the state of a stopped backward
-// pass to its table kept, the field to run.field_sha256. A file whose hash it does not hold is not believed.
+// pass to its table kept, the field to run.field_sha256. A file whose hash it does not contain is not believed.
 #ifndef VIEWWORTH_RUN_KEPT_FILES_H
 #define VIEWWORTH_RUN_KEPT_FILES_H
 

@@ -26,9 +26,9 @@ struct vw_ledger_writer {
     pthread_mutex_t lock; // guards all that follows
     pthread_cond_t changed;
     struct transaction waiting;
-    struct transaction writing; // while it is not empty, the thread alone reads what it holds
+    struct transaction writing; // while it is not empty, the thread alone reads what it contains
     bool ends;
-    enum vw_status status; // status of the first submission that failed
+    enum vw_status status; // status of the first transaction that failed
     struct vw_saved_error error;
     struct vw_step_statistics recorded;
 };

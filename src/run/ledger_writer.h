@@ -1,7 +1,8 @@
 // Writes the steps of a run into its ledger on a thread of its own, so that the device works on while the disk syncs.
 //
 // While one transaction is written, the steps that are added wait, and become the next one: up to 1,024 steps, or one
-// submission. The thread alone uses the ledger from vw_ledger_writer_add() until vw_ledger_writer_drain() returns.
+// submission of the device. The thread alone uses the ledger from vw_ledger_writer_add() until vw_ledger_writer_drain()
+// returns.
 #ifndef VIEWWORTH_RUN_LEDGER_WRITER_H
 #define VIEWWORTH_RUN_LEDGER_WRITER_H
 

@@ -110,7 +110,7 @@ static bool is_current(const struct vw_out_lock *lock, struct stat *info) {
            named.st_dev == info->st_dev && named.st_ino == info->st_ino;
 }
 
-static enum vw_status take(struct vw_out_lock *lock) {
+static enum vw_status acquire(struct vw_out_lock *lock) {
     for (int tries = 0; tries < TRIES; tries++) {
         struct stat info;
         enum vw_status status = open_file(lock);
@@ -168,7 +168,7 @@ enum vw_status vw_out_lock_take(const char *out, struct vw_out_lock **lock) {
     if (!taken) return VW_ERROR_MEMORY;
     *taken = (struct vw_out_lock){.out = vw_copy_text(out), .folder = -1, .file = -1};
     enum vw_status status = taken->out ? create_folder(taken) : VW_ERROR_MEMORY;
-    if (!status) status = take(taken);
+    if (!status) status = acquire(taken);
     bool mine = !status;
     if (!status) status = check_files(out);
     if (status) {

@@ -62,7 +62,7 @@ struct vw_run {
     struct vw_run_results results;
     struct vw_checksums made;       // result files, by the bytes that this run wrote or checked
     bool written;                   // scores.csv is of these scores; OUT has no derived file of earlier ones
-    bool scored;                    // scoring holds the scores of all steps
+    bool scored;                    // scoring contains the scores of all steps
     bool ended;                     // the ledger says "finished", with these scores
     bool finished;                  // and vw_run_score() or vw_run_finish() succeeded
     struct vw_ledger_score *ranked; // owned; the scores, method by method, each best first; strings of results.scoring
@@ -91,7 +91,7 @@ void vw_run_leave(struct vw_run *run);
 // that had ended before, and to which nothing was added, is left as it was; so is one whose steps do not match.
 void vw_run_end_early(struct vw_run *run, enum vw_status status);
 // Opens run->ledger and loads the newest usable checkpoint into run->trainer (decision 11), or sets run->complete when
-// no step is left. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or holds more steps than are
+// no step is left. VW_ERROR_USAGE, naming what differs, when the ledger is of another run or has more steps than are
 // asked for; VW_ERROR_MISMATCH when it was edited.
 enum vw_status vw_run_resume(struct vw_run *run);
 

@@ -84,7 +84,8 @@ void vw_run_row_free(struct vw_run_row *row) {
     free(row->effects_json);
 }
 
-// ---- The same from what the ledger holds ---------------------------------------------------------------------------
+// ---- The same from the ledger
+// -----------------------------------------------------------------------------------------
 
 // Reads the box of a run that was recorded with one; `*found` is false without one.
 static enum vw_status read_box(const char *effects_json, struct vw_box *box, bool *found) {

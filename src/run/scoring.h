@@ -1,4 +1,4 @@
-// From the rows of a ledger to scores.
+// Scores of the rows of a ledger.
 #ifndef VIEWWORTH_RUN_SCORING_H
 #define VIEWWORTH_RUN_SCORING_H
 
@@ -27,7 +27,7 @@ enum vw_status vw_check_scored_epochs(uint32_t epochs, uint32_t burn_in_epochs);
 // failure.
 enum vw_status vw_scoring_make(struct vw_ledger *ledger, const struct vw_config *config, struct vw_scoring *scoring);
 void vw_scoring_free(struct vw_scoring *scoring);
-// Compares the scores that the ledger holds with the computed ones; VW_ERROR_MISMATCH names the first that differs by
+// Compares the scores in the ledger with the computed ones; VW_ERROR_MISMATCH names the first that differs by
 // more than the rounding of another C library. `path` is the ledger's, for messages.
 enum vw_status vw_scoring_compare(const struct vw_scoring *scoring, struct vw_ledger *ledger, const char *path);
 // Ends a run that stops early as "interrupted" or "failed", with the scores so far. Where they find no room the ledger

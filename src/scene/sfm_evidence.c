@@ -70,7 +70,7 @@ static enum vw_status compare(const struct vw_scene_builder *builder, const stru
                      scene, "the points of the COLMAP model beside the scene file are not used: it has other photos");
 }
 
-static enum vw_status take(struct vw_scene_builder *builder, const struct vw_colmap_model *model) {
+static enum vw_status add_points(struct vw_scene_builder *builder, const struct vw_colmap_model *model) {
     bool agree = false;
     uint32_t *views = vw_allocate(model->image_count, sizeof *views);
     if (!views) return VW_ERROR_MEMORY;
@@ -85,7 +85,7 @@ enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder) {
     if (!model_folder) return VW_OK;
     struct vw_colmap_model model = {0};
     enum vw_status status = vw_colmap_read(model_folder, builder->folder, &model);
-    if (!status) status = take(builder, &model);
+    if (!status) status = add_points(builder, &model);
     vw_colmap_clear(&model);
     free(model_folder);
     return status;

@@ -95,7 +95,7 @@ void vw_field_bind(const struct vw_radiance_field *field, bool training, struct 
          .buffer = field->d_rows,
          .texel = VW_TEXEL_FLOAT4,
          .unused = !field->d_rows},
-        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // nobody reads it then
+        {.slot = VW_SLOT_STEP_STATE, .buffer = field->step_state, .unused = !training}, // unread then
     };
     memcpy(bindings + *count, shared, sizeof shared);
     *count += VW_ARRAY_COUNT(shared);

@@ -91,7 +91,7 @@ void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *para
 
 // Returns the learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those
 // taken.
-double vw_model_rate_of_step(const struct vw_model *model, uint64_t step);
+double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step);
 
 // Returns the key of a step's random numbers.
 vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);

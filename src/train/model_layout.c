@@ -15,7 +15,7 @@ vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
     return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
 }
 
-double vw_model_rate_of_step(const struct vw_model *model, uint64_t step) {
+double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
     uint64_t last = model->planned_steps;
     if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
     return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);

@@ -1,5 +1,5 @@
 // The order of photos in a training: how many steps it has, which photo each step takes, and how many steps a
-// submission holds. Steps count from 1; step 0 is the untrained field.
+// submission contains. Steps count from 1; step 0 is the untrained field.
 #ifndef VIEWWORTH_TRAIN_PHOTO_ORDER_H
 #define VIEWWORTH_TRAIN_PHOTO_ORDER_H
 
@@ -19,7 +19,7 @@ struct vw_photo_order {
     uint32_t *order; // owned; of the epoch `ordered_epoch`: indices in train_views
     uint64_t ordered_epoch;
     uint32_t submission_steps_max,
-        submission_steps; // the most steps a submission may hold, and how many the next one holds
+        submission_steps; // the most steps a submission may have, and how many the next one has
     bool adapts;          // submission_steps grows until a submission takes long enough
     double step_s;        // the least time that a step of a submission took; INFINITY: unknown
 };
@@ -42,7 +42,7 @@ uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *photo_order,
 uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *photo_order, uint64_t step);
 uint32_t vw_photo_order_view_of_step(struct vw_photo_order *photo_order, uint64_t step);
 
-// The bytes that a step exchanges with the device, and how many a submission may hold.
+// The bytes that a step exchanges with the device, and how many a submission may have.
 struct vw_submission_room {
     uint32_t pixels_per_step;
     uint64_t bytes_per_step, submission_bytes;

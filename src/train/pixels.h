@@ -1,4 +1,4 @@
-// From photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at
+// The way of photos to the GPU: camera structs in box coordinates, and which pixels a step or the validation looks at
 // (decision 9: pixels stay on the host; only the drawn ones travel).
 #ifndef VIEWWORTH_TRAIN_PIXELS_H
 #define VIEWWORTH_TRAIN_PIXELS_H

@@ -154,7 +154,7 @@ void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submi
 void vw_step_record_update(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                            float extra) {
     const struct vw_model *model = step->field->model;
-    double rate = (1.0 + extra) * vw_model_rate_of_step(model, number);
+    double rate = (1.0 + extra) * vw_model_rate_factor_of_step(model, number);
     struct vw_push_update update = {.count = step->padded_rays,
                                     .step_low = number > INT32_MAX ? INT32_MAX : (uint32_t)number,
                                     .extra = (float)(rate - 1.0)};

@@ -9,7 +9,7 @@
 // A trainer's part of the submission of the same index.
 struct vw_submission_slot {
     uint64_t first_step; // 0 in the run's first submission, which also measures the untrained field
-    uint32_t row_count;  // steps it holds, step 0 included
+    uint32_t row_count;  // its steps, step 0 included
     bool in_flight;      // submitted, and not handed out
 };
 

@@ -8,8 +8,8 @@
 #include "viewworth/value.h"
 
 // Appends them for every train image, in image order; nothing without a backward pass over exactly the input's steps,
-// and no lasting_loss where the first step's is NaN (halves.h). There is no standard error: the pass holds nothing of
-// other seeds, by which lasting credit differs most.
+// and no lasting_loss where the first step's is NaN (halves.h). There is no standard error: the pass contains nothing
+// of other seeds, by which lasting credit differs most.
 enum vw_status vw_lasting_scores_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                         uint32_t *score_count);
 

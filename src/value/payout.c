@@ -133,7 +133,7 @@ static unsigned __int128 weigh(struct vw_payouts *made, bool floor_equal, struct
 
 static void divide(struct claim *claims, uint32_t count, unsigned __int128 sum, uint64_t amount_cents) {
     uint64_t left_cents = amount_cents;
-    if (sum == 0) return; // nobody is paid
+    if (sum == 0) return; // no one is paid
     for (uint32_t i = 0; i < count; i++) {
         unsigned __int128 product = (unsigned __int128)amount_cents * claims[i].weight;
         claims[i].remainder = product % sum;

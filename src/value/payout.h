@@ -1,5 +1,5 @@
 // The division of an amount of money: each photo is paid by its own score, and a provider gets the sum over its photos.
-// From rows of a ledger alone. No provider's name enters a share, so that splitting and joining names changes nothing.
+// Uses only ledger rows. No provider's name enters a share, so that splitting and joining names changes nothing.
 #ifndef VIEWWORTH_VALUE_PAYOUT_H
 #define VIEWWORTH_VALUE_PAYOUT_H
 
@@ -13,9 +13,9 @@
 // Reads an amount such as "1000", "1000.5" or "999.99" in cents, 1 to VW_PAYOUT_CENTS_MAX; false for any other text.
 bool vw_payout_parse(const char *text, uint64_t *cents);
 
-// The middle 90 % of the payouts, in cents, by scores that are drawn within what leaves them open: by worth, other
-// retrainings with other subsets and seeds, and photos of which they say little; by another method, its standard
-// errors. Holds the payout itself. NaN: a score has no error.
+// The middle 90 % of payouts, in cents, when scores are redrawn within their uncertainty. Contains the payout itself.
+// The uncertainty of worth is that of other retrainings, with other subsets and seeds, and of photos of which they say
+// little; that of another method is its standard errors. NaN: a score has no error.
 struct vw_payout_interval {
     double low_cents, high_cents;
 };
@@ -46,7 +46,7 @@ struct vw_payout_input {
     struct vw_worth_input of; // retrainings, images with their providers, scores of all methods
     const char *method;       // pays: vw_worth_method, or a method with standard errors
     uint64_t amount_cents;    // at least 1
-    bool floor_equal;         // where no photo's score is positive, all get the same; otherwise nobody gets anything
+    bool floor_equal;         // where no photo's score is positive, all get the same; otherwise no one gets anything
 };
 
 struct vw_payouts {

@@ -30,7 +30,7 @@ struct work {
     uint32_t photo_count;
     uint32_t *drawn;           // a draw's epochs
     double *sides;             // [photo], [photo]: what a rank is of
-    double *ranks;             // likewise
+    double *ranks;             // the same
     double *values;            // one per photo
     struct vw_spread *spreads; // spread of each photo's value over the draws
 };

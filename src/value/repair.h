@@ -3,7 +3,7 @@
 // A step t on photo i changes validation PSNR by PSNR(t) - PSNR(t - 1): that is what its credit counts. h steps later,
 // that step among them, the change is
 //     gain(t, h) = PSNR(t + h - 1) - PSNR(t - 1)     [dB]
-// It holds what the following steps add, too, whichever photos they are on. So the trend is taken out: the mean of
+// It contains what the following steps add, too, whichever photos they are on. So the trend is taken out: the mean of
 // gain(., h) over all steps of the same epoch. What is left, averaged over the photo's visits after burn-in, is
 //     excess(i, h) = mean over visits t of photo i of (gain(t, h) - mean over the steps s of t's epoch of gain(s, h))
 // Negative at h = 1 and near 0 later: the next steps repair what the photo does, and its credit counts more damage than

@@ -186,7 +186,7 @@ enum asked { ASK_WORTHS, ASK_PREDICTIONS, ASK_DRAWS };
 
 static struct vw_worth_params params_of(const struct game *game, enum asked asked) {
     return (struct vw_worth_params){.subsets = &game->subsets,
-                                    .quality = VW_QUALITY_VAL_PSNR,
+                                    .outcome = VW_OUTCOME_VAL_PSNR,
                                     .form = VW_WORTH_MEAN,
                                     .player_photos = game->player_photos,
                                     .features = game->features,

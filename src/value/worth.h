@@ -48,7 +48,7 @@ enum vw_status vw_worth_append(const struct vw_worth_input *input, struct vw_led
 
 // Adds a row of vw_joint_worth_method per provider, the most valuable first, where there are enough retrainings with
 // whole providers: what all photos of one are worth together, which is not the sum of their worths, because they may
-// replace each other. The images have their providers. Nobody is paid by it. `*groups` may be moved.
+// replace each other. The images have their providers. No one is paid by it. `*groups` may be moved.
 enum vw_status vw_worth_add_joint(const struct vw_worth_input *input, struct vw_provider_score **groups,
                                   uint32_t *group_count);
 

@@ -48,7 +48,7 @@ TEST(correlations_and_ties) {
     assert_true(isnan(r));
 }
 
-// From tables of Student's distribution; the expansion is good to 0.2 %.
+// Values are from tables of Student's distribution; the expansion is good to 0.2 %.
 TEST(students_quantiles) {
     static const struct {
         double degrees, quantile, quantile_95;

@@ -5,8 +5,8 @@
 // figures; times are medians per step, memory is the most there was; host_ms is the CPU time of the thread that
 // records.
 //
-// For scripts/benchmark_gpu it also describes the device (--describe), hashes the records of some steps (--bits), takes
-// the steps of one size batch by batch (batch=1) and forces what a run chooses by the kind of device (grid_texel=0).
+// scripts/benchmark_gpu also lets it describe the device (--describe), hash the records of some steps (--bits), take
+// the steps of one size batch by batch (batch=1) and force what a run chooses by the kind of device (grid_texel=0).
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdio.h>

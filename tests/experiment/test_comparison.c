@@ -11,21 +11,21 @@ TEST(measures_are_the_fields) {
     const struct vw_retrain_result outcome = {
         .val_psnr = 1, .val_ssim = 2, .val_l1 = 3, .test_psnr = 4, .test_ssim = 5, .test_l1 = 6, .seconds = 7};
     static const char *const names[] = {"val_psnr", "val_ssim", "val_l1", "test_psnr", "test_ssim", "test_l1"};
-    for (int i = 0; i < VW_QUALITY_COUNT; i++) {
-        enum vw_quality measure = (enum vw_quality)i;
-        assert_string_equal(vw_quality_name(measure), names[i]);
-        assert_near(vw_quality_of(&outcome, measure), i + 1, 0);
-        assert_int_equal(vw_quality_higher_is_better(measure), strstr(names[i], "_l1") == NULL);
+    for (int i = 0; i < VW_OUTCOME_COUNT; i++) {
+        enum vw_outcome measure = (enum vw_outcome)i;
+        assert_string_equal(vw_outcome_name(measure), names[i]);
+        assert_near(vw_outcome_of(&outcome, measure), i + 1, 0);
+        assert_int_equal(vw_outcome_higher_is_better(measure), strstr(names[i], "_l1") == NULL);
     }
 }
 
-static struct vw_paired_difference compare_quality(const struct vw_retrain_result *results,
+static struct vw_paired_difference compare_outcome(const struct vw_retrain_result *results,
                                                    const struct vw_retrain_result *against, uint32_t count,
-                                                   enum vw_quality quality) {
+                                                   enum vw_outcome outcome) {
     double values[4], others[4];
     for (uint32_t i = 0; i < count; i++) {
-        values[i] = vw_quality_of(&results[i], quality);
-        others[i] = vw_quality_of(&against[i], quality);
+        values[i] = vw_outcome_of(&results[i], outcome);
+        others[i] = vw_outcome_of(&against[i], outcome);
     }
     return vw_samples_compare(values, others, count);
 }
@@ -33,13 +33,13 @@ static struct vw_paired_difference compare_quality(const struct vw_retrain_resul
 // 20, 22, 24: mean 22, variance 4, standard error sqrt(4 / 3).
 TEST(means_over_seeds) {
     const struct vw_retrain_result outcomes[] = {{.test_psnr = 20}, {.test_psnr = 22}, {.test_psnr = 24}};
-    struct vw_quality_mean mean = vw_quality_average(outcomes, 3, VW_QUALITY_TEST_PSNR);
+    struct vw_outcome_mean mean = vw_outcome_average(outcomes, 3, VW_OUTCOME_TEST_PSNR);
     assert_near(mean.mean, 22, ROUNDING);
     assert_near(mean.standard_error, sqrt(4.0 / 3), ROUNDING);
-    mean = vw_quality_average(outcomes, 1, VW_QUALITY_TEST_PSNR);
+    mean = vw_outcome_average(outcomes, 1, VW_OUTCOME_TEST_PSNR);
     assert_near(mean.mean, 20, ROUNDING);
     assert_true(isnan(mean.standard_error));
-    mean = vw_quality_average(outcomes, 0, VW_QUALITY_TEST_PSNR);
+    mean = vw_outcome_average(outcomes, 0, VW_OUTCOME_TEST_PSNR);
     assert_true(isnan(mean.mean) && isnan(mean.standard_error));
 }
 
@@ -48,13 +48,13 @@ TEST(means_over_seeds) {
 TEST(luck_of_the_seed_cancels) {
     const struct vw_retrain_result better[] = {{.val_psnr = 11}, {.val_psnr = 32}, {.val_psnr = 53}};
     const struct vw_retrain_result worse[] = {{.val_psnr = 10}, {.val_psnr = 30}, {.val_psnr = 50}};
-    struct vw_paired_difference paired = compare_quality(better, worse, 3, VW_QUALITY_VAL_PSNR);
+    struct vw_paired_difference paired = compare_outcome(better, worse, 3, VW_OUTCOME_VAL_PSNR);
     assert_near(paired.difference, 2, ROUNDING);
     assert_near(paired.standard_error, sqrt(1.0 / 3), ROUNDING);
     assert_near(paired.ci_low, 2 - 4.302652729749 * sqrt(1.0 / 3), 1e-9);
     assert_near(paired.ci_high, 2 + 4.302652729749 * sqrt(1.0 / 3), 1e-9);
     assert_false(paired.beyond_noise); // three seeds do not tell 2 from 0 here
-    paired = compare_quality(worse, better, 3, VW_QUALITY_VAL_PSNR);
+    paired = compare_outcome(worse, better, 3, VW_OUTCOME_VAL_PSNR);
     assert_near(paired.difference, -2, ROUNDING);
 }
 
@@ -64,16 +64,16 @@ TEST(what_is_beyond_noise) {
     const struct vw_retrain_result less[] = {{.test_l1 = -1}, {.test_l1 = -1.25}, {.test_l1 = -0.75}, {.test_l1 = -1}};
     const struct vw_retrain_result apart[] = {{.test_l1 = 4}, {.test_l1 = -2}, {.test_l1 = 3}, {.test_l1 = -1}};
     const struct vw_retrain_result same[] = {{.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}, {.test_l1 = 1}};
-    assert_true(compare_quality(alike, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
-    assert_true(compare_quality(less, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
-    assert_false(compare_quality(apart, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
-    assert_true(compare_quality(same, zero, 4, VW_QUALITY_TEST_L1).beyond_noise); // an interval without width
-    assert_false(compare_quality(zero, zero, 4, VW_QUALITY_TEST_L1).beyond_noise);
+    assert_true(compare_outcome(alike, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_true(compare_outcome(less, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_false(compare_outcome(apart, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
+    assert_true(compare_outcome(same, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise); // an interval without width
+    assert_false(compare_outcome(zero, zero, 4, VW_OUTCOME_TEST_L1).beyond_noise);
 }
 
 TEST(one_seed_has_no_interval) {
     const struct vw_retrain_result a = {.val_ssim = 0.75}, b = {.val_ssim = 0.5};
-    struct vw_paired_difference paired = compare_quality(&a, &b, 1, VW_QUALITY_VAL_SSIM);
+    struct vw_paired_difference paired = compare_outcome(&a, &b, 1, VW_OUTCOME_VAL_SSIM);
     assert_near(paired.difference, 0.25, 0);
     assert_true(isnan(paired.standard_error) && isnan(paired.ci_low) && isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
@@ -83,11 +83,11 @@ TEST(one_seed_has_no_interval) {
 TEST(no_value_makes_no_difference) {
     const struct vw_retrain_result a[] = {{.test_psnr = 20}, {.test_psnr = NAN}},
                                    b[] = {{.test_psnr = 20}, {.test_psnr = 21}};
-    struct vw_paired_difference paired = compare_quality(a, b, 2, VW_QUALITY_TEST_PSNR);
+    struct vw_paired_difference paired = compare_outcome(a, b, 2, VW_OUTCOME_TEST_PSNR);
     assert_true(isnan(paired.difference) && isnan(paired.standard_error) && isnan(paired.ci_low) &&
                 isnan(paired.ci_high));
     assert_false(paired.beyond_noise);
-    assert_true(isnan(vw_quality_average(a, 2, VW_QUALITY_TEST_PSNR).mean));
+    assert_true(isnan(vw_outcome_average(a, 2, VW_OUTCOME_TEST_PSNR).mean));
 }
 
 // Three valuations with two seeds each. Differences: 1 and 3, 4 and 4, 5 and 7; so means 2, 4, 6 of the valuations:
@@ -106,11 +106,11 @@ TEST(valuations_are_the_samples) {
         results[TRAININGS + t].test_psnr = top[t];
     }
     const struct vw_set_pair pair = {1, 0};
-    struct vw_paired_difference paired = vw_comparison_difference(&comparison, &pair, VW_QUALITY_TEST_PSNR);
+    struct vw_paired_difference paired = vw_comparison_difference(&comparison, &pair, VW_OUTCOME_TEST_PSNR);
     assert_near(paired.difference, 4, ROUNDING);
     assert_near(paired.standard_error, 2 / sqrt(3), ROUNDING);
     assert_near(paired.ci_high, 4 + 4.302652729749 * 2 / sqrt(3), 1e-9);
-    struct vw_quality_mean mean = vw_comparison_mean(&comparison, 0, VW_QUALITY_TEST_PSNR); // mean of 15, 20, 20
+    struct vw_outcome_mean mean = vw_comparison_mean(&comparison, 0, VW_OUTCOME_TEST_PSNR); // mean of 15, 20, 20
     assert_near(mean.mean, 55.0 / 3, ROUNDING);
     assert_near(mean.standard_error, 5.0 / 3, ROUNDING);
     assert_ptr_equal(vw_comparison_list(&comparison, 1, 1), &comparison.sets.lists[1]);
@@ -118,7 +118,7 @@ TEST(valuations_are_the_samples) {
     assert_ptr_equal(vw_comparison_list(&comparison, 0, 5), &others[1].lists[0]);
     assert_true(vw_comparison_varies(&comparison, 1) && !vw_comparison_varies(&comparison, 0));
     params = (struct vw_comparison_params){.common = {.seeds = 6}}; // the same trainings without valuations
-    paired = vw_comparison_difference(&comparison, &pair, VW_QUALITY_TEST_PSNR);
+    paired = vw_comparison_difference(&comparison, &pair, VW_OUTCOME_TEST_PSNR);
     assert_near(paired.difference, 4, ROUNDING);
     assert_near(paired.standard_error, sqrt(20.0 / 5 / 6), ROUNDING);
     assert_false(vw_comparison_varies(&comparison, 1));

@@ -90,7 +90,7 @@ check "where no photo is worth anything, nobody is paid" \
 check "unless the floor pays all photos the same" prints '^payout of 100000.00 by the number of photos' \
     worth swept --payout 100000 --pay-anyway --payout-floor equal
 check "it is intact" prints '^payout_photos.csv +intact' "$program" verify "$folder/swept" --quiet
-check "a sweep of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
+check "the backward pass of lasting credit keeps worth" run "$program" lasting "$folder/swept" --device llvmpipe --no-gate --quiet
 check "which has it in its prior" prints ' lasting_psnr$' worth swept
 check "and is intact: a payout by the worth of before is gone" intact swept
 check "lasting credit pays nobody" prints '^payout of 1000.01 by the number of photos' worth swept --payout 1000.01 --pay-anyway \

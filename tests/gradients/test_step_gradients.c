@@ -127,8 +127,8 @@ static void check_slopes(struct step_bench *bench, const struct slope_check *che
     check_photo_slopes(bench, check, params, d_weights);
 }
 
-// From the device's gradients to the differences of the reference's loss, without the reference's own gradient between
-// them. The quick tests take every second case.
+// Compares the device's gradients with differences of the reference's loss, without the reference's own gradient. The
+// quick tests take every second case.
 TEST_CASES(the_loss_changes_as_the_gradients_say, i, step_case_count) {
     if (!ordinary(&step_cases[i]) || (i % 2 == 0 && !test_is_full())) return;
     struct step_bench *bench = step_bench_open(&step_cases[i]);

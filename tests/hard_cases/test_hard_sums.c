@@ -137,7 +137,7 @@ static void errors_of_1e8_pixels(struct hard_finding *finding) {
     compare_sums(finding, WINDOWS, total[0], total[1], &exact);
 }
 
-// As many pixels of one view as fit the smallest storage binding of lavapipe, 128 MiB.
+// The most pixels of one view that fit the smallest storage binding of lavapipe, 128 MiB.
 enum { LARGEST_VIEW = (128 << 20) / sizeof(struct vw_ray) };
 
 static void check_view(struct hard_finding *finding, struct reduction *r, uint32_t mask, uint32_t constant) {

@@ -254,8 +254,8 @@ static void extreme_seeds(struct hard_finding *finding) {
     hard_require(finding, last[0].val_l1 != last[1].val_l1, "the seeds make two runs");
 }
 
-// As vw_step_record_passes() is given them; jitter is keyed by 56 bits of the number. The optimisers count with 31 bits
-// and stay there.
+// Numbers as vw_step_record_passes() gets them; jitter is keyed by 56 bits of the number. The optimisers count with 31
+// bits and stay there.
 static const uint64_t numbers[] = {INT32_MAX,         UINT64_C(1) << 31,       UINT32_MAX,
                                    UINT64_C(1) << 32, (UINT64_C(1) << 32) + 1, UINT64_C(0x123456789ab)};
 

@@ -295,7 +295,7 @@ GAME_TEST(harm_is_what_a_kind_is_worth_less) {
     AUTO(vw_worths_free) struct vw_worths fitted;
     play_subsets(200, 0);
     ASSERT_OK(vw_worths_fit(
-        &(struct vw_worth_params){.subsets = &subsets, .quality = VW_QUALITY_VAL_PSNR, .resample = true}, &fitted));
+        &(struct vw_worth_params){.subsets = &subsets, .outcome = VW_OUTCOME_VAL_PSNR, .resample = true}, &fitted));
     ASSERT_OK(vw_evaluate_harm(&evaluation, &fitted, &metrics));
     const struct vw_metric *blur = find_metric("harm", "blur", "retrainings"),
                            *noise = find_metric("harm", "noise", "retrainings");

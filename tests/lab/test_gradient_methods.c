@@ -210,7 +210,7 @@ TEST(tracin_is_what_small_steps_change) {
     const uint64_t checkpoints[] = {7 * TRAINS, 12 * TRAINS};
     for (size_t c = 0; c < VW_ARRAY_COUNT(checkpoints); c++) {
         double rate = config.learning_rate *
-                      vw_model_rate_of_step(gradient_replay.replay.context->field->model, checkpoints[c] + 1);
+                      vw_model_rate_factor_of_step(gradient_replay.replay.context->field->model, checkpoints[c] + 1);
         ASSERT_OK(vw_gradient_replay_go_to(&gradient_replay, checkpoints[c]));
         ASSERT_OK(vw_gradient_replay_try_photos(&gradient_replay, checkpoints[c] + 1, products)); // saves the state
         for (uint32_t i = 0; i < TRAINS; i++)

@@ -62,16 +62,16 @@ static void play_subsets(double noise_db, uint32_t halves, uint32_t random_sizes
     play_game((struct game){.noise_db = noise_db}, halves, random_sizes, seeds, FIRST_SEED);
 }
 
-static struct vw_worths fit(enum vw_quality quality) {
+static struct vw_worths fit(enum vw_outcome outcome) {
     struct vw_worths fitted;
     ASSERT_OK(
-        vw_worths_fit(&(struct vw_worth_params){.subsets = &subsets, .quality = quality, .predict = true}, &fitted));
+        vw_worths_fit(&(struct vw_worth_params){.subsets = &subsets, .outcome = outcome, .predict = true}, &fitted));
     return fitted;
 }
 
 GAME_TEST(an_additive_game_is_recovered) {
     play_subsets(0, 30, 30, 1);
-    worths = fit(VW_QUALITY_VAL_PSNR);
+    worths = fit(VW_OUTCOME_VAL_PSNR);
     for (uint32_t i = 0; i < PHOTOS; i++) assert_near(worths.values[i], true_worths[i], 1e-5);
     assert_near(worths.r2, 1, 1e-9);
     for (uint32_t i = 0; i < subsets.count; i++) assert_near(worths.predicted[i], subsets.results[i].val_psnr, 1e-4);
@@ -83,7 +83,7 @@ GAME_TEST(an_additive_game_is_recovered) {
 GAME_TEST(shrinking_keeps_the_level) {
     double mean = 0, spread = 0;
     play_game((struct game){.noise_db = 2, .each_db = 10}, 6, 6, 4, FIRST_SEED);
-    worths = fit(VW_QUALITY_VAL_PSNR);
+    worths = fit(VW_OUTCOME_VAL_PSNR);
     for (uint32_t i = 0; i < PHOTOS; i++) mean += worths.values[i] / PHOTOS;
     for (uint32_t i = 0; i < PHOTOS; i++) spread += pow(worths.values[i] - mean, 2) / PHOTOS;
     assert_near(mean, 10.18, 1);
@@ -95,7 +95,7 @@ GAME_TEST(intervals_hold_the_worths) {
     uint32_t held = 0, zero_known = 0;
     for (uint32_t game = 0; game < 20; game++) {
         play_game((struct game){.noise_db = 0.6}, 60, 60, 2, FIRST_SEED + 2 * game);
-        worths = fit(VW_QUALITY_VAL_PSNR);
+        worths = fit(VW_OUTCOME_VAL_PSNR);
         for (uint32_t i = 0; i < PHOTOS; i++)
             held += worths.ci_low[i] <= true_worths[i] && true_worths[i] <= worths.ci_high[i];
         zero_known += worths.ci_low[9] > 0 || worths.ci_high[9] < 0;
@@ -108,10 +108,10 @@ GAME_TEST(intervals_hold_the_worths) {
 
 GAME_TEST(too_few_subsets_have_no_worths) {
     play_subsets(0, 5, 2, 1);
-    worths = fit(VW_QUALITY_VAL_PSNR);
+    worths = fit(VW_OUTCOME_VAL_PSNR);
     assert_true(isnan(worths.values[0]) && isnan(worths.ci_low[0]) && worths.count == 0);
     vw_worths_free(&worths);
-    worths = fit(VW_QUALITY_TEST_PSNR); // without test photos
+    worths = fit(VW_OUTCOME_TEST_PSNR); // without test photos
     assert_true(isnan(worths.values[0]) && isnan(worths.r2));
 }
 
@@ -129,7 +129,7 @@ GAME_TEST(signs_are_held_against_known_worths) {
                                         {.name = "ranks", .scores = none}};
     const struct vw_evaluation evaluation = {photos, kinds, PHOTOS, scorers, 4, 1};
     play_subsets(0.02, 40, 40, 1);
-    worths = fit(VW_QUALITY_VAL_PSNR);
+    worths = fit(VW_OUTCOME_VAL_PSNR);
     assert_true(worths.ci_low[9] <= 0 && worths.ci_high[9] >= 0);
     ASSERT_OK(vw_evaluate_signs(&evaluation, &worths, "val_psnr", &metrics));
     assert_metric("sign_accuracy", "val_psnr", "worths", 1, 0);
@@ -148,7 +148,7 @@ GAME_TEST(signs_are_held_against_known_worths) {
 // Outcomes that are noise alone cannot be predicted; a fit that saw what it predicts would seem to.
 GAME_TEST(noise_is_not_predicted) {
     play_subsets(50, 16, 16, 1);
-    worths = fit(VW_QUALITY_VAL_PSNR);
+    worths = fit(VW_OUTCOME_VAL_PSNR);
     if (worths.pearson > 0.3) fail_msg("noise is predicted by r = %g", worths.pearson); // one error: 0.18
 }
 

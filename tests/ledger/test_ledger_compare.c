@@ -87,7 +87,8 @@ FOLDER_TEST(each_change_of_a_step_is_found) {
             memcpy(views, test_validation_views, sizeof views);
             const char *field = change_field(again, steps[s], views, which);
             if (field) {
-                // From some steps before it on; a change of the views' ids shows at once, as it is one of all steps.
+                // The comparison begins some steps before it; a change of the views' ids shows at once, as it is one of
+                // all steps.
                 uint32_t first = views[1] == test_validation_views[1] ? steps[s] - 2 : steps[s];
                 AUTO_FREE char *name = vw_format_text("step %u", steps[s]);
                 ASSERT_CASE_FAILS(field, vw_ledger_compare(ledger, &again->records[first], RECORD_COUNT - first, views),

@@ -152,7 +152,7 @@ FOLDER_TEST(a_linked_ledger_is_refused) {
     ASSERT_FAILS(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT, "is a link");
 }
 
-// To SQLite such a name is a URI, which may name another file and how it is opened.
+// SQLite takes such a name as a URI, which may name another file and how it is opened.
 FOLDER_TEST(the_name_of_a_folder_is_no_uri) {
     AUTO_FREE char *before = getcwd(NULL, 0);
     assert_int_equal(chdir(*state), 0);

@@ -40,7 +40,7 @@ check "their photos are in it once" test "$(grep -o 'data:image/webp' "$folder/b
 check "--json says where" eval '"$program" report "$folder/run" --json --quiet | grep -q "\"report\": \"$folder/run/report.html\""'
 
 cp -r "$folder/run" "$folder/swept"
-check "a sweep of lasting credit" eval '"$program" lasting "$folder/swept" --device llvmpipe --quiet >"$folder/stdout" 2>&1'
+check "the backward pass of lasting credit" eval '"$program" lasting "$folder/swept" --device llvmpipe --quiet >"$folder/stdout" 2>&1'
 check "brings the gate and the horizon into the report" grep -qE '"gate":\{"image":\[[0-9].*"growth":\{"step":\[1,' \
     "$folder/swept/report.html"
 cp "$folder/swept/report.html" "$folder/swept.html"

@@ -1,7 +1,7 @@
 # Prints every comment that breaks the rules of src/README.md, as "FILE:LINE: RULE: TEXT".
-# awk -f tests/source/comment_rules.awk FILE...     (C, C++ and GLSL)
+# awk -f tests/source/comment_rules.awk FILE...     (C, C++, GLSL and JavaScript)
 #
-# opener: a comment begins with a word that makes it a fragment about the name below it (What, Whether, Of, Those, ...).
+# opener: a comment begins with a word that makes it a fragment about the name below it (What, Of, From, For, ...).
 # verb: the comment directly above a function does not begin with a verb in the third person, a word that ends in "s".
 # words: a comment or a text in quotes has a pattern that is not English ("is no X", "by itself", "in the mean", ...).
 
@@ -23,6 +23,7 @@ function is_verb(text,   first, second) {
 function check_opener(line, text) {
     if (text ~ /^(What|Whether|Of|Those|Whose|Beside|Where|That which|For what|For which|How|Which|Who) /) report(line, "opener", text)
     else if (text ~ /^(what|of|those|whose|beside|for what|that which) /) report(line, "opener", text)
+    else if (text ~ /^(From|By|As|To|For) /) report(line, "opener", text)
     else if (text ~ /[.] (Of|Whose|Beside) [^,]*[.] *$/) report(line, "opener", text)
 }
 

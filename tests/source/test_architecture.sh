@@ -196,7 +196,7 @@ unique_test_names() {
 }
 
 plain_comments() {
-    find src include shaders tests \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' \) -print0 |
+    find src include shaders tests \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.glsl' -o -name '*.comp' -o -name '*.js' \) -print0 |
         xargs -0r awk -f tests/source/comment_rules.awk
 }
 
@@ -259,6 +259,8 @@ rule "C lines have at most 120 characters" src/base/injected.c "$(repeat 121 x)"
 rule "other lines have at most 140 characters" scripts/injected "$(repeat 141 x)" -- nowhere '^.{141}' --exclude='*.md' "${code[@]}"
 rule "the comment of a function begins with a verb" src/injected/injected.c $'// The sum.\nint sum(void);' -- plain_comments
 rule "no comment begins with What or Of" src/injected/injected.c $'// What is summed.\nstruct injected {' -- plain_comments
+rule "no comment begins with From or For" src/injected/injected.c $'// For sums.\nstruct injected {' -- plain_comments
+rule "so for JavaScript" src/injected/injected.js $'// Of sums.\nconst injected = 1;' -- plain_comments
 rule "messages are plain English" src/injected/injected.c '    vw_fail(VW_ERROR_INPUT, "%s is no photo", name);' -- plain_comments
 rule "comments name files that exist" src/injected/injected.c '// The sum (base/absent.h).' -- named_files
 rule "a README names every folder" src/injected/injected.c '' -- named_folders

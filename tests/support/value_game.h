@@ -6,8 +6,8 @@
 #include "support/draws.h"
 #include "support/ledger_fixture.h"
 
-// By how many dB a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch; steps
-// count from 1.
+// The dB by which a step moves PSNR: `order` has the photos of the steps so far, of which `first` began the epoch;
+// steps count from 1.
 typedef double test_rule(const uint32_t *order, uint32_t first, uint32_t step, uint64_t seed);
 
 struct test_game {

@@ -42,7 +42,7 @@ TEST(the_rate_falls_to_its_share_at_the_last_planned_step) {
     }
     assert_true(fabs(moved_by(bench, 6, 0.5f) / constant - 0.15) < 1e-3); // as the gate of lasting credit asks
     bench->model.planned_steps = 1;
-    assert_true(vw_model_rate_of_step(&bench->model, 1) == 1.0);
+    assert_true(vw_model_rate_factor_of_step(&bench->model, 1) == 1.0);
 }
 
 TEST(the_planned_steps_are_those_of_the_run) {

@@ -105,7 +105,7 @@ TEST(bits_are_those_of_a_training_alone) {
     }
 }
 
-// For a checkpoint one of them collects what it has in flight, while the others are ahead of it; one is given up with
+// One of them collects what it has in flight, for a checkpoint, while the others are ahead of it; one is given up with
 // steps in flight; one does not advance for a while.
 TEST(each_goes_its_own_way) {
     struct group group;

@@ -174,7 +174,8 @@ static void pay(const double *values, uint32_t count, const char *providers, uin
     vw_payouts_free(&payouts);
 }
 
-// For any scores, names and amount: cents add up, a photo's share is exact to a cent, and other names change nothing.
+// Checks for any scores, names and amount that cents add up, a photo's share is exact to a cent, and names change
+// nothing.
 TEST(names_change_no_payout) {
     static const char *const names[] = {"pqpqpqpqp", "abcdefghi", "ihgfedcba", "zzaazzaaz"};
     const uint64_t seed = 7;

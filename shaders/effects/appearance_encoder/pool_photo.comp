@@ -1,5 +1,5 @@
-// From the last convolution of the encoder of photos (encoder.glsl) to the photo's code, and to what it adds to the
-// colour network, as mix_code. One workgroup.
+// Computes a photo's code from the last convolution of the encoder of photos (encoder.glsl), and what it adds to the
+// colour network, as mix_code does. One workgroup.
 #include "effects/appearance_encoder/encoder.glsl"
 layout(local_size_x = 64) in;
 

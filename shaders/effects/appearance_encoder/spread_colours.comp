@@ -1,5 +1,5 @@
-// From the gradients by the sums of the encoder's first convolution to those by the colours of the rays whose picture
-// it has seen, through the thumbnail of it. They take the place of the rays' targets, for backward_rays with
+// Computes the gradients by the colours of the rays of a picture from those by the sums of the encoder's first
+// convolution, which saw a thumbnail of the picture. They take the place of the rays' targets, for backward_rays with
 // LOSS_GIVEN. Padding lies below the picture, where no kernel reaches. One ray per invocation.
 #include "effects/appearance_encoder/picture.glsl"
 layout(local_size_x = 64) in;

@@ -1,6 +1,6 @@
-// From how many samples each ray keeps to where they begin: a prefix sum by one workgroup, each invocation over a run
-// of rays. Also how many workgroups the passes over the slots take, and the slots that pad the last one: they hold
-// sample 0 and no gradient.
+// Computes where each ray's kept samples begin: a prefix sum of their counts by one workgroup, each invocation over a
+// run of rays. Also writes how many workgroups the passes over the slots take, and the slots that pad the last one:
+// they contain sample 0 and no gradient.
 #include "networks/mlp.glsl"
 layout(local_size_x = VW_FIELD_GROUP) in;
 

@@ -7,7 +7,8 @@
 #define VISIBILITY_GLSL
 #include "rays/loss.glsl"
 
-// As published: 0.05 at first, then falling by a factor of e per 1,000 steps, to 0.006 at least; of squared errors.
+// The published weight: 0.05 at first, then falling by a factor of e per 1,000 steps, to 0.006 at least; of squared
+// errors.
 const float SIZE_WEIGHT_MOST = 5e-2, SIZE_WEIGHT_LEAST = 6e-3, SIZE_WEIGHT_RATE = 1e-3;
 
 // Returns the weight at the step of the key. A pixel is ignored entirely if its loss reaches twice the weight, which

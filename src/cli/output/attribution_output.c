@@ -35,7 +35,7 @@ static void print_groups(const struct vw_attribution *attribution, const char *m
     print_more(count, SHOWN_ROWS, attribution->providers_path);
 }
 
-// Says who is paid, or why nobody is.
+// Says who is paid, or why no one is.
 static void print_outcome(const struct vw_attribution *attribution) {
     char amount[VW_AMOUNT_BYTES];
     uint32_t enough = attribution->advised_retrainings;
@@ -164,7 +164,7 @@ static json_t *photo_to_json(const struct vw_photo_payout *photo) {
     return root;
 }
 
-// Adds the payouts; where nobody is paid, why, and how many retrainings would be enough.
+// Adds the payouts; where no one is paid, why, and how many retrainings would be enough.
 static void add_payouts(const struct vw_attribution *attribution, json_t **root) {
     static const char *const reasons[] = {[VW_PAYOUT_UNKNOWN_WORTH] = "no retrainings",
                                           [VW_PAYOUT_NOT_TOLD_APART] = "not told apart",

@@ -11,28 +11,28 @@ enum { CELL_WIDTH = 18, NAME_WIDTH = 20 };
 static const struct {
     const char *heading, *unit;
     int digits;
-} columns[VW_QUALITY_COUNT] = {
-    [VW_QUALITY_VAL_PSNR] = {"val PSNR, dB", " dB", 2},
-    [VW_QUALITY_VAL_SSIM] = {"val SSIM", "", 4},
-    [VW_QUALITY_VAL_L1] = {"val L1", "", 4},
-    [VW_QUALITY_TEST_PSNR] = {"test PSNR, dB", " dB", 2},
-    [VW_QUALITY_TEST_SSIM] = {"test SSIM", "", 4},
-    [VW_QUALITY_TEST_L1] = {"test L1", "", 4},
+} columns[VW_OUTCOME_COUNT] = {
+    [VW_OUTCOME_VAL_PSNR] = {"val PSNR, dB", " dB", 2},
+    [VW_OUTCOME_VAL_SSIM] = {"val SSIM", "", 4},
+    [VW_OUTCOME_VAL_L1] = {"val L1", "", 4},
+    [VW_OUTCOME_TEST_PSNR] = {"test PSNR, dB", " dB", 2},
+    [VW_OUTCOME_TEST_SSIM] = {"test SSIM", "", 4},
+    [VW_OUTCOME_TEST_L1] = {"test L1", "", 4},
 };
 
 // Returns true if any training has a value: a split may be empty, and photos may be smaller than the window of SSIM.
-static bool is_known(const struct vw_comparison *comparison, enum vw_quality quality) {
+static bool is_known(const struct vw_comparison *comparison, enum vw_outcome outcome) {
     bool known = false;
     for (uint32_t i = 0; i < comparison->sets.count * comparison->training_count; i++)
-        known |= isfinite(vw_quality_of(&comparison->results[i], quality));
+        known |= isfinite(vw_outcome_of(&comparison->results[i], outcome));
     return known;
 }
 
-// Returns the last quality that is known: its column ends without blanks, since no line may end with them.
-static enum vw_quality last_known(const struct vw_comparison *comparison) {
-    enum vw_quality last = 0;
-    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-        if (is_known(comparison, quality)) last = quality;
+// Returns the last outcome that is known: its column ends without blanks, since no line may end with them.
+static enum vw_outcome last_known(const struct vw_comparison *comparison) {
+    enum vw_outcome last = 0;
+    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+        if (is_known(comparison, outcome)) last = outcome;
     return last;
 }
 
@@ -53,49 +53,49 @@ static void print_sizes(const struct vw_comparison *comparison, uint32_t place) 
     vw_print("%-*s  %6s  %6u", NAME_WIDTH, first->name, photos, first->epochs);
 }
 
-static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_quality last) {
+static void print_list(const struct vw_comparison *comparison, uint32_t place, enum vw_outcome last) {
     print_sizes(comparison, place);
-    for (enum vw_quality quality = 0; quality <= last; quality++) {
-        if (!is_known(comparison, quality)) continue;
-        struct vw_quality_mean mean = vw_comparison_mean(comparison, place, quality);
-        int digits = columns[quality].digits;
+    for (enum vw_outcome outcome = 0; outcome <= last; outcome++) {
+        if (!is_known(comparison, outcome)) continue;
+        struct vw_outcome_mean mean = vw_comparison_mean(comparison, place, outcome);
+        int digits = columns[outcome].digits;
         char text[64];
         if (isnan(mean.standard_error)) snprintf(text, sizeof text, "%.*f", digits, mean.mean);
         else snprintf(text, sizeof text, "%.*f +-%.*f", digits, mean.mean, digits, mean.standard_error);
-        print_cell(text, quality == last);
+        print_cell(text, outcome == last);
     }
     vw_print("\n");
 }
 
 static void print_lists(const struct vw_comparison *comparison) {
-    enum vw_quality last = last_known(comparison);
+    enum vw_outcome last = last_known(comparison);
     vw_print("%-*s  photos  epochs", NAME_WIDTH, "list");
-    for (enum vw_quality quality = 0; quality <= last; quality++)
-        if (is_known(comparison, quality)) print_cell(columns[quality].heading, quality == last);
+    for (enum vw_outcome outcome = 0; outcome <= last; outcome++)
+        if (is_known(comparison, outcome)) print_cell(columns[outcome].heading, outcome == last);
     vw_print("\n");
     for (uint32_t l = 0; l < comparison->sets.count; l++) print_list(comparison, l, last);
 }
 
-static const char *verdict_of(const struct vw_paired_difference *paired, enum vw_quality quality) {
+static const char *verdict_of(const struct vw_paired_difference *paired, enum vw_outcome outcome) {
     if (isnan(paired->ci_low)) return "noise unknown with a single seed";
     if (!paired->beyond_noise) return "within noise";
-    return (paired->difference > 0) == vw_quality_higher_is_better(quality) ? "better" : "worse";
+    return (paired->difference > 0) == vw_outcome_higher_is_better(outcome) ? "better" : "worse";
 }
 
 static void print_difference(const struct vw_comparison *comparison, const struct vw_set_pair *pair,
-                             enum vw_quality quality) {
-    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, quality);
-    int digits = columns[quality].digits;
-    vw_print("  %-9.*s  %+10.*f", (int)strcspn(columns[quality].heading, ","), columns[quality].heading, digits,
+                             enum vw_outcome outcome) {
+    struct vw_paired_difference paired = vw_comparison_difference(comparison, pair, outcome);
+    int digits = columns[outcome].digits;
+    vw_print("  %-9.*s  %+10.*f", (int)strcspn(columns[outcome].heading, ","), columns[outcome].heading, digits,
              paired.difference);
     if (!isnan(paired.ci_low)) vw_print(" [%+10.*f, %+10.*f]", digits, paired.ci_low, digits, paired.ci_high);
-    vw_print("%s  %s\n", columns[quality].unit, verdict_of(&paired, quality));
+    vw_print("%s  %s\n", columns[outcome].unit, verdict_of(&paired, outcome));
 }
 
 static void print_pair(const struct vw_comparison *comparison, const struct vw_set_pair *pair) {
     vw_print("\n%s against %s\n", comparison->sets.lists[pair->list].name, comparison->sets.lists[pair->against].name);
-    for (enum vw_quality quality = 0; quality < VW_QUALITY_COUNT; quality++)
-        if (is_known(comparison, quality)) print_difference(comparison, pair, quality);
+    for (enum vw_outcome outcome = 0; outcome < VW_OUTCOME_COUNT; outcome++)
+        if (is_known(comparison, outcome)) print_difference(comparison, pair, outcome);
 }
 
 static void print_heading(const struct vw_comparison *comparison) {

@@ -28,7 +28,7 @@ struct vw_progress {
 // Shows the state, and asks to stop once interrupted. It is a vw_run_progress whose context is a struct vw_progress.
 // Several runs may follow one another.
 bool vw_progress_show(void *context, const struct vw_run_state *state);
-// Ends the display of a run that stopped early, so that what follows stands on a line of its own.
+// Ends the display of a run that stopped early, so that what follows is on a line of its own.
 void vw_progress_end(struct vw_progress *progress);
 // Shows on a terminal a line that the next one of this kind replaces, at most ten times a second; does nothing
 // elsewhere. `*drawn_s` begins as 0. An empty line clears it, at any time.

@@ -28,7 +28,7 @@ static enum vw_status read_tables(const struct vw_sweep_state *state, uint32_t c
         status = vw_seed_run_open(folder, config->seed + i, &ledgers[i]);
         if (!status) status = vw_scoring_load(ledgers[i], config, &runs[i]);
     }
-    if (!status) status = vw_score_tables_make(runs, count, config->epochs, tables); // a run may hold more
+    if (!status) status = vw_score_tables_make(runs, count, config->epochs, tables); // a run may have more
     for (uint32_t i = 0; i < count; i++) {
         vw_scoring_unload(&runs[i]);
         vw_ledger_close(&ledgers[i]);

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 
 const char vw_reference_scorer[] = "dv_psnr";
-const enum vw_quality vw_truths[VW_TRUTH_COUNT] = {VW_QUALITY_VAL_PSNR, VW_QUALITY_TEST_PSNR};
+const enum vw_outcome vw_truths[VW_TRUTH_COUNT] = {VW_OUTCOME_VAL_PSNR, VW_OUTCOME_TEST_PSNR};
 const char vw_noise_ceiling_name[] = "noise ceiling", vw_chance_name[] = "chance";
 
 enum vw_status vw_metrics_add(struct vw_metrics *metrics, const char *group, const char *name, struct vw_metric row) {

@@ -16,7 +16,7 @@ extern const char vw_subset_worth_name[]; // "subset_worth": worths by regressio
 extern const char vw_reference_scorer[]; // the scorer that others are compared with: "dv_psnr"
 
 enum { VW_TRUTH_COUNT = 2 };
-extern const enum vw_quality vw_truths[VW_TRUTH_COUNT]; // target of scores: val_psnr and test_psnr
+extern const enum vw_outcome vw_truths[VW_TRUTH_COUNT]; // target of scores: val_psnr and test_psnr
 extern const char vw_noise_ceiling_name[], vw_chance_name[];
 
 struct vw_scorer {
@@ -84,12 +84,12 @@ enum vw_status vw_evaluate_seeds(const struct vw_evaluation *evaluation, struct 
 // ---- lds.c ----
 
 // Rows for val_psnr and test_psnr. Subsets whose trainings have no value are left out.
-// - lds/<quality>: Spearman's correlation over the halves between the sum of their photos' scores and the quality of
+// - lds/<outcome>: Spearman's correlation over the halves between the sum of their photos' scores and the outcome of
 //   training on them (mean of its seeds); the mean over the valued seeds.
-// - lds_sizes/<quality>: the same over the subsets of random sizes, with the mean of their photos' scores: trainings of
+// - lds_sizes/<outcome>: the same over the subsets of random sizes, with the mean of their photos' scores: trainings of
 //   equal steps share these among the photos, so that a photo's part falls with the number of photos.
-// - lds_mean/<quality>, lds_sizes_mean/<quality>: the LDS of the mean scores of all valued seeds.
-// - lds_gain/<quality>, lds_sizes_gain/<quality>: the LDS of a method less that of the reference scorer.
+// - lds_mean/<outcome>, lds_sizes_mean/<outcome>: the LDS of the mean scores of all valued seeds.
+// - lds_gain/<outcome>, lds_sizes_gain/<outcome>: the LDS of a method less that of the reference scorer.
 // - of "subset_worth" (with worths, one per truth): each subset as a regression over the other subsets predicts it; the
 //   LDS within reach of a linear score.
 // - of "noise ceiling", and agreement_lds/, agreement_lds_sizes/: see outcomes.h.

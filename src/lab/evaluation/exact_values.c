@@ -39,12 +39,12 @@ static void find_values(const double *game, uint32_t photo_count, uint32_t photo
     values[VW_EXACT_LEAVE_ONE_OUT] = game[all] - game[all ^ bit];
 }
 
-static void list_game(const struct vw_subsets *subsets, enum vw_quality quality, uint32_t seed, double *game) {
+static void list_game(const struct vw_subsets *subsets, enum vw_outcome outcome, uint32_t seed, double *game) {
     for (uint32_t i = 0; i < subsets->count; i++) {
         uint32_t mask = 0;
         for (uint32_t j = subsets->offsets[i]; j < subsets->offsets[i + 1]; j++)
             mask |= UINT32_C(1) << subsets->places[j];
-        game[mask] = vw_quality_of(&subsets->results[(size_t)i * subsets->seed_count + seed], quality);
+        game[mask] = vw_outcome_of(&subsets->results[(size_t)i * subsets->seed_count + seed], outcome);
     }
 }
 
@@ -85,7 +85,7 @@ enum vw_status vw_evaluate_exact_values(const struct vw_evaluation *evaluation, 
         snprintf(group, sizeof group, "exact_%s", vw_exact_value_name((enum vw_exact_value)i));
         for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++) {
             const struct vw_photo_values values = {.group = group,
-                                                   .name = vw_quality_name(vw_truths[truth]),
+                                                   .name = vw_outcome_name(vw_truths[truth]),
                                                    .values = exact->values[truth][i],
                                                    .seed_count = exact->seed_count};
             status = vw_evaluate_photo_values(evaluation, &values, metrics);

@@ -19,7 +19,7 @@ enum vw_agreement_measure {
     VW_AGREEMENT_SPEARMAN,         // rho: r of the ranks, ties share their mean
     VW_AGREEMENT_TRIMMED_PEARSON,  // r without the two most extreme photos
     VW_AGREEMENT_CLEAN_PEARSON,    // r within the clean photos
-    VW_AGREEMENT_CLEAN_SPEARMAN,   // rho likewise
+    VW_AGREEMENT_CLEAN_SPEARMAN,   // rho of the same
     VW_AGREEMENT_POSITIVE_JACCARD, // photos positive in both runs / photos positive in either, [0,1]
     VW_AGREEMENT_SAME_SIGN,        // share of photos that both runs call positive, or neither, [0,1]
     VW_AGREEMENT_SIGN_KAPPA, // the same beyond chance: Cohen's kappa (J. Cohen, "A coefficient of agreement for nominal

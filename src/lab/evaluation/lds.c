@@ -10,7 +10,7 @@
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/worth_regression.h"
 
-// The target of the predictions: one quality of the subsets of a range.
+// The target of the predictions: one outcome of the subsets of a range.
 struct study {
     const struct vw_evaluation *evaluation;
     const struct vw_subsets *subsets;
@@ -20,7 +20,7 @@ struct study {
     uint16_t *times;     // counts in the resamples
     double *predictions; // scratch: [kept]
     double *values;      // scratch: [1 + VW_RESAMPLES]
-    double *reference;   // likewise: the LDS of the reference scorer; NULL without one
+    double *reference;   // scratch, too: the LDS of the reference scorer; NULL without one
 };
 
 static double predict(const struct study *study, const double *scores, uint32_t kept) {
@@ -144,17 +144,17 @@ static enum vw_status evaluate_study(struct study *study, const struct vw_worths
 }
 
 static enum vw_status evaluate_range(const struct vw_evaluation *evaluation, const struct vw_subsets *subsets,
-                                     bool halves, enum vw_quality quality, const struct vw_worths *worths,
+                                     bool halves, enum vw_outcome outcome, const struct vw_worths *worths,
                                      struct vw_metrics *metrics) {
     struct study study = {.evaluation = evaluation,
                           .subsets = subsets,
                           .group = halves ? "lds" : "lds_sizes",
                           .mean_group = halves ? "lds_mean" : "lds_sizes_mean",
                           .gain_group = halves ? "lds_gain" : "lds_sizes_gain",
-                          .name = vw_quality_name(quality),
+                          .name = vw_outcome_name(outcome),
                           .by_mean = !halves};
     enum vw_status status =
-        vw_outcomes_of_subsets(subsets, halves ? subsets->halves : subsets->sizes, quality, &study.outcomes);
+        vw_outcomes_of_subsets(subsets, halves ? subsets->halves : subsets->sizes, outcome, &study.outcomes);
     if (!status && study.outcomes.count > 2) status = evaluate_study(&study, worths, metrics);
     vw_outcomes_free(&study.outcomes);
     free(study.times);

@@ -23,7 +23,7 @@ static void take_results(const struct vw_retrain_result *results, struct vw_left
             const struct vw_retrain_result *all = results + (size_t)seed * of_seed;
             for (uint32_t i = 0; i < photos; i++)
                 left_out->worths[truth][(size_t)seed * photos + i] =
-                    vw_quality_of(all, vw_truths[truth]) - vw_quality_of(all + 1 + i, vw_truths[truth]);
+                    vw_outcome_of(all, vw_truths[truth]) - vw_outcome_of(all + 1 + i, vw_truths[truth]);
         }
 }
 
@@ -60,7 +60,7 @@ enum vw_status vw_evaluate_leave_one_out(const struct vw_evaluation *evaluation,
     enum vw_status status = VW_OK;
     for (uint32_t truth = 0; !status && truth < VW_TRUTH_COUNT; truth++) {
         const struct vw_photo_values values = {.group = "leave_one_out",
-                                               .name = vw_quality_name(vw_truths[truth]),
+                                               .name = vw_outcome_name(vw_truths[truth]),
                                                .values = left_out->worths[truth],
                                                .seed_count = left_out->seed_count};
         status = vw_evaluate_photo_values(evaluation, &values, metrics);

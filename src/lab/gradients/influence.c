@@ -14,8 +14,8 @@ static double bias_correction(double beta, double visits) { return 1.0 - pow(bet
 static double rate_of(const struct vw_influence *influence, double moment2, double visits) {
     const struct vw_trainer_parts *context = influence->gradient_replay.replay.context;
     const struct vw_specialization *s = &context->field->model->specialization;
-    double rate =
-        context->config->learning_rate * vw_model_rate_of_step(context->field->model, influence->gradient_replay.step);
+    double rate = context->config->learning_rate *
+                  vw_model_rate_factor_of_step(context->field->model, influence->gradient_replay.step);
     if (context->config->optimizer == VW_OPTIMIZER_SGD) return rate;
     if (visits == 0.0) return 0.0; // nothing is known of it, and training has never moved it
     return rate / (sqrt(moment2 / bias_correction(s->beta2, visits)) + (double)s->gradient_quantum * s->inverse_rays);

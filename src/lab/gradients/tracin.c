@@ -12,7 +12,7 @@ static enum vw_status find_gradient(const struct vw_gradient_replay *gradient_re
 static enum vw_status add_checkpoint(struct vw_gradient_replay *gradient_replay, uint64_t step,
                                      struct vw_photo_products *products, struct vw_tracin_score *scores) {
     const struct vw_trainer_parts *context = gradient_replay->replay.context;
-    double rate = context->config->learning_rate * vw_model_rate_of_step(context->field->model, step + 1);
+    double rate = context->config->learning_rate * vw_model_rate_factor_of_step(context->field->model, step + 1);
     enum vw_status status = vw_gradient_replay_go_to(gradient_replay, step);
     if (!status) status = find_gradient(gradient_replay);
     if (!status) status = vw_gradient_replay_try_photos(gradient_replay, step + 1, products);

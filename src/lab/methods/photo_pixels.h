@@ -14,7 +14,7 @@ struct vw_photo_pixels {
     double contrast;   // standard deviation of the luminance
     double sharpness;  // variance of its Laplacian (Pech-Pacheco et al., ICPR 2000): low in blurred photos, high in
                        // noisy ones; 0 below 3 pixels of width or height
-    double noise;      // standard deviation of the noise (Immerkaer, CVIU 1996); 0 likewise
+    double noise;      // standard deviation of the noise (Immerkaer, CVIU 1996); 0 as above
     float thumbnail[VW_THUMBNAIL_VALUES]; // RGB in [0,1], rows top to bottom: means of some pixels of every cell
 };
 

@@ -28,7 +28,7 @@ bool vw_is_method_and_budget(const char *name) {
 
 // ---- Cost ----
 
-// Stands between a method and its retrainings.
+// Passes on calls between a method and its retrainings.
 struct meter {
     const struct vw_retraining_input *input;
     struct vw_retraining_cost cost;

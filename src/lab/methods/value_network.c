@@ -7,7 +7,7 @@
 #include "base/random.h"
 
 enum { HIDDEN = 16 };
-// As in the paper's code; a logit of its own moves with no other photo's, and so may move further.
+// The paper's code has these; a logit of its own moves with no other photo's, and so may move further.
 static const double RATE = 0.01, FREE_RATE = 0.05, BETA1 = 0.9, BETA2 = 0.999, EPSILON = 1e-8;
 
 // Returns the offset of a hidden unit's weights; its bias follows them.

@@ -152,7 +152,7 @@ static void mark_failed(struct import *import) {
     vw_error_restore(&why);
 }
 
-static enum vw_status tell(struct import *import, struct vw_import_result *result) {
+static enum vw_status fill_result(struct import *import, struct vw_import_result *result) {
     struct vw_ledger_run run;
     enum vw_status status = vw_ledger_get_run(import->ledger, &run);
     if (status) return status;
@@ -178,7 +178,7 @@ enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_i
     if (!status) status = create_ledger(&import);
     if (!status) status = record(&import);
     if (status && import.ledger) mark_failed(&import);
-    if (!status) status = tell(&import, result);
+    if (!status) status = fill_result(&import, result);
     if (!status) status = vw_checksums_write(params->out, import.ledger, &import.made);
     close_import(&import);
     return status;

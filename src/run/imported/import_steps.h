@@ -11,7 +11,7 @@
 
 struct vw_import_params {
     const char *log;                // the CSV file
-    const char *out;                // must not hold a run yet
+    const char *out;                // must not contain a run yet
     const struct vw_config *config; // burn_in_epochs and beta1 are read
 };
 
@@ -23,8 +23,8 @@ struct vw_import_result {
 };
 
 // Checks the whole log first, then writes OUT/ledger.db and OUT/scores.csv. Warns of steps without values and of
-// missing scores. VW_ERROR_INPUT names the line of the log; VW_ERROR_USAGE when OUT holds a run. `*result` is untouched
-// on failure; free it by vw_import_result_free().
+// missing scores. VW_ERROR_INPUT names the line of the log; VW_ERROR_USAGE when OUT contains a run. `*result` is
+// untouched on failure; free it by vw_import_result_free().
 enum vw_status vw_import_make(const struct vw_import_params *params, struct vw_import_result *result);
 void vw_import_result_free(struct vw_import_result *result);
 

@@ -93,8 +93,8 @@ static enum vw_status check_kept(const struct vw_lasting_file *file, const uint8
                    file->out, VW_LASTING_CREDITS_FILE);
 }
 
-static enum vw_status take(const struct vw_lasting_file *file, const uint8_t *bytes, size_t size_bytes,
-                           const char *header, const struct vw_lasting_rows *credits, uint64_t *first_step) {
+static enum vw_status read_credits(const struct vw_lasting_file *file, const uint8_t *bytes, size_t size_bytes,
+                                   const char *header, const struct vw_lasting_rows *credits, uint64_t *first_step) {
     uint8_t hash[VW_HASH_BYTES], whole[VW_HASH_BYTES];
     size_t header_bytes = strlen(header), frame_bytes = header_bytes + VW_HASH_BYTES;
     bool known = size_bytes > frame_bytes && memcmp(bytes, header, header_bytes) == 0 &&
@@ -127,7 +127,7 @@ enum vw_status vw_lasting_file_load(const struct vw_lasting_file *file, const st
     if (!header) return VW_ERROR_MEMORY;
     size_t most_bytes = strlen(header) + VW_HASH_BYTES + (size_t)file->steps * row_bytes(file);
     enum vw_status status = vw_file_read_inside(file->out, VW_LASTING_CREDITS_FILE, most_bytes, &bytes, &size_bytes);
-    if (!status) status = take(file, bytes, size_bytes, header, credits, first_step);
+    if (!status) status = read_credits(file, bytes, size_bytes, header, credits, first_step);
     free(bytes);
     free(header);
     return status;

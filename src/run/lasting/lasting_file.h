@@ -1,5 +1,5 @@
 // The credits of a backward pass that was stopped, as a file in OUT: a line that names format, run and settings, the
-// credits of the last steps of the run, in order, those of validation photos likewise, and a SHA-256 of everything
+// credits of the last steps of the run, in order, also those of validation photos, and a SHA-256 of everything
 // before it.
 #ifndef VIEWWORTH_RUN_LASTING_LASTING_FILE_H
 #define VIEWWORTH_RUN_LASTING_LASTING_FILE_H

@@ -39,7 +39,7 @@ struct vw_attribution {
     struct vw_payout_request request;
     enum vw_payout_outcome outcome;
     struct vw_payouts payouts;    // empty unless asked for
-    uint32_t advised_retrainings; // for a payout, where there is no worth or nobody is told apart; 0: unknown
+    uint32_t advised_retrainings; // for a payout, where there is no worth or no one is told apart; 0: unknown
     struct vw_duplicate_score *duplicates;
     uint32_t duplicate_count;
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned

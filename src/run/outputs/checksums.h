@@ -1,6 +1,6 @@
 // OUT/SHA256SUMS: the list of the result files of a finished run, as `sha256sum -c` reads it. Its first line is a
 // comment with the chain head of the ledger. Whoever signs the list signs the run. A command lists the files that it
-// has made, or compared with what they should be, by the bytes that it had in hand: never what stands in OUT meanwhile.
+// has made, or compared with what they should be, by the bytes that it had in hand: never by what is in OUT meanwhile.
 #ifndef VIEWWORTH_RUN_OUTPUTS_CHECKSUMS_H
 #define VIEWWORTH_RUN_OUTPUTS_CHECKSUMS_H
 

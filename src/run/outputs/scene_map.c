@@ -64,7 +64,7 @@ enum vw_status vw_scene_map_write(const struct vw_scene *scene, const char *out,
 
 // ---- Reading -------------------------------------------------------------------------------------------------------
 
-// Tells whether a list has `count` triples of numbers; null stands for a number that is not finite.
+// Tells whether a list has `count` triples of numbers; null means a number that is not finite.
 static bool has_triples(const json_t *map, const char *key, size_t count) {
     const json_t *array = json_object_get(map, key);
     bool fits = json_is_array(array) && json_array_size(array) == 3 * count;

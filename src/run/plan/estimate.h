@@ -10,7 +10,7 @@
 #include "viewworth/train.h"
 
 struct vw_estimate {
-    char missing[200]; // why there is no estimate; "" when there is one, and only host_bytes holds otherwise
+    char missing[200]; // why there is no estimate; "" when there is one, and only host_bytes is valid otherwise
     char device[256];  // that the steps were measured on
     uint64_t param_count, device_bytes;
     uint64_t host_bytes; // for photos, masks, points and tracks

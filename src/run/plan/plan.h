@@ -17,7 +17,7 @@
 
 struct vw_plan {
     double started_s; // vw_now_s() when the run was opened
-    json_t *record;   // owned; what run.plan_json holds; NULL: nothing was chosen
+    json_t *record;   // owned; the content of run.plan_json; NULL: nothing was chosen
     char *json;       // owned; the same as text
     double budget_s;  // 0: the epochs are settled, and no clock is read
     double spent_s;   // part of the budget that earlier commands spent

@@ -1,4 +1,4 @@
-// The run that a folder holds, opened from its ledger.
+// The run of a folder, opened from its ledger.
 #ifndef VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 #define VIEWWORTH_RUN_RECORDED_RECORDED_RUN_H
 
@@ -38,7 +38,7 @@ enum vw_status vw_recorded_open_scene(struct vw_recorded_run *run, const char *d
 // index of its views.
 enum vw_status vw_recorded_check_images(struct vw_recorded_run *run);
 // Loads the field that the run ended with (OUT/field.vwf) into a trainer that takes no steps. Needs an open scene.
-// VW_ERROR_INPUT for another file than the one whose hash the ledger holds.
+// VW_ERROR_INPUT for another file than the one whose hash the ledger has.
 // Destroy the trainer also after a failure, before the run is closed.
 enum vw_status vw_recorded_load_field(const struct vw_recorded_run *run, struct vw_trainer **trainer);
 void vw_recorded_close(struct vw_recorded_run *run);

@@ -131,7 +131,7 @@ static enum vw_status vw_trainer_render_view(const struct rendering *rendering, 
     return status;
 }
 
-static enum vw_status tell(const struct rendering *rendering, uint32_t view, struct vw_rendered_view *rendered) {
+static enum vw_status fill_result(const struct rendering *rendering, uint32_t view, struct vw_rendered_view *rendered) {
     const struct vw_view *of_view = &rendering->run.scene->views[view];
     rendered->view = vw_copy_text(of_view->name);
     rendered->split = of_view->split;
@@ -152,7 +152,7 @@ enum vw_status vw_render_view(const struct vw_render_params *params, struct vw_r
     if (!status) status = lock_target(params, &lock);
     if (!status) status = open_rendering(params, &rendering);
     if (!status) status = choose_view(&rendering, &view);
-    if (!status) status = tell(&rendering, view, rendered);
+    if (!status) status = fill_result(&rendering, view, rendered);
     if (!status) {
         rendered->image_path = name_target(&rendering, view);
         status = rendered->image_path

@@ -242,7 +242,7 @@ static void list_proofs(const struct vw_verify_params *params, struct vw_verific
         params->expect ? "--expect" : "nothing without --expect or a signature of " VW_CHECKSUMS_FILE);
 }
 
-static void tell(struct checks *checks, const struct vw_verify_params *params, struct vw_verification *made) {
+static void fill_result(struct checks *checks, const struct vw_verify_params *params, struct vw_verification *made) {
     struct vw_recorded_run *run = &checks->run;
     uint64_t rows = vw_ledger_next_step(run->ledger);
     made->ledger_path = run->ledger_path;
@@ -261,7 +261,7 @@ enum vw_status vw_run_verify(const struct vw_verify_params *params, struct vw_ve
     struct checks checks = {0};
     struct vw_verification made = {0};
     enum vw_status status = check_all(params, &checks, &made);
-    if (!status) tell(&checks, params, &made);
+    if (!status) fill_result(&checks, params, &made);
     if (!status) *verification = made;
     else vw_checksums_found_free(&made.list);
     vw_scoring_free(&checks.scores.computed);

@@ -37,7 +37,7 @@ struct vw_verification {
     uint32_t score_count;
     struct vw_verify_item items[VW_VERIFY_ITEMS_MAX];
     uint32_t item_count;
-    struct vw_checksums_found list; // names what OUT holds beside the files of SHA256SUMS
+    struct vw_checksums_found list; // names what OUT contains beside the files of SHA256SUMS
 };
 
 // Recomputes every hash and score, the identity, and the tables that follow from the ledger; compares the field with

@@ -10,7 +10,7 @@
 
 struct vw_kept_file {
     const char *name; // static
-    bool bound;       // the ledger holds its hash, or those of all rows in it
+    bool bound;       // the ledger contains its hash, or those of all rows in it
 };
 enum { VW_KEPT_FILES_MAX = 8 };
 

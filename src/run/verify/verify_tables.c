@@ -73,7 +73,7 @@ static void free_provided(struct provided_images *provided) {
 struct derived {
     struct vw_csv_text made;
     double tolerance;                   // by which numbers may differ that a C library computes; 0: not at all
-    uint32_t first_number, last_number; // columns that it holds for; all others are text, and compared as such
+    uint32_t first_number, last_number; // columns that are compared with tolerance; all others are text
 };
 static const double SAME = 1e-9, CENT = 0.01 + 1e-6;
 enum { FIRST_VIEW = 4, FIRST_END = 7 }; // columns: the means of the matrix; the ends of a payout's interval
@@ -225,7 +225,7 @@ static const struct table {
 
 // ---- Comparison ----------------------------------------------------------------------------------------------------
 
-// A field as it stands in the text, quotes included.
+// The raw text of a field, with its quotes.
 struct field {
     const char *text;
     size_t length;

@@ -31,7 +31,7 @@ static void refuse_end(struct bytes *bytes, const char *field) {
                             field, (size_t)(bytes->end - bytes->begin));
 }
 
-static void take(struct bytes *bytes, const char *field, void *value, size_t size_bytes) {
+static void read_bytes(struct bytes *bytes, const char *field, void *value, size_t size_bytes) {
     if (left(bytes) < size_bytes) refuse_end(bytes, field);
     if (bytes->status) {
         memset(value, 0, size_bytes);
@@ -45,21 +45,21 @@ static void take(struct bytes *bytes, const char *field, void *value, size_t siz
 #error "COLMAP's numbers are taken as they lie in memory, which must be little-endian"
 #endif
 
-static uint32_t take_u32(struct bytes *bytes, const char *field) {
+static uint32_t read_u32(struct bytes *bytes, const char *field) {
     uint32_t value;
-    take(bytes, field, &value, sizeof value);
+    read_bytes(bytes, field, &value, sizeof value);
     return value;
 }
 
-static uint64_t take_u64(struct bytes *bytes, const char *field) {
+static uint64_t read_u64(struct bytes *bytes, const char *field) {
     uint64_t value;
-    take(bytes, field, &value, sizeof value);
+    read_bytes(bytes, field, &value, sizeof value);
     return value;
 }
 
 // Reads the number of records that follow, each of at least `record_bytes`.
 static uint64_t take_count(struct bytes *bytes, const char *field, size_t record_bytes) {
-    uint64_t count = take_u64(bytes, field);
+    uint64_t count = read_u64(bytes, field);
     if (!bytes->status && count > left(bytes) / record_bytes)
         bytes->status =
             vw_fail(VW_ERROR_INPUT, "field %s is %" PRIu64 " but only %zu bytes follow; copy or export the file again",
@@ -79,16 +79,16 @@ static const char *take_text(struct bytes *bytes, const char *field) {
 // ---- Records ----
 
 static enum vw_status read_camera(struct bytes *bytes, struct colmap_builder *builder) {
-    uint32_t id = take_u32(bytes, "camera_id");
-    int32_t model_id = (int32_t)take_u32(bytes, "model_id");
-    uint64_t width_px = take_u64(bytes, "width"), height_px = take_u64(bytes, "height");
+    uint32_t id = read_u32(bytes, "camera_id");
+    int32_t model_id = (int32_t)read_u32(bytes, "model_id");
+    uint64_t width_px = read_u64(bytes, "width"), height_px = read_u64(bytes, "height");
     const struct colmap_camera_model *model;
     double params[COLMAP_PARAMS_MAX] = {0};
     struct vw_camera camera;
     if (bytes->status) return bytes->status;
     enum vw_status status = colmap_camera_model_by_id(id, model_id, &model);
     if (!status) {
-        take(bytes, "params", params, colmap_camera_param_count(model) * sizeof params[0]);
+        read_bytes(bytes, "params", params, colmap_camera_param_count(model) * sizeof params[0]);
         status = bytes->status;
     }
     if (!status) status = colmap_camera_make(id, model, width_px, height_px, params, &camera);
@@ -100,18 +100,18 @@ static enum vw_status read_features(struct bytes *bytes, struct colmap_builder *
     enum vw_status status = bytes->status;
     for (uint64_t i = 0; !status && i < count; i++) {
         double position_px[2];
-        take(bytes, "points2D", position_px, sizeof position_px);
-        take_u64(bytes, "point3D_id"); // the tracks have the same information
+        read_bytes(bytes, "points2D", position_px, sizeof position_px);
+        read_u64(bytes, "point3D_id"); // the tracks have the same information
         status = colmap_add_feature(builder, position_px[0], position_px[1]);
     }
     return status;
 }
 
 static enum vw_status read_image(struct bytes *bytes, struct colmap_builder *builder) {
-    struct colmap_image_fields fields = {.id = take_u32(bytes, "image_id")};
-    take(bytes, "quaternion", fields.rotation, sizeof fields.rotation);
-    take(bytes, "translation", fields.translation, sizeof fields.translation);
-    fields.camera_id = take_u32(bytes, "camera_id");
+    struct colmap_image_fields fields = {.id = read_u32(bytes, "image_id")};
+    read_bytes(bytes, "quaternion", fields.rotation, sizeof fields.rotation);
+    read_bytes(bytes, "translation", fields.translation, sizeof fields.translation);
+    fields.camera_id = read_u32(bytes, "camera_id");
     fields.name = take_text(bytes, "name");
     enum vw_status status = bytes->status;
     if (!status) status = colmap_add_image(builder, &fields);
@@ -119,15 +119,15 @@ static enum vw_status read_image(struct bytes *bytes, struct colmap_builder *bui
 }
 
 static enum vw_status read_point(struct bytes *bytes, struct colmap_builder *builder) {
-    struct colmap_point_fields fields = {.id = take_u64(bytes, "point3D_id")};
-    take(bytes, "xyz", fields.position_world, sizeof fields.position_world);
-    take(bytes, "rgb", fields.rgb, sizeof fields.rgb);
-    take(bytes, "error", &fields.error_px, sizeof fields.error_px);
+    struct colmap_point_fields fields = {.id = read_u64(bytes, "point3D_id")};
+    read_bytes(bytes, "xyz", fields.position_world, sizeof fields.position_world);
+    read_bytes(bytes, "rgb", fields.rgb, sizeof fields.rgb);
+    read_bytes(bytes, "error", &fields.error_px, sizeof fields.error_px);
     uint64_t track_count = take_count(bytes, "track_length", TRACK_BYTES);
     enum vw_status status = bytes->status;
     if (!status) status = colmap_add_point(builder, &fields);
     for (uint64_t i = 0; !status && i < track_count; i++) {
-        uint32_t image_id = take_u32(bytes, "track"), feature = take_u32(bytes, "track");
+        uint32_t image_id = read_u32(bytes, "track"), feature = read_u32(bytes, "track");
         status = colmap_add_track(builder, image_id, feature);
     }
     return status;

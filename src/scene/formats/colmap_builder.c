@@ -12,7 +12,7 @@
 
 static const double NORM_TOLERANCE = 1e-3; // for a quaternion's length; COLMAP writes 17 digits, hand-made models fewer
 
-// As in transforms.json: sums and products of larger numbers would overflow or lose precision.
+// The limits of transforms.json: sums and products of larger numbers would overflow or lose precision.
 static const double POSITION_LIMIT_WORLD = VW_POSITION_MOST_WORLD, FEATURE_LIMIT_PX = 1e9;
 
 // Returns false also for NaN.

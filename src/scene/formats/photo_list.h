@@ -17,7 +17,7 @@ struct vw_listed_photo {
 
 struct vw_photo_list {
     const char *scene_path;               // as in vw_scene_params; NULL: no scene, which gives a plain list
-    const char *scene_format;             // likewise
+    const char *scene_format;             // as in vw_scene_params, too
     const struct vw_listed_photo *photos; // all views of the scene, in its order
     uint32_t photo_count;
     const char *to; // file or folder to write; must not exist, except for a folder without files of these names

@@ -27,27 +27,27 @@ static enum vw_status refuse_unknown(const struct reading *reading, uint32_t lin
 }
 
 // Chooses a photo if it is a train photo.
-static void take(const struct reading *reading, const struct vw_view *view) {
+static void add_photo(const struct reading *reading, const struct vw_view *view) {
     if (view->split == VW_SPLIT_TRAIN) reading->chosen[view - reading->scene->views] = true;
     else ++*reading->passed_over;
 }
 
 // ---- Names, one a line ----
 
-static enum vw_status take_name(void *context, int line, const char *name) {
+static enum vw_status add_name(void *context, int line, const char *name) {
     const struct reading *reading = context;
     const struct vw_view *view = vw_scene_find_named(reading->scene, name);
     if (!view) return refuse_unknown(reading, (uint32_t)line, name);
     if (view->split != VW_SPLIT_TRAIN)
         return vw_fail(VW_ERROR_INPUT, "%s:%d: %s is not a train photo, its split is %s; remove the line",
                        reading->path, line, name, vw_split_name(view->split));
-    take(reading, view);
+    add_photo(reading, view);
     return VW_OK;
 }
 
 static enum vw_status read_names(struct reading *reading) {
     uint32_t count;
-    return vw_names_read(reading->path, take_name, reading, &count);
+    return vw_names_read(reading->path, add_name, reading, &count);
 }
 
 // ---- A NeRF-W TSV ----
@@ -58,7 +58,7 @@ static enum vw_status read_tsv(const struct reading *reading) {
     for (size_t i = 0; !status && i < tsv.row_count; i++) {
         if (tsv.rows[i].test || !tsv.rows[i].has_id) continue;
         const struct vw_view *view = vw_scene_find_named(reading->scene, tsv.rows[i].name);
-        if (view) take(reading, view);
+        if (view) add_photo(reading, view);
         else ++*reading->passed_over;
     }
     vw_tsv_clear(&tsv);
@@ -74,7 +74,7 @@ static const struct vw_view *find_framed(const struct vw_scene *scene, const cha
     return view;
 }
 
-static enum vw_status take_frame(const struct reading *reading, size_t place, const json_t *frame) {
+static enum vw_status add_frame(const struct reading *reading, size_t place, const json_t *frame) {
     const char *name = json_string_value(json_object_get(frame, "file_path"));
     if (!name)
         return vw_fail(VW_ERROR_INPUT, "%s: frame %zu: field file_path is missing or not a text", reading->path, place);
@@ -82,7 +82,7 @@ static enum vw_status take_frame(const struct reading *reading, size_t place, co
     if (!view)
         return vw_fail(VW_ERROR_INPUT, "%s: frame %zu (%s) is not in the scene; give a file that was written for it",
                        reading->path, place, vw_text_is_clean(name) ? name : "its name has control characters");
-    take(reading, view);
+    add_photo(reading, view);
     return VW_OK;
 }
 
@@ -94,14 +94,14 @@ static enum vw_status read_transforms(const struct reading *reading) {
     if (!json_is_array(frames))
         status = vw_fail(VW_ERROR_INPUT, "%s: field frames is missing; give a transforms file", reading->path);
     for (size_t i = 0; !status && i < json_array_size(frames); i++)
-        status = take_frame(reading, i, json_array_get(frames, i));
+        status = add_frame(reading, i, json_array_get(frames, i));
     json_decref(file);
     return status;
 }
 
 // ---- Scores ----
 
-static enum vw_status take_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
+static enum vw_status add_score(const struct reading *reading, const struct vw_csv *csv, double least, bool *scored) {
     if (csv->field_count != 2)
         return vw_fail(VW_ERROR_INPUT, "%s:%u: there must be two fields; write name,score", csv->path, csv->line);
     const char *name = csv->fields[0];
@@ -115,7 +115,7 @@ static enum vw_status take_score(const struct reading *reading, const struct vw_
     if (scored[view - reading->scene->views])
         return vw_fail(VW_ERROR_INPUT, "%s:%u: %s has a score already; keep one row of it", csv->path, csv->line, name);
     scored[view - reading->scene->views] = true;
-    if (score >= least) take(reading, view);
+    if (score >= least) add_photo(reading, view);
     else ++*reading->passed_over;
     return VW_OK;
 }
@@ -129,7 +129,7 @@ static enum vw_status read_scores(const struct reading *reading, double least) {
     if (!status &&
         (!found || csv.field_count != 2 || strcmp(csv.fields[0], "name") != 0 || strcmp(csv.fields[1], "score") != 0))
         status = vw_fail(VW_ERROR_INPUT, "%s:1: the header must be name,score; add it", reading->path);
-    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = take_score(reading, &csv, least, scored);
+    while (!status && !(status = vw_csv_next(&csv, &found)) && found) status = add_score(reading, &csv, least, scored);
     vw_csv_close(&csv);
     free(scored);
     return status;

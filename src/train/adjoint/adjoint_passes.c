@@ -214,7 +214,7 @@ static enum vw_status create_step_passes(struct vw_adjoint_passes *backward) {
 
 static enum vw_status create_view_passes(struct vw_adjoint_passes *backward) {
     const struct vw_validation *validation = backward->context->validation;
-    // As validation is measured (decision 1: no jitter, no skipping, no photo's code, everything visible), with
+    // Passes as validation has them (decision 1: no jitter, no skipping, no photo's code, everything visible), with
     // activations stored.
     struct vw_specialization of_views = vw_effects_specialise_validation(model_of(backward));
     of_views.loss = LOSS_GIVEN;

@@ -59,7 +59,7 @@ struct vw_adjoint_params {
     uint32_t submission_steps; // rows for so many
     bool psnr_alone;           // no other measure than validation PSNR
     bool by_view;              // also the PSNR of each single validation view; without psnr_alone
-    // For the adjoints of single views on the device: where they take more, they lie in host memory. Changes no bit.
+    // Memory for the adjoints of single views on the device: more lie in host memory. Changes no bit.
     uint64_t views_memory_bytes;
 };
 // Returns VW_ERROR_USAGE and names the reason for a training that the backward pass cannot go back over: with half

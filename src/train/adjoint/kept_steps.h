@@ -10,7 +10,7 @@ struct vw_kept_steps {
     struct vw_gpu_objects objects;     // owned: all that follow
     struct vw_buffer *params;          // capacity + 1 blocks, see adjoint_passes.h
     struct vw_buffer *gradients;       // capacity blocks
-    struct vw_buffer *moments;         // likewise; NULL without momentum
+    struct vw_buffer *moments;         // capacity blocks, too; NULL without momentum
     struct vw_buffer *occupancy;       // capacity times field->occupancy; NULL without it
 };
 

@@ -17,7 +17,7 @@ static enum vw_status create_buffers(const struct vw_step_passes *step, struct v
     uint64_t rays = it->padded_rays, columns = step->field->model->moved_columns;
     const struct vw_buffer_row buffers[] = {
         {&it->rays, "picture_rays", sizeof(struct vw_ray) * rays},
-        {&it->ray_loss, "picture_ray_loss", sizeof(float) * rays}, // nobody reads it
+        {&it->ray_loss, "picture_ray_loss", sizeof(float) * rays}, // unread
         {&it->colours, "picture_colours", sizeof(vw_float4) * rays},
         {&it->d_sky, "picture_d_sky", step->effect_buffers[VW_SLOT_D_SKY] ? sizeof(vw_float4) * rays : 0},
         // 0 where this loss has no gradient
@@ -25,7 +25,7 @@ static enum vw_status create_buffers(const struct vw_step_passes *step, struct v
         {&it->thumbnail, "picture_thumbnail", sizeof(vw_float4) * THUMBNAIL_PIXELS},
         {&it->encoder_rows, "picture_encoder_rows", sizeof(vw_float4) * ENCODER_ROWS},
         {&it->d_encoder_rows, "picture_d_encoder_rows", sizeof(vw_float4) * ENCODER_ROW_MEAN},
-        {&it->code_shift, // nobody reads it
+        {&it->code_shift, // unread
          "picture_code_shift", vw_buffer_size_bytes(step->field->effect_buffers[VW_SLOT_CODE_SHIFT])},
     };
     return vw_buffers_create(&it->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));

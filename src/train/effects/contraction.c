@@ -1,6 +1,6 @@
 // The inner region is a ball around what cameras and points have in common: its centre lies midway between the median
 // camera and the median of the points nearer to it than half of them, its radius reaches nearly all cameras and half of
-// the points. So it holds a courtyard with its cameras as well as a facade that all cameras face, however far the
+// the points. So it contains a courtyard with its cameras as well as a facade that all cameras face, however far the
 // horizon is. Medians and quantiles, since one camera that was placed wrongly, or points at the horizon, must not
 // shrink everything else.
 //

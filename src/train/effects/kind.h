@@ -5,8 +5,8 @@
 //
 // Outside effects/, these files of train/ name an effect: fields/hash.c (transient, occupancy), fields/mlp.c
 // (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
-// occupancy, sky, background, unbounded, wide_box), step_costs.c and step_passes.c (transient). run/finish.c names
-// pose.
+// occupancy, sky, background, unbounded, wide_box), step_costs.c and step_passes.c (transient), adjoint/kept_steps.c
+// (occupancy). The list is of train/ only.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 
@@ -55,7 +55,7 @@ struct vw_effect_sets {
 
 enum vw_effect_adjoint {
     VW_ADJOINT_FOLLOWS, // lasting credit goes back to its columns, and to the ranges that are gathered
-    VW_ADJOINT_HOLDS,   // it holds them fixed
+    VW_ADJOINT_HOLDS,   // it keeps them fixed
     VW_ADJOINT_REFUSES, // it cannot be computed with the effect on
 };
 

@@ -3,7 +3,7 @@
 // shaders/effects/visibility/visibility.glsl). update_weights moves the network with all other weights; codes are lazy.
 //   predict_visibility: how visible each ray is -> backward_rays: the loss and its slope, times that ->
 //   gradient_visibility, reduce_visibility: the network's gradient -> update_visibility: the photo's code
-// Only training uses it. Lasting credit holds what is visible fixed: it leaves out how a step changes it for later
+// Only training uses it. Lasting credit keeps what is visible fixed: it leaves out how a step changes it for later
 // steps.
 #include "train/effects/visibility.h"
 

@@ -1,5 +1,5 @@
-// The effect `wide_box`: a box around the scene's own that holds nearly all that photos see. The scene's box leaves out
-// the farthest points, which gives near content more of the field.
+// The effect `wide_box`: a box around the scene's own that contains nearly all that photos see. The scene's box leaves
+// out the farthest points, which gives near content more of the field.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_WIDE_BOX_H
 #define VIEWWORTH_TRAIN_EFFECTS_WIDE_BOX_H
 

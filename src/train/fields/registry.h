@@ -62,10 +62,10 @@ struct vw_field_kind {
     // Creates a set whose specialization is set.
     enum vw_status (*create_passes)(const struct vw_radiance_field *field, const struct vw_field_pass_params *params,
                                     struct vw_field_passes *passes);
-    // From VW_SLOT_RAYS to VW_SLOT_FIELD.
+    // Reads VW_SLOT_RAYS and writes VW_SLOT_FIELD.
     void (*record_forward)(const struct vw_model *model, const struct vw_field_passes *passes,
                            struct vw_submission *submission, const struct vw_field_chunk *chunk);
-    // From VW_SLOT_D_FIELD to VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
+    // Reads VW_SLOT_D_FIELD and writes VW_SLOT_D_WEIGHTS and VW_SLOT_D_GRID.
     void (*record_backward)(const struct vw_model *model, const struct vw_field_passes *passes,
                             struct vw_submission *submission, const struct vw_field_chunk *chunk);
     // Lists what these passes load, store and multiply (pass_costs.h).

@@ -1,4 +1,4 @@
-// Outcomes of retrainings: one quality of several trainings (of subsets, or without single photos), with several seeds
+// Outcomes of retrainings: one outcome of several trainings (of subsets, or without single photos), with several seeds
 // each. Trainings without a value are left out. And how reliable these outcomes are, which limits every score.
 #ifndef VIEWWORTH_VALUE_EVALUATION_OUTCOMES_H
 #define VIEWWORTH_VALUE_EVALUATION_OUTCOMES_H
@@ -15,7 +15,7 @@ struct vw_outcomes {
 
 // Keeps the subsets of a range whose trainings all have a value. Free them also after a failure.
 enum vw_status vw_outcomes_of_subsets(const struct vw_subsets *subsets, struct vw_subset_range range,
-                                      enum vw_quality quality, struct vw_outcomes *outcomes);
+                                      enum vw_outcome outcome, struct vw_outcomes *outcomes);
 void vw_outcomes_free(struct vw_outcomes *outcomes);
 
 #endif

@@ -10,7 +10,7 @@ static const struct {
     const char *name;
     size_t offset;
     bool higher_is_better;
-} qualities[VW_QUALITY_COUNT] = {
+} named_outcomes[VW_OUTCOME_COUNT] = {
     {"val_psnr", offsetof(struct vw_retrain_result, val_psnr), true},
     {"val_ssim", offsetof(struct vw_retrain_result, val_ssim), true},
     {"val_l1", offsetof(struct vw_retrain_result, val_l1), false},
@@ -19,38 +19,38 @@ static const struct {
     {"test_l1", offsetof(struct vw_retrain_result, test_l1), false},
 };
 
-const char *vw_quality_name(enum vw_quality quality) { return qualities[quality].name; }
+const char *vw_outcome_name(enum vw_outcome outcome) { return named_outcomes[outcome].name; }
 
-bool vw_quality_higher_is_better(enum vw_quality quality) { return qualities[quality].higher_is_better; }
+bool vw_outcome_higher_is_better(enum vw_outcome outcome) { return named_outcomes[outcome].higher_is_better; }
 
-double vw_quality_of(const struct vw_retrain_result *result, enum vw_quality quality) {
+double vw_outcome_of(const struct vw_retrain_result *result, enum vw_outcome outcome) {
     double value;
-    memcpy(&value, (const char *)result + qualities[quality].offset, sizeof value);
+    memcpy(&value, (const char *)result + named_outcomes[outcome].offset, sizeof value);
     return value;
 }
 
-static struct vw_quality_mean mean_of(const struct vw_spread *spread) {
-    if (!spread->count) return (struct vw_quality_mean){NAN, NAN};
-    return (struct vw_quality_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
+static struct vw_outcome_mean mean_of(const struct vw_spread *spread) {
+    if (!spread->count) return (struct vw_outcome_mean){NAN, NAN};
+    return (struct vw_outcome_mean){spread->mean, sqrt(vw_spread_variance(spread) / (double)spread->count)};
 }
 
-struct vw_quality_mean vw_samples_average(const double *samples, uint32_t count) {
+struct vw_outcome_mean vw_samples_average(const double *samples, uint32_t count) {
     struct vw_spread spread = {0};
     for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i]);
     return mean_of(&spread);
 }
 
-struct vw_quality_mean vw_quality_average(const struct vw_retrain_result *results, uint32_t count,
-                                          enum vw_quality quality) {
+struct vw_outcome_mean vw_outcome_average(const struct vw_retrain_result *results, uint32_t count,
+                                          enum vw_outcome outcome) {
     struct vw_spread spread = {0};
-    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_quality_of(&results[i], quality));
+    for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, vw_outcome_of(&results[i], outcome));
     return mean_of(&spread);
 }
 
 struct vw_paired_difference vw_samples_compare(const double *samples, const double *against, uint32_t count) {
     struct vw_spread spread = {0};
     for (uint32_t i = 0; i < count; i++) vw_spread_add(&spread, samples[i] - against[i]);
-    struct vw_quality_mean mean = mean_of(&spread);
+    struct vw_outcome_mean mean = mean_of(&spread);
     double half = count > 1 ? vw_student_quantile(count - 1) * mean.standard_error : NAN;
     struct vw_paired_difference paired = {mean.mean, mean.standard_error, mean.mean - half, mean.mean + half, false};
     paired.beyond_noise = paired.ci_low > 0 || paired.ci_high < 0; // never where they are NaN

@@ -14,7 +14,7 @@ static uint32_t take_off_size(const struct vw_worth_params *params, const struct
     for (uint32_t i = 0; i < subsets->count; i++) {
         double outcome = 0;
         for (uint32_t seed = 0; seed < subsets->seed_count; seed++)
-            outcome += vw_quality_of(&subsets->results[(size_t)i * subsets->seed_count + seed], params->quality) /
+            outcome += vw_outcome_of(&subsets->results[(size_t)i * subsets->seed_count + seed], params->outcome) /
                        subsets->seed_count;
         if (vw_subset_size(subsets, i) == subsets->photo_count || !isfinite(worths->by_size[i])) continue;
         real[count] = outcome - worths->by_size[i];

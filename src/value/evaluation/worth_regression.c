@@ -501,7 +501,7 @@ static enum vw_status open_regression(const struct vw_worth_params *params, stru
                                       .first_player = FIRST_FEATURE + params->feature_count,
                                       .columns = FIRST_FEATURE + params->feature_count + subsets->photo_count};
     enum vw_status status = vw_outcomes_of_subsets(subsets, (struct vw_subset_range){0, subsets->count},
-                                                   params->quality, &regression->outcomes);
+                                                   params->outcome, &regression->outcomes);
     if (!status) status = allocate_rows(regression);
     if (!status) status = make_rows(regression);
     if (!status) status = choose_columns(regression);

@@ -23,7 +23,7 @@ enum vw_worth_form {
 
 struct vw_worth_params {
     const struct vw_subsets *subsets; // subsets of players
-    enum vw_quality quality;
+    enum vw_outcome outcome;
     enum vw_worth_form form;
     const uint32_t *player_photos; // photos that each player brings; NULL: 1
     const double *features;        // [feature][player], per photo, of mean 0; NULL with feature_count 0
@@ -49,7 +49,7 @@ struct vw_worths {
 
 // Penalties (lambda and rho, 16 and 4 of them) are weighed by cross-validation within each fit: each subset is left out
 // in turn (PRESS: Allen 1974), and penalties of the squared error E weigh E^(-n/2), as their likelihoods would (Geisser
-// and Eddy 1979). Values are the mean over penalties, intervals hold the variance within and between them (Student).
+// and Eddy 1979). Values are the mean over penalties, intervals contain the variance within and between them (Student).
 // `drawn` are draws of all worths together from that distribution: what other subsets and seeds, and photos of which
 // the retrainings say little, leave open, with the correlations that intervals of single players lack. Predictions come
 // from VW_WORTH_FOLDS folds, each predicted by a fit that knows nothing of it, penalties included.

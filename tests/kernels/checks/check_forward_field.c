@@ -26,7 +26,7 @@ struct reference {
     double grid_largest;
 };
 
-// By how much each layer may be off.
+// Largest errors of the layers.
 struct errors {
     double encoding[REFERENCE_ENCODING_MAX], hidden1[REFERENCE_WIDTH_MAX], geo[REFERENCE_GEO],
         colour_in[REFERENCE_COLOUR_IN], hidden2[REFERENCE_WIDTH_MAX], logit[REFERENCE_RGB];

@@ -50,7 +50,7 @@ static uint32_t bias_at(uint32_t layer, uint32_t out) {
 static uint32_t code_at(uint32_t out, uint32_t in) { return 4 * ENCODER_CODE + weight_at(CHANNELS, out, in); }
 static uint32_t shift_at(uint32_t unit, uint32_t k) { return 4 * ENCODER_SHIFT + weight_at(REFERENCE_CODE, unit, k); }
 
-// For every product of a convolution: output, input and weight.
+// A product of a convolution: output, input and weight.
 struct product {
     uint32_t to, from, weight;
 };
