@@ -111,6 +111,8 @@ extern const struct vw_config vw_config_default;
 struct vw_config vw_config_of_field(enum vw_field field);
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
+// Returns whether the learning rate stays the same, so that steps do not depend on the planned epochs.
+bool vw_config_rate_is_constant(const struct vw_config *config);
 // The values that an option ("rays", without dashes) accepts, in words: "1 to 65536", "a power of two, 16 to 64". False
 // when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };

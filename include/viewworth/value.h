@@ -9,47 +9,20 @@
 // from the last finite value. The methods:
 //
 //   dv_psnr, dv_loss
-//       sum of d: the paper's equation. dv_psnr is the photo's credit: what the steps on the photo moved. A negative
-//       credit does not say that training is better without the photo
+//       sum of d: the photo's credit, what the steps on it moved. A negative credit does not say that training is
+//       better without the photo
 //   momentum_psnr
-//       sum of credits c(t) = (d(t) - b d(t - 1)) / (1 - b), where t - 1 is the step before, on whatever photo, and b
-//       is the momentum. This inverts d(t) = sum over k of (1 - b) b^k c(t - k), which is how Adam's first moment
-//       (Kingma and Ba, ICLR 2015) spreads the credits to first order. Only for runs with b > 0. A step has no credit
-//       if its d or that of the step before is unknown
+//       sum of (d(t) - b d(t - 1)) / (1 - b), where b is the momentum: inverts Adam's filter to first order. Only for
+//       runs with b > 0. A step has no credit if its d or that of the step before is unknown
 //   quality
-//       how well the photo fits: the mean of two ranks, each scaled to [0,1] (ties share their mean): that of dv_loss,
-//       and that of minus the mean training loss over the photo's visits in the last third of the E epochs (rounded
-//       up). 1 fits best. It finds photos that do not fit, such as those with occluders, wrong exposure, noise or a
-//       wrong pose; it does not find blur. It does not say what they are worth. It is not a sum, and its zero means
-//       nothing. A photo without both has no quality. Its standard error is that of a block bootstrap (Kuensch, "The
-//       jackknife and the bootstrap for general stationary observations", Annals of Statistics 1989), seeded: 400
-//       times, blocks of neighbouring epochs (E^(1/3) long, at most half of the late third; circular) are drawn anew,
-//       within the late third and within the epochs before it, for both ranks and all photos alike. The variance is
-//       divided by the share that such blocks show of it (1 - length of a block / late epochs) and raised by half for
-//       what all epochs of a run share (as in src/value/uncertainty.h of the source tree). The 95 % interval is that of
-//       Student with E - 1 degrees of freedom, cut to [0,1]; NaN below four epochs
+//       how well the photo fits, 0 to 1 (best): the mean of its ranks by dv_loss and by minus its late training loss.
+//       Not a sum; its zero means nothing; a photo without both has none (src/value/quality.h of the source tree)
 //   lasting_psnr, lasting_loss
-//       the effect of the steps on the photo at the end of the training: the sum, over all steps t on the photo
-//       (those of burn-in too), of lambda(t) . s(t), where s(t) is the step's change of the params and lambda(t) the
-//       gradient by the params after step t of U, the mean over states of the last epochs of the validation PSNR
-//       (dB), or of minus the mean absolute error. lambda is carried back from the end step by step: lambda <- lambda
-//       - H P lambda, with P the preconditioner of Adam and H the Gauss-Newton product (Martens, "Deep learning via
-//       Hessian-free optimization", ICML 2010). So a step is credited with what U gains by it, to first order, with
-//       all that later steps repair or undo (Hara et al., "Data cleansing for models trained with SGD", NeurIPS 2019;
-//       Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). Scores of several photos can be added. Compare photos with
-//       each other; zero has no meaning. Only for runs with a backward pass (viewworth lasting). The pass covers one
-//       seed, so there is no standard error and no interval; reproduce --lasting measures them over seeds
+//       what the end of the training gains by the steps on the photo, to first order. Compare photos with each other;
+//       zero has no meaning. Only for runs with a backward pass (src/value/lasting_scores.h)
 //   worth_psnr
 //       the loss of validation PSNR of a training on all photos without the photo, at equal steps and over seeds: below
-//       0 the photo harms. Only for runs with retrainings (`worth`). Their outcomes U(S), means over the ends of the
-//       last epochs, are fitted by U(S) = c + g log s + sum over photos of b_i (x_i / s - 1), where s is the share of
-//       photos in S and x_i is 1 in S, otherwise 0: at equal steps the members share the training. Worth is the fit's
-//       difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2 + rho lambda |B - B0|^2, where f
-//       has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality that every photo has, and
-//       B0 is lasting_psnr in dB, unscaled. Fits of 64 (lambda, rho) are averaged by their left-out error E as
-//       E^(-n/2); the interval is Student's, of the posterior variance within and between them
-//       (src/value/evaluation/worth_regression.h of the source tree). Least-squares worths are a datamodel (Ilyas et
-//       al. 2022). The joint worth of a provider is fitted in the same way, with providers as players
+//       0 the photo harms. Only for runs with retrainings (src/value/worth.h)
 //
 // The other forms that the paper discusses, only on request (vw_value_input.paper_methods):
 //

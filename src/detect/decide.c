@@ -67,15 +67,21 @@ static uint32_t bit_of(const struct search *search, const char *name) {
     return 0;
 }
 
+static uint32_t bits_of_conflicts(const struct search *search, const struct vw_effect *effect) {
+    uint32_t bits = 0;
+    for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX; c++) bits |= bit_of(search, effect->conflicts[c].name);
+    return bits;
+}
+
 static bool is_possible(const struct search *search, uint32_t effect) {
     const struct vw_effect *it = &search->effects[effect];
     if (!(search->candidates >> effect & 1) || search->set >> effect & 1) return false;
     if (it->requires && !(search->set & bit_of(search, it->requires))) return false;
-    if (search->set & bit_of(search, it->conflicts)) return false;
+    if (search->set & bits_of_conflicts(search, it)) return false;
     for (uint32_t i = 0; i < search->count; i++) { // the other way round
         const struct vw_effect *on = &search->effects[i];
         if (!(search->set >> i & 1)) continue;
-        if ((bit_of(search, on->conflicts) | bit_of(search, on->hides)) & 1u << effect) return false;
+        if ((bits_of_conflicts(search, on) | bit_of(search, on->hides)) & 1u << effect) return false;
     }
     return true;
 }

@@ -86,11 +86,13 @@ static bool is_plausible(const struct vw_effect_verdict *verdicts, uint32_t coun
     uint32_t known;
     const struct vw_effect *effects = vw_effects_get(&known);
     for (uint32_t i = 0; i < count; i++) {
-        const struct vw_effect_verdict *it = &verdicts[i], *required = find(verdicts, count, effects[i].requires),
-                                       *conflict = find(verdicts, count, effects[i].conflicts);
+        const struct vw_effect_verdict *it = &verdicts[i], *required = find(verdicts, count, effects[i].requires);
+        bool conflicts = false;
+        for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX && effects[i].conflicts[c].name; c++)
+            conflicts |= vw_effects_is_on(verdicts, count, effects[i].conflicts[c].name);
         for (const char *c = it->measured_on; *c; c++)
             if (!isprint((unsigned char)*c)) return false;
-        if (it->called_for && ((required && !required->on) || (conflict && conflict->on))) return false;
+        if (it->called_for && ((required && !required->on) || conflicts)) return false;
         if (it->called_for && !(it->evidence_low >= it->threshold)) return false;
     }
     return count == known;

@@ -99,8 +99,7 @@ enum vw_status vw_pass_create(struct vw_gpu *gpu, const struct vw_pass_params *p
 void vw_pass_destroy(struct vw_pass **pass);
 const char *vw_pass_name(const struct vw_pass *pass);
 
-// ---- Submissions
-// -------------------------------------------------------------------------------------------------------
+// ---- Submissions ----------------------------------------------------------------------------------------------------
 
 enum vw_status vw_submission_create(struct vw_gpu *gpu, struct vw_submission **submission);
 void vw_submission_destroy(struct vw_submission **submission); // waits for it first

@@ -10,8 +10,6 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-struct vw_photo_list;
-
 // The files of a view.
 struct vw_scene_builder_photo {
     char *image_path; // owned
@@ -29,14 +27,6 @@ struct vw_scene_builder {
     uint32_t missing_count;  // photos without a file, which have no view
     char *missing_name;      // owned; of the first of them
     uint32_t rescaled_count; // photos of another size than their camera
-};
-
-// A scene format. If its loader assigns no view to val or test, split.c decides the splits.
-struct vw_scene_format {
-    const char *name;                // as --format takes it
-    bool (*probe)(const char *path); // whether the path has this format
-    enum vw_status (*load)(struct vw_scene_builder *builder);
-    enum vw_status (*write_list)(const struct vw_photo_list *list, bool *opens); // see scene/formats/photo_list.h
 };
 
 // Appends a view and returns it; name and image path are copied. The header is the photo's, for a view that has a file.
@@ -61,12 +51,6 @@ struct vw_view *vw_scene_find_view(const struct vw_scene *scene, const char *nam
 // one view has that file name.
 struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *name);
 
-// Loads transforms*.json (transforms_json.c).
-bool vw_transforms_probe(const char *path);
-enum vw_status vw_transforms_load(struct vw_scene_builder *builder);
-// Loads NeRF-W's Phototourism scenes (phototourism.c).
-bool vw_phototourism_probe(const char *path);
-enum vw_status vw_phototourism_load(struct vw_scene_builder *builder);
 // Takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the scene
 // (sfm_evidence.c).
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);

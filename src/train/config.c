@@ -230,11 +230,13 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
+bool vw_config_rate_is_constant(const struct vw_config *config) { return config->learning_rate_decay == 1.0; }
+
 // Returns whether a number is part of the run's identity. The number of epochs is, where it decides how the learning
 // rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
     return number->identity ||
-           (config->learning_rate_decay < 1.0 && number->offset == offsetof(struct vw_config, epochs));
+           (!vw_config_rate_is_constant(config) && number->offset == offsetof(struct vw_config, epochs));
 }
 
 // Returns whether memory was short.

@@ -122,8 +122,7 @@ uint32_t vw_photo_order_view_of_step(struct vw_photo_order *photo_order, uint64_
     return photo_order->train_views[vw_photo_order_photo_of_step(photo_order, step)];
 }
 
-// ---- Submissions
-// --------------------------------------------------------------------------------------------------------
+// ---- Submissions ----------------------------------------------------------------------------------------------------
 
 static uint64_t at_most(uint64_t count, uint64_t most) { return count < most ? count : most; }
 

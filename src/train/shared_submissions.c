@@ -33,8 +33,7 @@ uint32_t vw_trainers_together(const struct vw_gpu_info *device, uint64_t bytes_e
     return fit ? (uint32_t)fit : 1;
 }
 
-// ---- Submissions
-// --------------------------------------------------------------------------------------------------------
+// ---- Submissions ----------------------------------------------------------------------------------------------------
 
 // Keeps a failure. It fails all trainers that are in the submission, or will be: the next one that asks receives it,
 // too.

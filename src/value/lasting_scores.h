@@ -1,4 +1,14 @@
-// The scores lasting_psnr and lasting_loss, from the backward pass over a run (value.h has their formulas).
+// The scores lasting_psnr and lasting_loss, from the backward pass over a run: the effect of the steps on a photo at
+// the end of the training. Scores of several photos can be added.
+//
+// A score is the sum, over all steps t on the photo (those of burn-in too), of lambda(t) . s(t), where s(t) is the
+// step's change of the params and lambda(t) the gradient by the params after step t of U, the mean over states of the
+// last epochs of the validation PSNR (dB), or of minus the mean absolute error. lambda is carried back from the end
+// step by step: lambda <- lambda - H P lambda, with P the preconditioner of Adam and H the Gauss-Newton product
+// (Martens, "Deep learning via Hessian-free optimization", ICML 2010). So a step is credited with what U gains by it,
+// to first order, with all that later steps repair or undo (Hara et al., "Data cleansing for models trained with SGD",
+// NeurIPS 2019; Ilyas and Engstrom, "MAGIC", arXiv 2504.16430). The pass covers one seed, so there is no standard error
+// and no interval; reproduce --lasting measures them over seeds.
 #ifndef VIEWWORTH_VALUE_LASTING_SCORES_H
 #define VIEWWORTH_VALUE_LASTING_SCORES_H
 

@@ -1,4 +1,14 @@
-// quality: how well a train photo fits. value.h has its formula and its interval.
+// quality: how well a train photo fits. It finds photos with occluders, wrong exposure, noise or a wrong pose, but not
+// blur. It does not say what they are worth.
+//
+// It is the mean of two ranks, each scaled to [0,1] (ties share their mean): that of dv_loss, and that of minus the
+// mean training loss over the photo's visits in the last third of the E epochs (rounded up). 1 fits best. Its standard
+// error is that of a block bootstrap (Kuensch, "The jackknife and the bootstrap for general stationary observations",
+// Annals of Statistics 1989), seeded: 400 times, blocks of neighbouring epochs (E^(1/3) long, at most half of the late
+// third; circular) are drawn anew, within the late third and within the epochs before it, for both ranks and all photos
+// alike. The variance is divided by the share that such blocks show of it (1 - length of a block / late epochs) and
+// raised by half for what all epochs of a run share (as in uncertainty.h). The 95 % interval is that of Student with E
+// - 1 degrees of freedom, cut to [0,1]; NaN below four epochs.
 #ifndef VIEWWORTH_VALUE_QUALITY_H
 #define VIEWWORTH_VALUE_QUALITY_H
 

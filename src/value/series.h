@@ -16,7 +16,9 @@ enum vw_form {
     VW_FORM_STEP,    // the measure after the step minus the last value before it
     VW_FORM_REVISIT, // the measure after the step minus the one after the photo's previous visit; over all visits these
                      // add up to the last measure minus the first
-    VW_FORM_DECONVOLVED, // the step form without the mixing by momentum b: (d(t) - b d(t - 1)) / (1 - b), see value.h
+    VW_FORM_DECONVOLVED, // the step form without the mixing by momentum b: (d(t) - b d(t - 1)) / (1 - b), where t - 1
+                         // is the step before, on whatever photo. This inverts d(t) = sum over k of (1 - b) b^k c(t -
+                         // k), which is how Adam's first moment (Kingma and Ba, ICLR 2015) spreads the credits c
 };
 
 // A step on a photo after burn-in.

@@ -1,5 +1,11 @@
-// Worth: what a photo adds to trainings with the others, by retrainings on subsets of the photos. The formula is in
-// viewworth/value.h; the regression in value/evaluation/worth_regression.h.
+// Worth: what a photo adds to trainings with the others, by retrainings on subsets of the photos.
+//
+// Their outcomes U(S), means over the ends of the last epochs, are fitted by U(S) = c + g log s + sum over photos of
+// b_i (x_i / s - 1), where s is the share of photos in S and x_i is 1 in S, otherwise 0: at equal steps the members
+// share the training. Worth is the fit's difference at all photos. b minimises sum of (U - fit)^2 + lambda |b - B f|^2
+// + rho lambda |B - B0|^2, where f has the standardised scores lasting_psnr, dv_psnr, lasting_loss, dv_loss and quality
+// that every photo has, and B0 is lasting_psnr in dB, unscaled (value/evaluation/worth_regression.h). The joint worth
+// of a provider is fitted in the same way, with providers as players.
 #ifndef VIEWWORTH_VALUE_WORTH_H
 #define VIEWWORTH_VALUE_WORTH_H
 

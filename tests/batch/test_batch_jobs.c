@@ -51,7 +51,7 @@ FOLDER_TEST(a_scene_alone_is_a_job) {
 
 #define JOBS(more) "{\"jobs\": [{\"name\": \"a\", \"scene\": \"a.json\"" more "}]}"
 
-FOLDER_TEST(what_is_wrong_is_named) {
+FOLDER_TEST(an_error_of_the_file_is_named) {
     static const struct {
         const char *text, *message;
     } cases[] = {

@@ -118,7 +118,7 @@ GAME_TEST(too_few_subsets_have_no_worths) {
 // ---- Signs ----------------------------------------------------------------------------------------------------------
 
 // Photos 2 and 5 harm, photo 9 is worth nothing, which its interval admits; the other seven help.
-GAME_TEST(signs_are_held_against_known_worths) {
+GAME_TEST(sign_accuracy_counts_photos_of_known_worth) {
     static const char *const kinds[PHOTOS] = {"clean", "clean", "noise", "clean", "clean",
                                               "noise", "clean", "clean", "clean", "clean"};
     // Finds one of the two, calls another one harmful, and also the one of no worth.

@@ -39,7 +39,7 @@ static void check_group(const struct vw_provider_score *group, const char *provi
     assert_int_equal(group->photo_count, photo_count);
 }
 
-TEST(sums_are_of_the_photos) {
+TEST(a_providers_score_is_the_sum_over_its_photos) {
     struct vw_provider_score *groups = NULL;
     uint32_t count = 0;
     ASSERT_OK(vw_providers_score(scores, VW_ARRAY_COUNT(scores), test_images, TEST_IMAGE_COUNT, &groups, &count));

@@ -31,7 +31,7 @@ static const struct vw_ledger_score *quality_of(const struct vw_ledger_score *sc
 }
 
 // Photo 1 has the largest training loss, photo 3 the least dv_loss: neither is the best by the mean of both.
-TEST(it_is_the_mean_of_two_ranks) {
+TEST(quality_is_the_mean_of_two_ranks) {
     const double expected[TEST_TRAIN_COUNT] = {(4 + 2.5) / 8, (1 + 0) / 8.0, (2 + 2.5) / 8, (0 + 4) / 8.0,
                                                (3 + 1) / 8.0};
     AUTO_FREE struct test_game *game = play(test_additive, EPOCHS);

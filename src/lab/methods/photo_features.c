@@ -42,15 +42,6 @@ const struct vw_feature_about vw_features[VW_FEATURE_COUNT] = {
     [VW_FEATURE_CREDIT_L1] = {"credit_l1", "", "mean fall of the mean absolute validation error by these", true},
 };
 
-bool vw_feature_find(const char *name, enum vw_feature *feature) {
-    for (uint32_t i = 0; i < VW_FEATURE_COUNT; i++)
-        if (!strcmp(name, vw_features[i].name)) {
-            *feature = (enum vw_feature)i;
-            return true;
-        }
-    return false;
-}
-
 static double *row_of(const struct vw_photo_features *features, uint32_t seed, uint32_t photo) {
     return features->values + ((size_t)seed * features->photo_count + photo) * VW_FEATURE_COUNT;
 }

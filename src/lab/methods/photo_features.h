@@ -44,7 +44,6 @@ struct vw_feature_about {
     bool of_run;                       // needs the steps of a valued run
 };
 extern const struct vw_feature_about vw_features[VW_FEATURE_COUNT];
-bool vw_feature_find(const char *name, enum vw_feature *feature);
 
 struct vw_photo_features {
     uint32_t photo_count, seed_count;

@@ -11,19 +11,17 @@ const struct vw_retraining_method *const vw_retraining_methods[] = {
 };
 const uint32_t vw_retraining_method_count = VW_ARRAY_COUNT(vw_retraining_methods);
 
-static const struct vw_retraining_method *find(const char *name, size_t length) {
+static bool is_method(const char *name, size_t length) {
     for (uint32_t i = 0; i < vw_retraining_method_count; i++)
         if (strlen(vw_retraining_methods[i]->name) == length && !strncmp(vw_retraining_methods[i]->name, name, length))
-            return vw_retraining_methods[i];
-    return NULL;
+            return true;
+    return false;
 }
-
-const struct vw_retraining_method *vw_retraining_method_find(const char *name) { return find(name, strlen(name)); }
 
 bool vw_is_method_and_budget(const char *name) {
     const char *budget = strrchr(name, '_');
     return budget && budget[1] && strspn(budget + 1, "0123456789N/") == strlen(budget + 1) &&
-           find(name, (size_t)(budget - name));
+           is_method(name, (size_t)(budget - name));
 }
 
 // ---- Cost ----

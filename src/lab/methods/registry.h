@@ -55,8 +55,6 @@ extern const struct vw_retraining_method vw_data_oob;
 extern const struct vw_retraining_method vw_dvrl;
 extern const struct vw_retraining_method vw_g_shapley;
 
-// Returns NULL when there is none.
-const struct vw_retraining_method *vw_retraining_method_find(const char *name);
 // Returns true if the name is that of a method and a budget, as "tmc_shapley_40" or "tmc_shapley_4N".
 bool vw_is_method_and_budget(const char *name);
 

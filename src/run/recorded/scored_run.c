@@ -63,8 +63,7 @@ void vw_scored_run_close(struct vw_scored_run *run) {
     vw_recorded_close(&run->recorded);
 }
 
-// ---- The list
-// --------------------------------------------------------------------------------------------------------
+// ---- The list -------------------------------------------------------------------------------------------------------
 
 static enum vw_split split_of(const char *name) {
     enum vw_split split = VW_SPLIT_TRAIN;

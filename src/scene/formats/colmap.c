@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/image.h"
-#include "scene/builder.h"
+#include "scene/formats/formats.h"
 
 enum { TRACK_VIEWS_MIN = 2 };
 

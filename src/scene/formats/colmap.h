@@ -85,8 +85,4 @@ enum vw_status vw_colmap_add_views(struct vw_scene_builder *builder, const struc
 enum vw_status vw_colmap_take_points(const struct vw_colmap_model *model, const uint32_t *views,
                                      struct vw_scene *scene);
 
-// Loads --format colmap: photos in images/, or beside dense/sparse in dense/images.
-bool vw_colmap_probe(const char *path);
-enum vw_status vw_colmap_load(struct vw_scene_builder *builder);
-
 #endif

@@ -6,8 +6,8 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "scene/builder.h"
 #include "scene/formats/colmap.h"
+#include "scene/formats/formats.h"
 #include "scene/formats/nerfw_tsv.h"
 
 // ---- Finding the TSV ----

@@ -26,20 +26,30 @@ static const struct vw_effect effects[] = {
     {.name = "sky", .constant = CONSTANT(sky), .meaning = measured_gain},
     // Its last sample reaches so far that nothing beyond it is seen.
     {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
-    {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = "unbounded"},
+    {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = {{.name = "unbounded"}}},
     {.name = "appearance", .constant = CONSTANT(appearance), .meaning = measured_gain},
     {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = measured_gain,
      .requires = "appearance"},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
-    {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = "unbounded",
+    {.name = "occupancy", .constant = CONSTANT(occupancy), .conflicts = {{.name = "unbounded"}},
      .meaning =
          "share of the box that is empty in a pilot; never beside unbounded, or where it loses more than 0.1 dB"},
     {.name = "visibility", .constant = CONSTANT(visibility), .meaning = on_request, .on_request = true},
-    {.name = "transient", .constant = CONSTANT(transient), .conflicts = "occupancy", .meaning = on_request,
-     .on_request = true},
-    {.name = "pose", .constant = CONSTANT(pose), .conflicts = "unbounded", .meaning = on_request, .on_request = true},
-    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .conflicts = "appearance",
-     .meaning = on_request, .on_request = true},
+    // Skipping leaves out samples where the field itself is empty, which may contain what one photo alone shows;
+    // visibility says the same of whole rays, by another loss.
+    {.name = "transient", .constant = CONSTANT(transient), .meaning = on_request, .on_request = true,
+     .conflicts = {{.name = "occupancy", .refusal = "occupancy cannot be beside transient; leave one of them out"},
+                   {.name = "visibility", .refusal = "visibility cannot be beside transient; leave one of them out"}}},
+    // The effect goes back through the hash grid's cells, within a box that needs no contraction.
+    {.name = "pose", .constant = CONSTANT(pose), .meaning = on_request, .on_request = true,
+     .conflicts = {{.name = "unbounded", .refused_unnamed = true,
+                    .refusal = "pose excludes unbounded; leave one out (--effects +pose,-unbounded)"}}},
+    // All three are effects by which photos have colours of their own.
+    {.name = "appearance_encoder", .constant = CONSTANT(appearance_encoder), .meaning = on_request, .on_request = true,
+     .conflicts = {{.name = "appearance",
+                    .refusal = "appearance_encoder replaces appearance; leave one of them out"},
+                   {.name = "appearance_code",
+                    .refusal = "appearance_encoder replaces appearance_code; leave one of them out"}}},
 };
 // clang-format on
 _Static_assert(VW_ARRAY_COUNT(effects) <= VW_EFFECT_COUNT_MAX, "more effects than verdicts");
@@ -145,7 +155,8 @@ static void follow_others(const char *choice, struct vw_effect_verdict *verdicts
     for (uint32_t i = 0; i < count; i++) {
         if (vw_effects_names(choice, effects[i].name)) continue;
         if (effects[i].requires && !vw_effects_is_on(verdicts, count, effects[i].requires)) verdicts[i].on = false;
-        if (effects[i].conflicts && vw_effects_is_on(verdicts, count, effects[i].conflicts)) verdicts[i].on = false;
+        for (uint32_t c = 0; c < VW_EFFECT_CONFLICTS_MAX && effects[i].conflicts[c].name; c++)
+            if (vw_effects_is_on(verdicts, count, effects[i].conflicts[c].name)) verdicts[i].on = false;
     }
 }
 
@@ -166,11 +177,11 @@ enum vw_status vw_effects_choose(const char *choice, struct vw_effect_verdict *v
     return VW_OK;
 }
 
-// Switches an effect off beside another one, or refuses it where --effects names it.
+// Switches an effect off beside another one, or refuses it where --effects names it, or always.
 static enum vw_status switch_off(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count,
-                                 const char *name, const char *refusal) {
+                                 const char *name, const char *refusal, bool always) {
     if (!vw_effects_is_on(verdicts, count, name)) return VW_OK;
-    if (vw_effects_names(config->effects, name)) return vw_fail(VW_ERROR_USAGE, "--effects: %s", refusal);
+    if (always || vw_effects_names(config->effects, name)) return vw_fail(VW_ERROR_USAGE, "--effects: %s", refusal);
     verdicts[find_effect((struct vw_word){name, strlen(name)})].on = false;
     return VW_OK;
 }
@@ -182,57 +193,36 @@ static enum vw_status follow_field(const struct vw_config *config, struct vw_eff
     if (!skips)
         snprintf(refusal, sizeof refusal, "occupancy is not there with --field %s; leave it out",
                  vw_field_name(config->field));
-    return switch_off(config, verdicts, count, "occupancy", refusal);
+    return switch_off(config, verdicts, count, "occupancy", refusal, false);
 }
 
-// Switches off skipping and visibility. Skipping leaves out samples where the field itself is empty, which may contain
-// what one photo alone shows; visibility says the same of whole rays, by another loss.
-static enum vw_status follow_transient(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                       uint32_t count) {
-    if (!vw_effects_is_on(verdicts, count, "transient")) return VW_OK;
-    if (config->loss != VW_LOSS_L2)
+// Refuses effects that the config cannot have.
+static enum vw_status check_config(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
+                                   uint32_t count) {
+    bool transient = vw_effects_is_on(verdicts, count, "transient");
+    if (vw_effects_is_on(verdicts, count, "pose") && config->field != VW_FIELD_HASH)
+        return vw_fail(VW_ERROR_USAGE, "--effects: pose needs --field hash, not %s", vw_field_name(config->field));
+    if (transient && config->loss != VW_LOSS_L2)
         return vw_fail(VW_ERROR_USAGE, "--effects: transient weighs squared errors; it needs --loss l2, not %s",
                        vw_loss_name(config->loss));
-    enum vw_status status =
-        switch_off(config, verdicts, count, "occupancy", "occupancy cannot be beside transient; leave one of them out");
-    return !status ? switch_off(config, verdicts, count, "visibility",
-                                "visibility cannot be beside transient; leave one of them out")
-                   : status;
-}
-
-// Checks that the effect can go back through the hash grid's cells, within a box that needs no contraction.
-static enum vw_status follow_pose(const struct vw_config *config, const struct vw_effect_verdict *verdicts,
-                                  uint32_t count) {
-    if (!vw_effects_is_on(verdicts, count, "pose")) return VW_OK;
-    if (config->field != VW_FIELD_HASH)
-        return vw_fail(VW_ERROR_USAGE, "--effects: pose needs --field hash, not %s", vw_field_name(config->field));
-    if (vw_effects_is_on(verdicts, count, "unbounded"))
-        return vw_fail(VW_ERROR_USAGE,
-                       "--effects: pose excludes unbounded; leave one out (--effects +pose,-unbounded)");
-    return VW_OK;
-}
-
-// Switches off the other effects by which photos have colours of their own.
-static enum vw_status follow_encoder(const struct vw_config *config, struct vw_effect_verdict *verdicts,
-                                     uint32_t count) {
-    if (!vw_effects_is_on(verdicts, count, "appearance_encoder")) return VW_OK;
-    if (config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "transient"))
+    if (transient && config->consistency_weight > 0.0 && vw_effects_is_on(verdicts, count, "appearance_encoder"))
         return vw_fail(VW_ERROR_USAGE,
                        "--consistency-weight: excludes the effect transient; use 0, or leave out transient or "
                        "appearance_encoder");
-    enum vw_status status = switch_off(config, verdicts, count, "appearance",
-                                       "appearance_encoder replaces appearance; leave one of them out");
-    return !status ? switch_off(config, verdicts, count, "appearance_code",
-                                "appearance_encoder replaces appearance_code; leave one of them out")
-                   : status;
+    return VW_OK;
 }
 
 enum vw_status vw_effects_follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts,
                                        uint32_t count) {
     enum vw_status status = follow_field(config, verdicts, count);
-    if (!status) status = follow_pose(config, verdicts, count);
-    if (!status) status = follow_transient(config, verdicts, count);
-    return !status ? follow_encoder(config, verdicts, count) : status;
+    if (!status) status = check_config(config, verdicts, count);
+    for (uint32_t i = 0; i < count && !status; i++) {
+        const struct vw_effect_conflict *conflicts = effects[i].conflicts;
+        for (uint32_t c = 0; verdicts[i].on && c < VW_EFFECT_CONFLICTS_MAX && conflicts[c].refusal && !status; c++)
+            status = switch_off(config, verdicts, count, conflicts[c].name, conflicts[c].refusal,
+                                conflicts[c].refused_unnamed);
+    }
+    return status;
 }
 
 // Returns whether a lens has more than k1, k2, p1 and p2.

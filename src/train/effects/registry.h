@@ -9,13 +9,23 @@
 #include "viewworth/scene.h"
 #include "viewworth/train.h"
 
+enum { VW_EFFECT_CONFLICTS_MAX = 2 };
+
+// An effect beside which another one is never called for; before it in the table.
+struct vw_effect_conflict {
+    const char *name;
+    const char *refusal;  // the message where --effects names both: a named effect switches off an unnamed one.
+                          // NULL: --effects may name both
+    bool refused_unnamed; // refused also where --effects does not name this one
+};
+
 struct vw_effect {
     const char *name, *meaning; // meaning: what its evidence is, with the unit
     size_t constant;            // offset of its switch in struct vw_specialization; SIZE_MAX: the host does all
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
-    const char *conflicts;      // NULL, or the effect beside which this one is never called for; before it in the table
-    const char *hides;          // NULL, or the effect that changes nothing beside this one
-    bool on_request;            // nothing calls for it: it is on where --effects names it
+    struct vw_effect_conflict conflicts[VW_EFFECT_CONFLICTS_MAX]; // the first without a name ends them
+    const char *hides; // NULL, or the effect that changes nothing beside this one
+    bool on_request;   // nothing calls for it: it is on where --effects names it
 };
 
 // Returns all effects, in the order of verdicts.

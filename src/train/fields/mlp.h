@@ -51,8 +51,7 @@ struct vw_mlp_operand {
 // `first_column`: the column with which the network begins; 0, or model->coarse_column for the coarse one.
 void vw_mlp_list(const struct vw_model *model, bool transient, uint32_t first_column, struct vw_mlp_list *list);
 
-// ---- Layers, also of the head of the effect transient, which both fields have
-// ----------------------------------------
+// ---- Layers, also of the head of the effect transient, which both fields have ---------------------------------------
 
 // Counts the vec4 columns of partial sums that the largest gradient of a matrix takes, and the params without padding.
 void vw_mlp_count(const struct vw_mlp_list *list, uint32_t *partial_columns, uint64_t *param_count);
