@@ -6,7 +6,7 @@
 #include "train/effects/kind.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
-#include "train/importance.h"
+#include "train/renderers/volume/importance.h"
 
 extern const char evaluator_role[]; // role of its passes, in the timers
 
@@ -19,13 +19,16 @@ struct vw_evaluator {
     struct vw_radiance_field *field; // borrowed
     struct vw_gpu_objects objects;   // owned: all buffers and passes
     uint32_t ray_count;              // with padding
-    uint32_t chunk_rays;             // rays whose samples are held at a time
-    struct vw_buffer *pixels, *rays, *samples, *colours;
-    struct vw_buffer *places; // places of a chunk's samples; NULL without importance samples
-    struct vw_pass *generate, *composite;
+    struct vw_buffer *pixels, *rays, *colours;
+    struct vw_pass *generate;
+    struct vw_effect_sets effects;
+    // The volume's: rays whose samples are held at a time, and these samples with their places, which are NULL without
+    // importance samples.
+    uint32_t chunk_rays;
+    struct vw_buffer *samples, *places;
+    struct vw_pass *composite;
     struct vw_field_passes passes; // the field's
     struct vw_importance importance;
-    struct vw_effect_sets effects;
     struct vw_submission *submission; // for vw_evaluator_set_pixels
     // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
@@ -44,7 +47,7 @@ enum vw_status vw_evaluator_render(struct vw_evaluator *evaluator, const struct 
                                    vw_float4 *colours);
 // Records the rendering of all rays into `colours`.
 void vw_evaluator_record(const struct vw_evaluator *evaluator, struct vw_submission *submission);
-// Returns the number of chunks.
-uint32_t vw_evaluator_count_chunks(const struct vw_evaluator *evaluator);
+// Returns whether its views are rendered one by one, as `views` lists them.
+bool vw_evaluator_sees_photos(const struct vw_evaluator *evaluator);
 
 #endif

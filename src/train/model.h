@@ -20,11 +20,13 @@ struct vw_grid_window {
     uint32_t first_pair, pair_count;
 };
 
-struct vw_effect_kind; // effects/kind.h
-struct vw_field_kind;  // fields/registry.h
+struct vw_effect_kind;   // effects/kind.h
+struct vw_field_kind;    // fields/registry.h
+struct vw_renderer_kind; // renderers/registry.h
 
 struct vw_model {
-    const struct vw_field_kind *kind;
+    const struct vw_renderer_kind *renderer;
+    const struct vw_field_kind *kind;        // NULL with another renderer than the volume
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
@@ -44,8 +46,9 @@ struct vw_model {
     // rays of a step make.
     double consistency_weight;
     uint32_t picture_side;
-    bool obeys_masks;    // thumbnails leave out what mask files hide
-    uint32_t view_count; // views of the scene
+    uint32_t renderer_flags; // flags of its own that the renderer's passes set when an update overflows
+    bool obeys_masks;        // thumbnails leave out what mask files hide
+    uint32_t view_count;     // views of the scene
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // pairs of all levels, with padding

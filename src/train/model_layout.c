@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "train/effects/effects.h"
-#include "train/fields/registry.h"
 #include "train/model.h"
+#include "train/renderers/registry.h"
 
 enum { ALIGNMENT_BYTES = 256 }; // the largest offset alignment Vulkan allows a device to ask for
 
@@ -51,6 +51,6 @@ void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *para
     const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
                                    seed};
     memset((char *)params + end, 0, model->param_bytes - end);
-    model->kind->initialise(model, &drawn, params);
+    model->renderer->initialise(model, &drawn, params);
     vw_effects_initialise(model, &drawn, params);
 }

@@ -7,7 +7,7 @@
 #include "train/effects/effects.h"
 #include "train/field.h"
 #include "train/fields/registry.h"
-#include "train/importance.h"
+#include "train/renderers/volume/importance.h"
 
 struct vw_consistency_effect; // effects/consistency.h
 struct vw_photo_order;
@@ -38,6 +38,10 @@ struct vw_step_passes {
     struct vw_effect_sets effects;
     struct vw_consistency_effect *consistency; // NULL without that loss
 };
+
+// The flags of `overflow`, which passes set: one of the weights, one of photos, then those of the renderer.
+enum { VW_OVERFLOW_WEIGHTS, VW_OVERFLOW_PHOTOS, VW_OVERFLOW_RENDERER };
+struct vw_binding vw_step_overflow_binding(const struct vw_step_passes *step, uint32_t flag);
 
 // Returns the buffers of effects, by slot.
 struct vw_effect_buffers vw_step_effect_buffers(const struct vw_step_passes *step);

@@ -5,8 +5,8 @@
 //
 // Outside effects/, these files of train/ name an effect: fields/hash.c (transient, occupancy), fields/mlp.c
 // (transient), field.c (unbounded), importance.c (transient, appearance_code, appearance_encoder), model.c (transient,
-// occupancy, sky, background, unbounded, wide_box), step_costs.c and step_passes.c (transient), adjoint/kept_steps.c
-// (occupancy). The list is of train/ only.
+// occupancy, sky, background, unbounded, wide_box), gradient_passes.c and volume_step.c (transient),
+// adjoint/kept_steps.c (occupancy). The list is of train/ only.
 #ifndef VIEWWORTH_TRAIN_EFFECTS_KIND_H
 #define VIEWWORTH_TRAIN_EFFECTS_KIND_H
 

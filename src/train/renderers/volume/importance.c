@@ -1,4 +1,4 @@
-#include "train/importance.h"
+#include "train/renderers/volume/importance.h"
 
 #include "gpu/shaders.h"
 #include "train/pass_costs.h"

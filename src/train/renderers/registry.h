@@ -1,0 +1,55 @@
+// The registry of renderers: what turns params into colours of rays, and takes the gradients by these back to the
+// params. A field (vw_config.field) belongs to a renderer. Photos, pixels, rays, losses, the optimiser of weights,
+// validation, checkpoints and the ledger are the same for every renderer.
+#ifndef VIEWWORTH_TRAIN_RENDERERS_REGISTRY_H
+#define VIEWWORTH_TRAIN_RENDERERS_REGISTRY_H
+
+#include "gpu/compute.h"
+#include "interface.h"
+#include "viewworth/gpu.h"
+#include "viewworth/train.h"
+
+struct vw_device_choices; // train/device_choices.h, and so on
+struct vw_drawn;
+struct vw_evaluator;
+struct vw_model;
+struct vw_pass_costs;
+struct vw_step_passes;
+
+struct vw_renderer_kind {
+    // Sets the constants and sizes that the params are laid out by. The first to be called.
+    void (*specialise)(const struct vw_config *config, struct vw_model *model);
+    // Lays out the first params of the block: those that lasting credit goes back to, and, after the effects of which
+    // this is true as well, those that it does not go back to (may be NULL).
+    void (*lay_out)(const struct vw_config *config, struct vw_model *model);
+    void (*lay_out_unfollowed)(struct vw_model *model);
+    // Lays out what depends on the device.
+    enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model);
+    void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+
+    // Creates its buffers, then its passes, of a step. The step owns them.
+    enum vw_status (*create_step_buffers)(struct vw_step_passes *step);
+    enum vw_status (*create_step_passes)(struct vw_step_passes *step);
+    // Appends the buffers that one step leaves to the next, beside the params and the moments of weights.
+    void (*training_state)(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count);
+    // Records everything of the step's photo from its rays to the loss of each and the gradients.
+    void (*record_gradients)(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
+                             const struct vw_push_rays *rays);
+    // Records the update of params that update_weights does not move.
+    void (*record_update)(const struct vw_step_passes *step, struct vw_submission *submission,
+                          struct vw_push_update update);
+    void (*list_step_costs)(const struct vw_step_passes *step, struct vw_pass_costs *costs);
+
+    // Creates what an evaluator needs from its pixels to their colours, `generate` included. The evaluator owns it.
+    enum vw_status (*create_evaluation)(struct vw_evaluator *evaluator);
+    // Records the rendering of all rays into colours.
+    void (*record_evaluation)(const struct vw_evaluator *evaluator, struct vw_submission *submission);
+    void (*list_evaluation_costs)(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs);
+};
+
+extern const struct vw_renderer_kind renderer_volume;
+
+const struct vw_renderer_kind *vw_renderer_kind_of(enum vw_field field);
+
+#endif

@@ -1,0 +1,96 @@
+// The renderer `volume`: samples along rays, of which a field (train/fields/) makes colour and density, composited.
+#include "train/renderers/volume/volume.h"
+
+#include <assert.h>
+
+#include "train/fields/registry.h"
+#include "train/model.h"
+#include "train/renderers/registry.h"
+
+static const uint64_t ROWS_BYTES_MAX = 1 << 28; // the rows of a chunk: enough samples to fill a large device
+
+static uint32_t greatest_common_divisor(uint32_t a, uint32_t b) { return b ? greatest_common_divisor(b, a % b) : a; }
+
+static void specialise(const struct vw_config *config, struct vw_model *model) {
+    struct vw_specialization *s = &model->specialization;
+    model->kind = vw_field_kind_of(config->field);
+    s->strata = config->samples;
+    s->importance = config->importance_samples > 0;
+    s->samples = s->importance ? config->importance_samples : s->strata;
+    model->ray_samples = s->samples > s->strata ? s->samples : s->strata;
+    s->stores_rows = 1;
+}
+
+static void lay_out(const struct vw_config *config, struct vw_model *model) { model->kind->lay_out(config, model); }
+
+static void lay_out_unfollowed(struct vw_model *model) {
+    if (!model->coarse_columns) return;
+    model->coarse_column = vw_model_append_columns(model, model->coarse_columns, 0); // the field counts its params
+    model->coarse = vw_model_columns(model, model->coarse_column, model->coarse_columns);
+}
+
+static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+    model->kind->initialise(model, drawn, params);
+}
+
+// Chooses whole groups of rays whose rows fit into one binding, and no more than a step has.
+static enum vw_status choose_chunk(const struct vw_config *config, const struct vw_device_choices *choices,
+                                   const struct vw_gpu_limits *limits, struct vw_model *model) {
+    uint32_t samples = model->ray_samples, chunk = choices->chunk_samples, group_samples = model->ray_group * samples,
+             step_samples = vw_model_pad_rays(model, config->rays) * samples;
+    uint64_t row_bytes = (uint64_t)model->row_bytes * model->row_count,
+             layer_row_bytes = (uint64_t)VW_LAYER_ROW_BYTES * model->head_row_count,
+             bytes = VW_ROWS_SIZE(row_bytes > layer_row_bytes ? row_bytes : layer_row_bytes, VW_FIELD_GROUP),
+             most = limits->storage_binding_bytes < ROWS_BYTES_MAX ? limits->storage_binding_bytes : ROWS_BYTES_MAX;
+    assert(group_samples > 0); // the configuration has samples
+    if (bytes * (group_samples / VW_FIELD_GROUP) > limits->storage_binding_bytes)
+        return vw_fail(
+            VW_ERROR_USAGE,
+            "--samples: %u per ray make groups of %u samples, too many for this device; take a multiple of 16", samples,
+            group_samples);
+    uint64_t fits = VW_FIELD_GROUP * (most / bytes);
+    if (chunk > fits) chunk = (uint32_t)fits;
+    if (chunk > step_samples) chunk = step_samples;
+    model->specialization.chunk_samples = chunk < group_samples ? group_samples : chunk / group_samples * group_samples;
+    return VW_OK;
+}
+
+static void specialise_for_device(const struct vw_device_choices *choices, const struct vw_gpu_limits *limits,
+                                  struct vw_model *model) {
+    struct vw_specialization *s = &model->specialization;
+    s->skip_zeros = choices->skip_zeros;
+    s->slice_samples = choices->slice_samples;
+    uint64_t rows = model->row_count > model->head_row_count ? model->row_count : model->head_row_count;
+    s->rows_texel = choices->rows_texel && VW_ROWS_SIZE(rows, s->chunk_samples) <= limits->texel_elements;
+}
+
+static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model) {
+    const struct vw_specialization *s = &model->specialization;
+    assert(!s->effect_occupancy || (model->kind->skips_samples && !s->effect_transient)); // vw_effects_follow_field
+    uint32_t both = greatest_common_divisor(s->samples, s->strata); // the even samples fill whole workgroups, too
+    model->ray_group = VW_FIELD_GROUP / greatest_common_divisor(VW_FIELD_GROUP, both);
+    enum vw_status status = choose_chunk(config, choices, limits, model);
+    if (status) return status;
+    specialise_for_device(choices, limits, model);
+    status = model->kind->fit(config, choices, limits, model);
+    model->renderer_flags = model->window_count;
+    return status;
+}
+
+const struct vw_renderer_kind renderer_volume = {
+    .specialise = specialise,
+    .lay_out = lay_out,
+    .lay_out_unfollowed = lay_out_unfollowed,
+    .fit = fit,
+    .initialise = initialise,
+    .create_step_buffers = vw_volume_create_step_buffers,
+    .create_step_passes = vw_volume_create_step_passes,
+    .training_state = vw_volume_training_state,
+    .record_gradients = vw_volume_record_gradients,
+    .record_update = vw_volume_record_update,
+    .list_step_costs = vw_volume_list_step_costs,
+    .create_evaluation = vw_volume_create_evaluation,
+    .record_evaluation = vw_volume_record_evaluation,
+    .list_evaluation_costs = vw_volume_list_evaluation_costs,
+};

@@ -1,0 +1,101 @@
+// Rendering by the volume: samples of a chunk of rays, composited to colours, without changing anything.
+#include <string.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+#include "train/effects/effects.h"
+#include "train/pass_costs.h"
+#include "train/passes.h"
+#include "train/renderers/volume/volume.h"
+
+enum { CHUNK_SAMPLES = 1 << 16 }; // 1 MiB of samples at a time
+
+static enum vw_status create_buffers(struct vw_evaluator *evaluator) {
+    const struct vw_model *model = evaluator->field->model;
+    uint32_t chunk_samples = model->kind->renders_in_rows ? model->specialization.chunk_samples : CHUNK_SAMPLES,
+             chunk_rays = chunk_samples / model->ray_samples / model->ray_group * model->ray_group;
+    if (chunk_rays < model->ray_group) chunk_rays = model->ray_group;
+    evaluator->chunk_rays = chunk_rays < evaluator->ray_count ? chunk_rays : evaluator->ray_count;
+    const struct vw_buffer_row buffers[] = {
+        {&evaluator->samples, "evaluated_samples", 16 * (uint64_t)evaluator->chunk_rays * model->ray_samples},
+        {&evaluator->places, "sample_places", vw_importance_places_bytes(model, evaluator->chunk_rays)},
+    };
+    return vw_buffers_create(&evaluator->objects, VW_BUFFER_DEVICE, buffers, VW_ARRAY_COUNT(buffers));
+}
+
+static enum vw_status create_passes(struct vw_evaluator *evaluator) {
+    const struct vw_model *model = evaluator->field->model;
+    struct vw_specialization specialization = vw_effects_specialise_validation(model);
+    specialization.stores_rows = 0;
+    struct vw_binding bindings[VW_SLOT_COUNT] = {
+        {.slot = VW_SLOT_PIXELS, .buffer = evaluator->pixels},
+        {.slot = VW_SLOT_RAYS, .buffer = evaluator->rays},
+        {.slot = VW_SLOT_FIELD, .buffer = evaluator->samples},
+        {.slot = VW_SLOT_COLOURS, .buffer = evaluator->colours},
+        {.slot = VW_SLOT_KEPT_SAMPLES, .buffer = evaluator->places, .unused = !evaluator->places},
+        {.slot = VW_SLOT_OVERFLOW, .unused = true},
+    };
+    uint32_t count = 6;
+    vw_field_bind(evaluator->field, false, bindings, &count);
+    const struct vw_effect_buffers of_effects = {evaluator->field->params, evaluator->field->effect_buffers, NULL};
+    vw_effects_bind(model, &of_effects, bindings, &count);
+    const struct vw_field_pass_params field = {
+        .objects = &evaluator->objects, .common = vw_pass_params_of(&specialization, bindings, count, evaluator_role)};
+    const struct vw_pass_row passes[] = {
+        {&vw_shader_generate_rays, &evaluator->generate},
+        {&vw_shader_composite_rays, &evaluator->composite},
+    };
+    enum vw_status status = vw_passes_create(&evaluator->objects, &field.common, passes, VW_ARRAY_COUNT(passes));
+    evaluator->passes.specialization = specialization;
+    if (!status) status = vw_importance_create(evaluator->field, &field, &specialization, NULL, &evaluator->importance);
+    if (!status)
+        status = vw_effects_create_passes(model, &evaluator->objects, &field.common, false, &evaluator->effects);
+    return !status ? model->kind->create_passes(evaluator->field, &field, &evaluator->passes) : status;
+}
+
+enum vw_status vw_volume_create_evaluation(struct vw_evaluator *evaluator) {
+    enum vw_status status = create_buffers(evaluator);
+    return !status ? create_passes(evaluator) : status;
+}
+
+// Records the rays of one view. The field renders whole groups, of which the last may reach into the next view's rays:
+// only those of this view are kept.
+static void record_rays(const struct vw_evaluator *evaluator, struct vw_submission *submission, uint32_t first,
+                        uint32_t count) {
+    const struct vw_model *model = evaluator->field->model;
+    const uint32_t end = first + count;
+    for (; first < end; first += evaluator->chunk_rays) {
+        uint32_t rays = end - first < evaluator->chunk_rays ? end - first : evaluator->chunk_rays;
+        struct vw_push_samples push = {.first_ray = first, .ray_count = vw_model_pad_rays(model, rays)};
+        vw_importance_record(model, &evaluator->importance, submission, &push);
+        model->kind->record_forward(model, &evaluator->passes, submission, &(struct vw_field_chunk){.rays = &push});
+        push.ray_count = rays;
+        vw_submission_dispatch(submission, evaluator->composite, &push, sizeof push, rays);
+    }
+}
+
+void vw_volume_record_evaluation(const struct vw_evaluator *evaluator, struct vw_submission *submission) {
+    if (!vw_evaluator_sees_photos(evaluator)) record_rays(evaluator, submission, 0, evaluator->ray_count);
+    for (uint32_t i = 0; i < evaluator->view_count; i++) {
+        vw_effects_record_photo(evaluator->field->model, &evaluator->effects, submission, evaluator->views[i].view);
+        record_rays(evaluator, submission, evaluator->views[i].first, evaluator->views[i].count);
+    }
+}
+
+static uint32_t count_chunks(const struct vw_evaluator *evaluator) {
+    uint32_t chunk = evaluator->chunk_rays, sum = 0;
+    if (!vw_evaluator_sees_photos(evaluator)) return (evaluator->ray_count + chunk - 1) / chunk;
+    for (uint32_t i = 0; i < evaluator->view_count; i++) sum += (evaluator->views[i].count + chunk - 1) / chunk;
+    return sum;
+}
+
+void vw_volume_list_evaluation_costs(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs) {
+    const struct vw_model *model = evaluator->field->model;
+    const struct vw_cost_sizes n = vw_cost_sizes_of(model, evaluator->ray_count);
+    uint32_t chunks = count_chunks(evaluator);
+    const struct vw_field_work work = {.samples = n.samples, .chunks = chunks, .role = evaluator_role};
+    vw_importance_list_costs(model, n.rays, chunks, evaluator_role, false, costs);
+    model->kind->list_forward_costs(model, &work, costs);
+    vw_pass_cost_add(costs,
+                     (struct vw_pass_cost){"composite_rays", evaluator_role, chunks, 0, n.samples * 16 + n.rays * 16});
+}
