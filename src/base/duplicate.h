@@ -7,7 +7,7 @@
 struct vw_duplicate {
     uint32_t group;    // 0, 1, ...
     uint32_t view;     // index in vw_scene.views
-    double similarity; // to the first photo of the group, -1 to 1 (see scene/duplicates.h); 1 for equal files and for
+    double similarity; // to the first photo of the group, 0 to 1 (see scene/duplicates.h); 1 for equal files and for
                        // the first photo
 };
 

@@ -25,6 +25,11 @@ static const struct vw_command commands[] = {
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_RUNS | VW_LAB_BENCHMARK |
          VW_OPTIONS_LASTING | VW_OPTIONS_JSON,
      vw_lab_benchmark},
+    {EVALUATE, "copies", "SCENE", "Copy photos as a dishonest provider would, and count the copies that are found",
+     "Copies up to 24 photos in one way after the other: cut off, shifted, mirrored, exposed otherwise, compressed, "
+     "masked, with another pose. Prints how many are listed as near-duplicates of their originals, and how many pairs "
+     "of the scene's own photos are.",
+     VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE, vw_lab_copies},
     {EVALUATE, "probe", "OUT", "Measure the noise of a finished run, and score photos from the same states",
      "Takes the steps of the run in OUT again and compares them with its ledger. At some steps of every photo, it also "
      "validates twice, takes a step of learning rate 0, and takes steps on other pixels of the photo.\n"

@@ -6,15 +6,18 @@
 #include "viewworth/scene.h"
 #include "viewworth/status.h"
 
-// Finds groups of near-duplicates among train and validation photos. Each photo of a group is a near-duplicate of the
-// group's first, so that a group does not grow along a video. Two photos are near-duplicates if their files are equal,
-// or if
-// - their cameras are within 2 degrees of each other, seen from the nearest thing in front of them, and their
-// directions
-//   differ by at most 2 degrees, roll included, and
-// - the luminances of their 16 x 16 cells have a correlation of at least 0.98, which ignores gain and offset.
-// So views a few degrees apart are not near-duplicates, but a resized, compressed or brightened copy is. `*duplicates`,
-// sorted by group and then by view, is owned by the caller (free).
+// Finds groups of near-duplicates among all photos that are not excluded. Each photo of a group is a near-duplicate of
+// the group's first, so that a group does not grow along a video; a photo that is more like a later one leaves its
+// group and leads another. Two photos are near-duplicates if their files are equal, or if their luminances correlate,
+// which ignores gain and offset:
+// - by at least 0.95 if the cameras are together: within 2 degrees of each other, seen from the nearest thing in front
+//   of them, with directions that differ by at most 2 degrees, roll included;
+// - by at least 0.995 wherever they are, since who copies a photo chooses its pose.
+// The correlation is the largest over frames: one photo, or its mirror image, may be shifted, cut off or bordered at
+// each edge, by 14 % of the side if the cameras are together and otherwise by 5 %. It is taken over what both photos
+// have, which is neither masked nor transparent: 256 points or fewer, at least 8 and half of those of the photo that
+// has fewer. So views a few degrees apart are not near-duplicates if they show details. `*duplicates`, sorted by group
+// and then by view, is owned by the caller (free).
 enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_duplicate **duplicates,
                                         uint32_t *count);
 

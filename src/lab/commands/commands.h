@@ -5,6 +5,7 @@
 #include "lab/options.h"
 
 enum vw_status vw_lab_benchmark(const struct vw_options *options);
+enum vw_status vw_lab_copies(const struct vw_options *options);
 enum vw_status vw_lab_probe(const struct vw_options *options);
 enum vw_status vw_lab_report(const struct vw_options *options);
 enum vw_status vw_lab_reproduce(const struct vw_options *options);
