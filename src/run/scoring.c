@@ -89,7 +89,8 @@ void vw_scoring_end_early(struct vw_ledger *ledger, const struct vw_config *conf
     vw_utc_now(finished_utc);
     enum vw_status status = vw_scoring_make(ledger, config, &scoring);
     if (!status) status = vw_ledger_finish(ledger, outcome, finished_utc, scoring.scores, scoring.score_count);
-    if (status) vw_log_warning("the run is not marked as %s: %s", outcome, vw_error_message());
+    if (status && status != VW_ERROR_MEMORY) // which is what ends the run then, and is said once
+        vw_log_warning("the run is not marked as %s: %s", outcome, vw_error_message());
     vw_scoring_free(&scoring);
 }
 
