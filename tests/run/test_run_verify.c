@@ -259,7 +259,9 @@ TEST(an_import_has_no_more_than_a_log_gives) {
     temporary_file(fixture->folder, "log.csv", "step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,1,a,13,0.1\n");
     ASSERT_OK(
         vw_import_make(&(struct vw_import_params){.log = log, .out = out, .config = &vw_config_default}, &result));
-    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &(struct vw_verification){0}));
+    struct vw_verification verification = {0};
+    ASSERT_OK(vw_run_verify(&(struct vw_verify_params){.out = out}, &verification));
+    vw_verification_free(&verification);
     sql_change(result.ledger_path, "UPDATE run SET field_sha256 = run_id");
     chain_rewrite(result.ledger_path);
     assert_refused(vw_run_verify(&(struct vw_verify_params){.out = out}, &(struct vw_verification){0}), "a field",
