@@ -242,8 +242,9 @@ struct work {
     struct vw_retrainer *retrainer;
     struct seat seats[VW_SESSION_TRAININGS_MAX];
     uint32_t busy;
-    double counted_cpu_s; // shared out among the seats
-    uint64_t least_rank;  // lowest rank of a retraining of this call that can be recalled
+    const double *of_ledger; // recorded outcomes, a sample of which is made again; NULL: those of the store are
+    double counted_cpu_s;    // shared out among the seats
+    uint64_t least_rank;     // lowest rank of a retraining of this call that can be recalled
     struct vw_first_failure failure;
 };
 
@@ -305,6 +306,15 @@ static bool is_sampled(const struct work *work, const char *id) {
     return (rank < SAMPLED || only_one) && !is_settled(work->retrainer, rank);
 }
 
+// Finds what is recorded: the outcome that the ledger has, or the result that the store has.
+static enum vw_status find_recorded(const struct work *work, uint32_t place, const char *id, bool *found,
+                                    struct vw_retrain_result *result) {
+    if (!work->of_ledger) return vw_retraining_store_find(work->retrainer->retrainings, id, found, result);
+    *found = true;
+    *result = (struct vw_retrain_result){.val_psnr = work->of_ledger[place]};
+    return VW_OK;
+}
+
 // Finds the one that is made again if no other is, until the command has made one again.
 static enum vw_status find_least_rank(struct work *work, const struct vw_retrain_params *retrainings, uint32_t count) {
     enum vw_status status = VW_OK;
@@ -314,7 +324,7 @@ static enum vw_status find_least_rank(struct work *work, const struct vw_retrain
         char id[VW_HASH_HEX_BYTES];
         bool found = false;
         vw_retrainer_name(work->retrainer, &retrainings[i], id);
-        status = vw_retraining_store_find(work->retrainer->retrainings, id, &found, &result);
+        status = find_recorded(work, i, id, &found, &result);
         uint64_t rank = rank_of(work->retrainer, id);
         if (found && rank < work->least_rank && !is_settled(work->retrainer, rank)) work->least_rank = rank;
     }
@@ -322,6 +332,11 @@ static enum vw_status find_least_rank(struct work *work, const struct vw_retrain
 }
 
 static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
+
+// Compares the only value that a ledger has; none for one that is not finite.
+static bool same_outcome(const struct vw_retrain_result *a, const struct vw_retrain_result *b) {
+    return same(isfinite(a->val_psnr) ? a->val_psnr : NAN, b->val_psnr);
+}
 
 static bool same_result(const struct vw_retrain_result *a, const struct vw_retrain_result *b) {
     return same(a->val_psnr, b->val_psnr) && same(a->val_ssim, b->val_ssim) && same(a->val_l1, b->val_l1) &&
@@ -343,14 +358,21 @@ static enum vw_status compare_views(const struct vw_retrainer *retrainer, const 
 }
 
 // Compares a retraining with the recorded one. Only the CPU time may differ.
-static enum vw_status compare_recorded(struct vw_retrainer *retrainer, const struct seat *seat) {
-    bool equal = same_result(seat->result, &seat->as_recorded);
-    enum vw_status status = compare_views(retrainer, seat, &equal);
+static enum vw_status compare_recorded(const struct work *work, const struct seat *seat) {
+    struct vw_retrainer *retrainer = work->retrainer;
+    bool equal = work->of_ledger ? same_outcome(seat->result, &seat->as_recorded)
+                                 : same_result(seat->result, &seat->as_recorded);
+    enum vw_status status = work->of_ledger ? VW_OK : compare_views(retrainer, seat, &equal);
     if (status) return status;
-    if (equal) {
-        retrainer->repeated++;
-        return VW_OK;
-    }
+    retrainer->repeated += equal && !work->of_ledger;
+    if (equal) return VW_OK;
+    if (work->of_ledger)
+        return vw_fail(VW_ERROR_MISMATCH,
+                       "%s/ledger.db: a retraining on %" PRIu32 " photos with seed %" PRIu64 ", made again, has a "
+                       "validation PSNR of %.9g dB, not the recorded %.9g dB: it was not made by this program on this "
+                       "device, and nobody is paid by it; value the scene again into another --out",
+                       retrainer->params.out, seat->retraining->view_count, seat->retraining->seed,
+                       seat->result->val_psnr, seat->as_recorded.val_psnr);
     return vw_fail(VW_ERROR_MISMATCH,
                    "%s/retrainings.db: retraining %s, made again, has a validation PSNR of %.9g dB or photos that are "
                    "not the recorded ones (%.9g dB): it was not made by this program on this device; remove the file "
@@ -389,19 +411,21 @@ static enum vw_status sit_down(struct work *work, const struct vw_retrain_params
 }
 
 // Begins a retraining, or recalls it. False: an equal one is being made.
-static bool begin(struct work *work, const struct vw_retrain_params *retraining, struct vw_retrain_result *result) {
+static bool begin(struct work *work, const struct vw_retrain_params *retrainings, uint32_t place,
+                  struct vw_retrain_result *result) {
     struct vw_retrainer *retrainer = work->retrainer;
+    const struct vw_retrain_params *retraining = &retrainings[place];
     struct vw_retrain_result recorded = {0};
     char id[VW_HASH_HEX_BYTES];
     bool held = false;
     vw_retrainer_name(retrainer, retraining, id);
     if (is_being_made(work, id)) return false;
-    enum vw_status status = vw_retraining_store_find(retrainer->retrainings, id, &held, &recorded);
-    bool found = held && vw_saved_views_exist(&retrainer->saved_views, id);
+    enum vw_status status = find_recorded(work, place, id, &held, &recorded);
+    bool found = held && (work->of_ledger || vw_saved_views_exist(&retrainer->saved_views, id));
     if (!status && found && retraining->photo_count > 0)
         status = vw_retraining_store_recall_views(retrainer->retrainings, id, retraining->photos,
                                                   retraining->photo_count, &found);
-    retrainer->recalled += !status && found;
+    retrainer->recalled += !status && found && !work->of_ledger;
     if (!status && found && !is_sampled(work, id)) *result = recorded;
     else if (!status) status = sit_down(work, retraining, id, held ? &recorded : NULL, found, result);
     vw_first_failure_note(&work->failure, status);
@@ -464,12 +488,12 @@ static enum vw_status finish(struct work *work, struct seat *seat) {
     share_cpu_time(work);
     seat->result->seconds = seat->cpu_s;
     take_photos(seat);
-    enum vw_status status = seat->recorded ? compare_recorded(retrainer, seat) : VW_OK;
+    enum vw_status status = seat->recorded ? compare_recorded(work, seat) : VW_OK;
     if (!status && !seat->recalled)
         status = vw_retraining_store_add(retrainer->retrainings, seat->id, retrainer->scene_hash, &made, seat->result,
                                          seat->views, seat->view_count);
     if (!status) status = settle(retrainer, seat->id);
-    if (status) return status;
+    if (status || work->of_ledger) return status;
     retrainer->made += !seat->recalled;
     report_progress(retrainer);
     return VW_OK;
@@ -501,17 +525,32 @@ static void advance(struct work *work) {
     }
 }
 
+static enum vw_status make_all(struct work *work, const struct vw_retrain_params *retrainings, uint32_t count,
+                               struct vw_retrain_result *results) {
+    work->counted_cpu_s = vw_cpu_s();
+    vw_first_failure_note(&work->failure, find_least_rank(work, retrainings, count));
+    for (uint32_t next = 0; work->busy > 0 || (!work->failure.status && next < count);) {
+        while (!work->failure.status && next < count && work->busy < work->retrainer->at_a_time &&
+               begin(work, retrainings, next, &results[next]))
+            next++;
+        advance(work);
+    }
+    return vw_first_failure_report(&work->failure);
+}
+
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results) {
-    struct work work = {.retrainer = context, .counted_cpu_s = vw_cpu_s()};
-    vw_first_failure_note(&work.failure, find_least_rank(&work, retrainings, count));
-    for (uint32_t next = 0; work.busy > 0 || (!work.failure.status && next < count);) {
-        while (!work.failure.status && next < count && work.busy < work.retrainer->at_a_time &&
-               begin(&work, &retrainings[next], &results[next]))
-            next++;
-        advance(&work);
-    }
-    return vw_first_failure_report(&work.failure);
+    struct work work = {.retrainer = context};
+    return make_all(&work, retrainings, count, results);
+}
+
+enum vw_status vw_retrain_check_sample(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                       const double *val_psnr, uint32_t count) {
+    struct work work = {.retrainer = retrainer, .of_ledger = val_psnr};
+    struct vw_retrain_result *results = vw_allocate(count, sizeof *results);
+    enum vw_status status = results ? make_all(&work, retrainings, count, results) : VW_ERROR_MEMORY;
+    free(results);
+    return status;
 }
 
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,

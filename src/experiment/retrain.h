@@ -70,6 +70,12 @@ void vw_retrainer_name(const struct vw_retrainer *retrainer, const struct vw_ret
 enum vw_status vw_retrain(void *context, const struct vw_retrain_params *retrainings, uint32_t count,
                           struct vw_retrain_result *results);
 
+// Makes a sample of retrainings again whose outcomes the ledger has (NaN: not finite), and compares them bit for bit:
+// of these, too, an eighth, and at least one. Call it before vw_retrain() makes others. VW_ERROR_MISMATCH for one that
+// does not come out the same again.
+enum vw_status vw_retrain_check_sample(struct vw_retrainer *retrainer, const struct vw_retrain_params *retrainings,
+                                       const double *val_psnr, uint32_t count);
+
 // Fills in psnr_db of a retraining's single validation and test photos, whose image_ids are scene indices. Returns
 // VW_ERROR_MISMATCH when the store lacks one.
 enum vw_status vw_retrainer_find_views(const struct vw_retrainer *retrainer, const struct vw_retrain_params *retraining,

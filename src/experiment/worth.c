@@ -15,6 +15,7 @@
 #include "run/out_folder.h"
 #include "run/out_lock.h"
 #include "run/outputs/run_outputs.h"
+#include "run/recorded/replayed_run.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -140,6 +141,41 @@ static enum vw_status retrain(struct work *work) {
     return status;
 }
 
+// ---- Before anybody is paid ----------------------------------------------------------------------------------------
+
+static enum vw_status create_trainer(void *context, struct vw_trainer **trainer) {
+    return vw_recorded_create_trainer(context, true, trainer);
+}
+
+static enum vw_status check_steps(struct work *work) {
+    struct vw_recorded_run *recorded = &work->result->recorded;
+    const struct vw_steps_sample sample = {.ledger = recorded->ledger,
+                                           .out = recorded->out,
+                                           .create = create_trainer,
+                                           .context = recorded,
+                                           .interrupt = &work->params->interrupt};
+    return vw_steps_check_sample(&sample);
+}
+
+// Compares the retrainings of the ledger with the plan, and makes a sample of them again.
+static enum vw_status check_retrainings(struct work *work) {
+    const struct vw_scoring *scoring = &work->result->scoring;
+    uint32_t count = scoring->retraining_count;
+    const struct vw_worth_plan_progress progress = {scoring->retrainings, count, count_recorded(work, false),
+                                                    count_recorded(work, true)};
+    struct vw_ledger_retraining *rows = NULL;
+    struct vw_retrain_params *trained = vw_allocate(count, sizeof *trained);
+    double *val_psnr = vw_allocate(count, sizeof *val_psnr);
+    enum vw_status status = trained && val_psnr ? list_retrainings(work, &progress, &rows) : VW_ERROR_MEMORY;
+    for (uint32_t i = 0; !status && i < count; i++) val_psnr[i] = rows[i].val_psnr;
+    if (!status) vw_worth_plan_describe(rows, count, trained);
+    if (!status) status = vw_retrain_check_sample(&work->retrainer, trained, val_psnr, count);
+    free(rows);
+    free(trained);
+    free(val_psnr);
+    return status;
+}
+
 // ---- Outputs -------------------------------------------------------------------------------------------------------
 
 // Compares the scores of the ledger, which this command may have left as they were, with those that are written now.
@@ -236,8 +272,7 @@ static enum vw_status open_retrainer(struct work *work) {
                                                .equal = VW_EQUAL_STEPS,
                                                .averaged_epochs = VW_TRUTH_EPOCHS,
                                                .interrupt = work->params->interrupt};
-    enum vw_status status = vw_checksums_remove(work->params->out); // every retraining changes the chain head
-    if (!status) status = vw_retrainer_open(&params, &work->retrainer);
+    enum vw_status status = vw_retrainer_open(&params, &work->retrainer);
     return status ? status : plan(work);
 }
 
@@ -256,9 +291,13 @@ static enum vw_status make(struct work *work) {
     if (!status) status = open_run(work);
     if (status) return status;
     bool trains = count_missing(work) > 0;
-    bool writes = trains || work->payout.cents || lacks_outputs(work);
-    status = writes ? open_session(work) : vw_recorded_warn_unverified(result->recorded.ledger);
-    if (!status && trains) status = open_retrainer(work);
+    bool pays = work->payout.cents > 0, checks = pays && result->scoring.retraining_count > 0;
+    bool writes = trains || pays || lacks_outputs(work);
+    status = writes ? open_session(work) : vw_recorded_warn_unverified(&result->recorded, false);
+    if (!status && pays) status = check_steps(work);
+    if (!status && (trains || checks)) status = open_retrainer(work);
+    if (!status && checks) status = check_retrainings(work);
+    if (!status && trains) status = vw_checksums_remove(work->params->out); // every retraining changes the chain head
     if (!status && trains) status = retrain(work);
     if (!status && writes) status = write_outputs(work);
     if (!status) status = summarise(work, &reached);
@@ -274,16 +313,46 @@ enum vw_status vw_worth_run_check(const struct vw_worth_run_params *params) {
     return vw_attribution_read_payout(&params->payout, NULL, &request);
 }
 
+static void close_work(struct work *work) {
+    vw_worth_plan_free(&work->plan);
+    free(work->providers);
+    vw_retrainer_close(&work->retrainer);
+    vw_session_close_recorded(&work->session);
+    vw_ledger_close(&work->ledger);
+    vw_out_lock_release(&work->lock);
+}
+
 enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struct vw_worth_run *result) {
     struct work work = {.params = params, .result = result};
     *result = (struct vw_worth_run){0};
     enum vw_status status = make(&work);
-    vw_worth_plan_free(&work.plan);
-    free(work.providers);
-    vw_retrainer_close(&work.retrainer);
-    vw_session_close_recorded(&work.session);
-    vw_ledger_close(&work.ledger);
-    vw_out_lock_release(&work.lock);
+    close_work(&work);
+    return status;
+}
+
+// Does nothing for a run without retrainings, which may be unfinished.
+static enum vw_status check_recorded(struct work *work, char head[VW_HASH_HEX_BYTES]) {
+    struct vw_recorded_run *recorded = &work->result->recorded;
+    enum vw_status status = vw_out_lock_take(work->params->out, &work->lock);
+    if (!status) status = vw_recorded_open_unverified(work->params->out, recorded);
+    if (!status) status = vw_scoring_make(recorded->ledger, &recorded->config, &work->result->scoring);
+    if (status || !work->result->scoring.retraining_count) return status;
+    work->config = vw_config_of_retrainings(recorded, &work->result->scoring.input);
+    status = check_run(work);
+    if (!status) status = open_session(work);
+    if (!status) status = open_retrainer(work);
+    if (!status) status = check_retrainings(work);
+    if (!status) vw_ledger_chain_head(work->ledger, head);
+    return status;
+}
+
+enum vw_status vw_worth_check_recorded(const struct vw_worth_run_params *params, char head[VW_HASH_HEX_BYTES]) {
+    struct vw_worth_run result = {0};
+    struct work work = {.params = params, .result = &result};
+    head[0] = 0;
+    enum vw_status status = check_recorded(&work, head);
+    close_work(&work);
+    vw_worth_run_free(&result);
     return status;
 }
 

@@ -132,14 +132,19 @@ enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, const struct
     return VW_OK;
 }
 
+void vw_worth_plan_describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
+                            struct vw_retrain_params *trained) {
+    for (uint32_t i = 0; i < count; i++)
+        trained[i] = (struct vw_retrain_params){
+            .views = retrainings[i].image_ids, .view_count = retrainings[i].image_count, .seed = retrainings[i].seed};
+}
+
 enum vw_status vw_worth_plan_train(struct vw_ledger_retraining *retrainings, uint32_t first, uint32_t count,
                                    vw_retrain_function *retrain, void *context) {
     struct vw_retrain_params *trained = vw_allocate(count - first, sizeof *trained);
     struct vw_retrain_result *results = vw_allocate(count - first, sizeof *results);
     enum vw_status status = trained && results ? VW_OK : VW_ERROR_MEMORY;
-    for (uint32_t i = first; !status && i < count; i++)
-        trained[i - first] = (struct vw_retrain_params){
-            .views = retrainings[i].image_ids, .view_count = retrainings[i].image_count, .seed = retrainings[i].seed};
+    if (!status) vw_worth_plan_describe(retrainings + first, count - first, trained);
     if (!status) status = retrain(context, trained, count - first, results);
     for (uint32_t i = first; !status && i < count; i++)
         retrainings[i].val_psnr = isfinite(results[i - first].val_psnr) ? results[i - first].val_psnr : NAN;

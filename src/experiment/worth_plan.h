@@ -40,6 +40,9 @@ struct vw_worth_plan_progress {
 // by the caller (free), as vw_ledger_get_retrainings.
 enum vw_status vw_worth_plan_list(const struct vw_worth_plan *plan, const struct vw_worth_plan_progress *progress,
                                   struct vw_ledger_retraining **retrainings);
+// Fills in what is trained; the retrainings lend their photos.
+void vw_worth_plan_describe(const struct vw_ledger_retraining *retrainings, uint32_t count,
+                            struct vw_retrain_params *trained);
 // Makes retrainings first ... count - 1 and fills their outcomes.
 enum vw_status vw_worth_plan_train(struct vw_ledger_retraining *retrainings, uint32_t first, uint32_t count,
                                    vw_retrain_function *retrain, void *context);

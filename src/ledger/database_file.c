@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
@@ -107,6 +108,12 @@ enum vw_status vw_database_check_place(const char *path, enum vw_database_access
         return vw_fail(VW_ERROR_INPUT, "%s: is a link; name the folder that holds the file itself", path);
     if (!S_ISREG(info.st_mode))
         return vw_fail(VW_ERROR_INPUT, "%s: is a folder, a pipe or a device; give the path of a plain file", path);
+    if (access == VW_DATABASE_APPEND && info.st_nlink != 1) // what is written would be in another folder as well
+        return vw_fail(
+            VW_ERROR_INPUT,
+            "%s: has %ju hard links, so that other folders would change with it; replace it by a copy: cp %s "
+            "COPY && mv COPY %s",
+            path, (uintmax_t)info.st_nlink, path, path);
     char *journal = vw_format_text("%s-journal", path), *log = vw_format_text("%s-wal", path);
     char *log_index = vw_format_text("%s-shm", path);
     enum vw_status status = journal && log && log_index ? VW_OK : VW_ERROR_MEMORY;

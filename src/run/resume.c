@@ -48,18 +48,41 @@ static enum vw_status compare_extent(struct vw_run *run, const struct vw_ledger_
     return VW_OK;
 }
 
-// Takes the first steps again and compares them with the recorded ones before anybody is paid by these: neither a
-// checkpoint nor the chain tells whether the program has taken them. Later steps are then taken by a new trainer.
-static enum vw_status repeat_first_steps(struct vw_run *run) {
-    enum { PART = 100, LEAST = 32, MOST = 1024 };
-    const struct vw_interrupt none = {0};
-    uint64_t last_step = vw_ledger_next_step(run->ledger) - 1, compared = 0, wanted = last_step / PART;
-    wanted = wanted < LEAST ? LEAST : wanted > MOST ? MOST : wanted;
-    enum vw_status status = vw_steps_repeat(run->ledger, run->trainer, wanted, &none, &compared);
-    vw_trainer_destroy(&run->trainer);
-    if (!status) status = vw_run_create_trainer(run);
-    if (!status) vw_log_info("payout   the first %" PRIu64 " steps, taken again, are the recorded ones", compared);
+static enum vw_status create_trainer(void *context, struct vw_trainer **trainer) {
+    struct vw_run *run = context;
+    enum vw_status status = vw_run_create_trainer(run);
+    *trainer = run->trainer;
+    run->trainer = NULL;
     return status;
+}
+
+// Takes recorded steps again before anybody is paid by these. A run that goes on takes those after its checkpoint
+// anyway.
+static enum vw_status check_steps(struct vw_run *run) {
+    const struct vw_interrupt none = {0};
+    const struct vw_steps_sample sample = {.ledger = run->ledger,
+                                           .out = run->complete ? run->out : NULL,
+                                           .create = create_trainer,
+                                           .context = run,
+                                           .interrupt = &none};
+    vw_trainer_destroy(&run->trainer);
+    enum vw_status status = vw_steps_check_sample(&sample);
+    return status ? status : vw_run_create_trainer(run);
+}
+
+// Refuses to pay by retrainings of which nobody has made a sample again.
+static enum vw_status check_retrainings(const struct vw_run *run) {
+    struct vw_ledger_retraining *rows = NULL;
+    uint32_t count = 0;
+    char head[VW_HASH_HEX_BYTES];
+    enum vw_status status = vw_ledger_get_retrainings(run->ledger, &rows, &count);
+    free(rows);
+    vw_ledger_chain_head(run->ledger, head);
+    if (status || !count || !strcmp(head, run->sampled_head)) return status;
+    return vw_fail(VW_ERROR_USAGE,
+                   "%s: pays by %" PRIu32 " retrainings, of which no sample was made again; pay by viewworth worth %s "
+                   "--payout AMOUNT",
+                   run->out, count, run->out);
 }
 
 enum vw_status vw_run_resume(struct vw_run *run) {
@@ -70,7 +93,8 @@ enum vw_status vw_run_resume(struct vw_run *run) {
     if (!status) status = vw_run_row_check_same(&ours, &recorded, run->out);
     if (!status) status = read_steps(run);
     if (!status) status = compare_extent(run, &recorded);
-    if (!status && run->payout.cents && vw_ledger_next_step(run->ledger) > 1) status = repeat_first_steps(run);
+    if (!status && run->payout.cents && run->complete) status = check_retrainings(run);
+    if (!status && run->payout.cents) status = check_steps(run);
     if (!status && !run->complete) status = vw_ledger_extend(run->ledger, ours.row.config_json);
     if (!status && !run->complete) status = load_checkpoint(run);
     vw_run_row_free(&ours);

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/random.h"
+#include "base/statistics.h"
 #include "train/identity.h"
 #include "viewworth/ledger.h"
 #include "viewworth/train.h"
@@ -66,18 +67,22 @@ static void take_steps(struct synthetic *run) {
         uint32_t photo = step ? (step - 1) % run->photos : 0;
         struct vw_view_error *errors = &run->errors[(size_t)step * run->view_count];
         if (step) psnr_db += 0.1 * (draw(0, photo) + draw(step, 1));
+        double mean_db = 0, mse = 0, l1 = 0;
         for (uint32_t v = 0; v < run->view_count; v++) {
             double view_db = psnr_db + draw(step, 2 + v);
             errors[v] = (struct vw_view_error){.mse = pow(10, -view_db / 10), .l1 = 0.4 * pow(10, -view_db / 20)};
+            mean_db += vw_psnr_db(errors[v].mse) / run->view_count;
+            mse += errors[v].mse / run->view_count;
+            l1 += errors[v].l1 / run->view_count;
         }
         run->records[step] = (struct vw_step_record){.step = step,
                                                      .epoch = step ? (step - 1) / run->photos : 0,
                                                      .view = step ? photo : (uint32_t)VW_RECORD_UNTRAINED,
                                                      .train_loss = step ? 0.1 : NAN,
                                                      .validated = true,
-                                                     .val_psnr = psnr_db,
-                                                     .val_psnr_pooled = psnr_db - 0.1,
-                                                     .val_l1 = 0.4 * pow(10, -psnr_db / 20),
+                                                     .val_psnr = mean_db,
+                                                     .val_psnr_pooled = vw_psnr_db(mse),
+                                                     .val_l1 = l1,
                                                      .views = errors,
                                                      .view_count = run->view_count};
     }

@@ -179,6 +179,11 @@ TEST(forged_rows_with_a_chain_that_fits_are_found) {
          "scores where its steps give"},
         {"another field", "UPDATE run SET field_sha256 = run_id", "field.vwf: is not the field"},
         {"no field", "UPDATE run SET field_sha256 = NULL", "no hash of its field"},
+        {"a step above its views", "UPDATE step SET val_psnr = val_psnr + 0.001 WHERE step = 3", "its view rows"},
+        {"a pooled PSNR above its views", "UPDATE step SET val_psnr_pooled = 90 WHERE step = 3", "its view rows"},
+        {"an L1 below its views", "UPDATE step SET val_l1 = 0 WHERE step = 3", "its view rows"},
+        {"a step without views", "DELETE FROM view WHERE step = 3", "its view rows"},
+        {"a view that differs", "UPDATE view SET mse = 2 * mse WHERE step = 3 AND image_id = 6", "its view rows"},
         {"another score", "UPDATE score SET value = value + 0.5 WHERE rowid = 1", "or its place"},
         {"another provider", "UPDATE image SET provider = 'carl' WHERE provider = 'anna'", "scores.csv: is not what"},
     };

@@ -5,6 +5,7 @@
 #include "support/temporary_folder.h"
 
 #include <ftw.h>
+#include <math.h>
 #include <unistd.h>
 
 #include "base/random.h"
@@ -84,8 +85,9 @@ static inline uint32_t test_train(const struct test_trainer *trainer, struct vw_
         psnr += delta;
         pooled += 2 * delta;
         l1 -= delta / 100;
-        errors[2 * step] = (struct vw_view_error){.mse = 0.01 + step, .l1 = l1};
-        errors[2 * step + 1] = (struct vw_view_error){.mse = -0.0, .l1 = 0.125}; // SQLite keeps no negative zero
+        // The second view is floored at 100 dB; SQLite keeps no negative zero. The first makes their mean PSNR.
+        errors[2 * step] = (struct vw_view_error){.mse = pow(10, (100 - 2 * psnr) / 10), .l1 = l1};
+        errors[2 * step + 1] = (struct vw_view_error){.mse = -0.0, .l1 = 0.125};
         records[step] = (struct vw_step_record){
             .step = step,
             .epoch = epoch,

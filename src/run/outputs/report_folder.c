@@ -62,7 +62,7 @@ static enum vw_status read_matrix(struct held_run *run) {
 
 static enum vw_status read_run(struct held_run *run, bool verified) {
     enum vw_status status = vw_recorded_open_unverified(run->folder, &run->recorded);
-    if (!status && !verified) status = vw_recorded_warn_unverified(run->recorded.ledger);
+    if (!status && !verified) status = vw_recorded_warn_unverified(&run->recorded, true);
     if (!status) status = vw_scoring_load(run->recorded.ledger, &run->recorded.config, &run->input);
     if (!status) status = vw_ledger_get_scores(run->recorded.ledger, &run->scores, &run->score_count);
     if (!status) status = read_matrix(run);

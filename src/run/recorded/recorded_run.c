@@ -12,16 +12,27 @@
 #include "run/imported/imported_run.h"
 #include "run/kept_files.h"
 #include "run/out_files.h"
+#include "run/scoring.h"
 #include "train/trainer.h"
 #include "viewworth/log.h"
 
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run) {
     enum vw_status status = vw_recorded_open_unverified(out, run);
-    return status ? status : vw_recorded_warn_unverified(run->ledger);
+    return status ? status : vw_recorded_warn_unverified(run, true);
 }
 
-enum vw_status vw_recorded_warn_unverified(struct vw_ledger *ledger) {
-    enum vw_status status = vw_ledger_verify(ledger);
+enum vw_status vw_recorded_check_scores(struct vw_recorded_run *run) {
+    struct vw_scoring scoring = {0};
+    if (!strcmp(run->row.status, "running")) return VW_OK;
+    enum vw_status status = vw_scoring_make(run->ledger, &run->config, &scoring);
+    if (!status) status = vw_scoring_compare(&scoring, run->ledger, run->ledger_path);
+    vw_scoring_free(&scoring);
+    return status;
+}
+
+enum vw_status vw_recorded_warn_unverified(struct vw_recorded_run *run, bool scores) {
+    enum vw_status status = vw_ledger_verify(run->ledger);
+    if (!status && scores) status = vw_recorded_check_scores(run);
     if (status != VW_ERROR_MISMATCH) return status;
     vw_log_warning("%s; the ledger was edited, and so may be what follows from it", vw_error_message());
     return VW_OK;

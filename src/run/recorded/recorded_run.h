@@ -24,11 +24,15 @@ struct vw_recorded_run {
     struct vw_file_binding binding; // binds the field; set with the scene
 };
 
-// Opens OUT's ledger and reads what the run is. Warns when the ledger does not verify, for a reader that prints what is
-// in it; a writer opens it again by vw_ledger_open_to_append(), which refuses. Close it also after a failure.
+// Opens OUT's ledger and reads what the run is. Warns when the ledger does not verify or its scores are not those of
+// its steps, for a reader that prints what is in it; a writer opens it again by vw_ledger_open_to_append(), which
+// refuses. Close it also after a failure.
 enum vw_status vw_recorded_open(const char *out, struct vw_recorded_run *run);
-// Warns in the same way.
-enum vw_status vw_recorded_warn_unverified(struct vw_ledger *ledger);
+// Warns in the same way, of scores only where these are asked for.
+enum vw_status vw_recorded_warn_unverified(struct vw_recorded_run *run, bool scores);
+// Compares the recorded scores with those that steps and retrainings give. VW_ERROR_MISMATCH. A run that goes on has
+// none.
+enum vw_status vw_recorded_check_scores(struct vw_recorded_run *run);
 // Opens it without verifying, for whoever does that.
 enum vw_status vw_recorded_open_unverified(const char *out, struct vw_recorded_run *run);
 // Opens the device (index or part of the name; NULL: the preferred one) and the scene, which must be the one that the

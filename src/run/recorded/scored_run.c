@@ -25,7 +25,9 @@ enum vw_status vw_scored_run_open(const char *out, struct vw_scored_run *run) {
     struct vw_recorded_run *recorded = &run->recorded;
     json_error_t error;
     enum vw_status status = refuse_folds(out);
-    if (!status) status = vw_recorded_open(out, recorded);
+    if (!status) status = vw_recorded_open_unverified(out, recorded);
+    if (!status) status = vw_recorded_check_scores(recorded);
+    if (!status) status = vw_recorded_warn_unverified(recorded, false);
     if (!status) status = vw_ledger_get_images(recorded->ledger, &run->images, &run->image_count);
     if (status) return status;
     run->scene_options =

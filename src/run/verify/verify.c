@@ -59,14 +59,6 @@ static enum vw_status check_import(const struct vw_recorded_run *run, const stru
 
 // ---- Replay --------------------------------------------------------------------------------------------------------
 
-static enum vw_status check_same_run(const struct vw_recorded_run *run, const struct vw_trainer *trainer) {
-    struct vw_run_row ours;
-    enum vw_status status = vw_run_row_make(trainer, run->gpu, run->scene, &run->config, &ours);
-    if (!status) status = vw_run_row_check_same(&ours, &run->row, run->out);
-    vw_run_row_free(&ours);
-    return status;
-}
-
 // Tells whether the run is one of `value`: the untrained field has a validation, or one that is not finite.
 static bool is_validated(const struct vw_value_input *input) {
     return input->record_count > 0 && (input->records[0].validated || input->records[0].nonfinite);
@@ -78,15 +70,8 @@ static enum vw_status replay(struct vw_recorded_run *run, const struct vw_verify
     enum vw_status status = vw_recorded_open_scene(run, params->device ? params->device : run->row.device);
     if (!status) status = vw_recorded_check_images(run);
     if (status) return status;
-    const struct vw_trainer_params of_trainer = {.gpu = run->gpu,
-                                                 .scene = run->scene,
-                                                 .config = &run->config,
-                                                 .effects = run->effects,
-                                                 .effect_count = run->effect_count,
-                                                 .validate = validated};
-    status = vw_trainer_create(&of_trainer, &trainer);
-    if (!status) status = check_same_run(run, trainer);
-    if (!status) status = vw_steps_repeat(run->ledger, trainer, params->replay_steps, &params->interrupt, compared);
+    status = vw_recorded_create_trainer(run, validated, &trainer);
+    if (!status) status = vw_steps_repeat(run->ledger, trainer, 0, params->replay_steps, &params->interrupt, compared);
     vw_trainer_destroy(&trainer);
     return status;
 }
