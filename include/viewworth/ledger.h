@@ -4,7 +4,7 @@
 //   numbered from 0; image_ids is a list with single spaces between.
 // - kept(run_id, name, sha256, previous_sha256): the files in OUT that a later command goes on from, by the SHA-256 of
 //   the present one and of the one before it. name is that of the file, or "retrainings.db/ID" for a retraining of that
-//   file (src/ledger/retraining_store.h).
+//   file (src/ledger/retraining_store.h), or "payout" for what a payout was asked with (src/run/outputs/attribution.h).
 //
 // The tables of lasting credit (value.h), empty in a run without it:
 // - lasting(run_id, rays, epochs, states, row_hash): the settings of the pass;
@@ -161,6 +161,8 @@ enum vw_status vw_ledger_add_retrainings(struct vw_ledger *ledger, const struct 
 enum vw_status vw_ledger_keep(struct vw_ledger *ledger, const char *name, const char *sha256);
 // Tells whether the hash is one of these two. A file of another hash was not left by this run, and is not to be used.
 enum vw_status vw_ledger_is_kept(struct vw_ledger *ledger, const char *name, const char *sha256, bool *kept);
+// Reads the present one of the two; "" where there is none.
+enum vw_status vw_ledger_get_kept(struct vw_ledger *ledger, const char *name, char sha256[VW_HASH_HEX_BYTES]);
 
 // Names the SHA-256 (64 hex digits) of the field file that the run ends with. vw_ledger_finish writes it, and an append
 // forgets it.

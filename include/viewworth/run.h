@@ -54,7 +54,7 @@ struct vw_lasting_options {
 struct vw_payout_options {
     const char *amount; // to divide among the providers, "99.50"; NULL: none
     bool floor_equal;   // where no photo is worth anything, all are paid the same; otherwise no one is paid
-    bool anyway;        // pay although retrainings are missing, or tell no two providers apart
+    bool anyway;        // pay although retrainings are missing, or tell no two photos apart
 };
 
 struct vw_run_params {

@@ -266,8 +266,9 @@ static enum vw_status end_job(struct queue *queue, uint32_t job, int exit_code, 
     result->seconds += seconds;
     result->state = !exit_code ? VW_JOB_DONE : queue->stopping ? VW_JOB_STOPPED : VW_JOB_FAILED;
     if (result->state == VW_JOB_FAILED) result->message = describe_failure(queue, job, exit_code);
+    enum vw_status status = exit_code ? VW_OK : vw_job_result_note_run(queue->params->out, job_at(queue, job), result);
     count_states(queue->batch);
-    enum vw_status status = vw_job_result_write(queue->params->out, job_at(queue, job), result);
+    if (!status) status = vw_job_result_write(queue->params->out, job_at(queue, job), result);
     if (!status && !queue->params->only) status = write_states(queue->batch, queue->params->out);
     report(queue, job_at(queue, job));
     return status;
@@ -350,9 +351,10 @@ static enum vw_status run_queue(struct queue *queue) {
     return status;
 }
 
-static enum vw_status read_records(struct vw_batch *batch, const char *out) {
+// Reads the records of all jobs; of job `only` alone, counted from 1, where one is named.
+static enum vw_status read_records(struct vw_batch *batch, const char *out, uint32_t only) {
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; !status && i < batch->jobs->count; i++)
+    for (uint32_t i = only ? only - 1 : 0; !status && i < (only ? only : batch->jobs->count); i++)
         status = vw_job_result_read(out, &batch->jobs->jobs[i], &batch->results[i]);
     count_states(batch);
     return status;
@@ -375,7 +377,8 @@ static enum vw_status run_jobs(const struct vw_batch_params *params, struct vw_b
                           .device_count = params->device_count ? params->device_count : 1,
                           .children = vw_allocate(batch->jobs->count, sizeof *queue.children)};
     queue.on_device = vw_allocate(queue.device_count, sizeof *queue.on_device);
-    enum vw_status status = queue.children && queue.on_device ? read_records(batch, params->out) : VW_ERROR_MEMORY;
+    enum vw_status status =
+        queue.children && queue.on_device ? read_records(batch, params->out, params->only) : VW_ERROR_MEMORY;
     if (!status && !params->merge_only) {
         forget_failures(batch);
         status = run_queue(&queue);
@@ -396,10 +399,13 @@ static enum vw_status merge(const struct vw_batch_params *params, struct vw_batc
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < batch->jobs->count; i++) {
         if (batch->results[i].state != VW_JOB_DONE) continue;
+        status = vw_job_result_check(params->out, &batch->jobs->jobs[i], &batch->results[i]); // since it ended
+        if (status || batch->results[i].state != VW_JOB_DONE) continue;
         char *folder = vw_path_join(params->out, batch->jobs->jobs[i].name);
         status = folder ? vw_merged_runs_add(&batch->merged, batch->jobs->jobs[i].name, folder) : VW_ERROR_MEMORY;
         free(folder);
     }
+    count_states(batch);
     if (!status && batch->merged.count) status = vw_merge_write(params->out, &batch->merged);
     struct vw_summary_row *rows = status ? NULL : vw_summary_of_batch(batch);
     if (!status) status = rows ? vw_summary_write(params->out, rows, batch->jobs->count) : VW_ERROR_MEMORY;
@@ -433,7 +439,7 @@ static enum vw_status create(const struct vw_jobs *jobs, struct vw_batch *batch)
 enum vw_status vw_batch_look(const struct vw_jobs *jobs, const char *out, struct vw_batch *batch) {
     enum vw_status status = create(jobs, batch);
     if (!status) status = check(&(struct vw_batch_params){.jobs = jobs, .out = out});
-    return status ? status : read_records(batch, out);
+    return status ? status : read_records(batch, out, 0);
 }
 
 enum vw_status vw_batch_make(const struct vw_batch_params *params, struct vw_batch *batch) {

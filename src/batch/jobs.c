@@ -7,11 +7,13 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/inside.h"
 #include "base/json.h"
 #include "base/json_reader.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "viewworth/ledger.h"
 
 enum { SEED_WORD = 2 }; // index in a job's words, after "value" and the scene
 
@@ -272,8 +274,53 @@ static json_t *words_to_json(const struct vw_job *job) {
     return words;
 }
 
-// Returns whether the run of a job is there.
-static bool has_run(const char *out, const struct vw_job *job) {
+// Hashes what a run is: its run_id, which covers scene, photos, seed and device, and its config with the epochs.
+static void hash_run(const struct vw_ledger_run *row, char run[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    uint8_t hash[VW_HASH_BYTES];
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, row->run_id);
+    vw_hasher_add_text(&hasher, row->config_json);
+    vw_hasher_end(&hasher, hash);
+    vw_hash_to_hex(hash, run);
+}
+
+// Finds which run a job's folder has; "" where it has none of the job's seed.
+static void find_run(const char *out, const struct vw_job *job, char run[VW_HASH_HEX_BYTES]) {
+    struct vw_ledger *ledger = NULL;
+    struct vw_ledger_run row;
+    char *name = vw_format_text("%s/ledger.db", job->name), *path = name ? vw_path_join(out, name) : NULL;
+    enum vw_status status = path ? vw_file_check_inside(out, name) : VW_ERROR_MEMORY;
+    *run = 0;
+    if (!status) status = vw_ledger_open(path, &ledger);
+    if (!status) status = vw_ledger_get_run(ledger, &row);
+    if (!status && (uint64_t)row.seed == job->seed) hash_run(&row, run);
+    vw_ledger_close(&ledger);
+    free(path);
+    free(name);
+}
+
+static enum vw_status fail_foreign(const char *out, const struct vw_job *job, struct vw_job_result *result) {
+    free(result->message);
+    result->state = VW_JOB_FAILED;
+    result->message =
+        vw_format_text("%s/%s: is not the run that the job left there; remove this folder", out, job->name);
+    return result->message ? VW_OK : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_job_result_check(const char *out, const struct vw_job *job, struct vw_job_result *result) {
+    char run[VW_HASH_HEX_BYTES];
+    find_run(out, job, run);
+    return *run && strcmp(run, result->run) == 0 ? VW_OK : fail_foreign(out, job, result);
+}
+
+enum vw_status vw_job_result_note_run(const char *out, const struct vw_job *job, struct vw_job_result *result) {
+    find_run(out, job, result->run);
+    return *result->run ? VW_OK : fail_foreign(out, job, result);
+}
+
+// Returns whether a ledger is in the job's folder.
+static bool has_ledger(const char *out, const struct vw_job *job) {
     char *ledger = vw_format_text("%s/ledger.db", job->name);
     bool there = ledger && vw_file_exists_inside(out, ledger);
     free(ledger);
@@ -284,18 +331,21 @@ static enum vw_status read_result(const char *out, const json_t *object, const s
                                   struct vw_job_result *result) {
     const json_t *code = json_object_get(object, "exit_code"), *seconds = json_object_get(object, "seconds");
     const char *message = json_string_value(json_object_get(object, "message"));
+    const char *run = json_string_value(json_object_get(object, "run"));
     json_t *words = words_to_json(job);
     bool same = words && json_equal(words, json_object_get(object, "words")) && json_is_integer(code) &&
                 json_integer_value(code) >= 0 && json_integer_value(code) <= UINT8_MAX &&
                 json_number_value(seconds) >= 0;
     json_decref(words);
     if (!same) return VW_OK;
-    bool done = !json_integer_value(code) && has_run(out, job), failed = message && *message; // stopped: neither
+    bool failed = message && *message; // stopped: neither
+    bool done = !failed && !json_integer_value(code) && run && *run && has_ledger(out, job);
     result->state = done ? VW_JOB_DONE : failed ? VW_JOB_FAILED : VW_JOB_WAITING;
     if (done || failed) result->exit_code = (int)json_integer_value(code);
     result->seconds = json_number_value(seconds);
     if (failed && !(result->message = vw_copy_text(message))) return VW_ERROR_MEMORY;
-    return VW_OK;
+    if (done) snprintf(result->run, sizeof result->run, "%s", run);
+    return done ? vw_job_result_check(out, job, result) : VW_OK;
 }
 
 enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, struct vw_job_result *result) {
@@ -316,8 +366,9 @@ enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, str
 
 enum vw_status vw_job_result_write(const char *out, const struct vw_job *job, const struct vw_job_result *result) {
     char *path = vw_format_text("%s/%s.json", out, job->name);
-    json_t *object = json_pack("{s:o, s:i, s:f, s:s}", "words", words_to_json(job), "exit_code", result->exit_code,
-                               "seconds", result->seconds, "message", result->message ? result->message : "");
+    json_t *object =
+        json_pack("{s:o, s:i, s:f, s:s, s:s}", "words", words_to_json(job), "exit_code", result->exit_code, "seconds",
+                  result->seconds, "message", result->message ? result->message : "", "run", result->run);
     enum vw_status status = vw_json_write_file(path, object);
     free(path);
     return status;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "viewworth/status.h"
+#include "viewworth/types.h"
 
 enum {
     VW_JOBS_FILE_BYTES_MAX = 1 << 20,
@@ -47,18 +48,23 @@ enum vw_job_state {
 };
 
 // The end of a job. Its record is OUT/NAME.json next to its folder OUT/NAME: {"words": [...], "exit_code": 0,
-// "seconds": 41.2, "message": ""}. After a restart, a batch reads from it which jobs are done.
+// "seconds": 41.2, "message": "", "run": "HASH"}. After a restart, a batch reads from it which jobs are done.
 struct vw_job_result {
     enum vw_job_state state;
-    int exit_code;  // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
-    double seconds; // that its processes took together
-    char *message;  // owned: the last line of its log, where it failed; else NULL
+    int exit_code;               // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
+    double seconds;              // that its processes took together
+    char *message;               // owned: the last line of its log, where it failed; else NULL
+    char run[VW_HASH_HEX_BYTES]; // of a job that is done: hash of its run_id and config; else ""
 };
 
 // Reads the record of a job with the same words, which contain the scene as JOBS.json names it: done if the last
-// process ended with exit code 0 and the run still exists, failed if there is a message, otherwise waiting. A record of
-// other words, none and a broken one are as if no process had ended. VW_ERROR_MEMORY.
+// process ended with exit code 0 and its run is still there, failed if another run is, or if there is a message,
+// otherwise waiting. A record of other words, none and a broken one are as if no process had ended. VW_ERROR_MEMORY.
 enum vw_status vw_job_result_read(const char *out, const struct vw_job *job, struct vw_job_result *result);
+// Fails a job that is done unless its folder has the run that it left, with the seed that JOBS.json names.
+enum vw_status vw_job_result_check(const char *out, const struct vw_job *job, struct vw_job_result *result);
+// Notes which run a job left that has ended with exit code 0, and is done; fails it where that has another seed.
+enum vw_status vw_job_result_note_run(const char *out, const struct vw_job *job, struct vw_job_result *result);
 enum vw_status vw_job_result_write(const char *out, const struct vw_job *job, const struct vw_job_result *result);
 
 #endif

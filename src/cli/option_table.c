@@ -120,14 +120,14 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_MAIN, OPTION(COUNT, replay_steps), RANGE(1, UINT32_MAX), COMMON},
     {"payout", "AMOUNT",
      "Amount of money to divide among the photos in proportion to their worth where that is positive; a provider gets "
-     "the sum over its photos. Needs retrainings that tell at least two providers apart",
+     "the sum over its photos. Needs retrainings that tell at least two photos apart",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(TEXT, payout), COMMON},
     {"payout-floor", NULL,
      "Who is paid where no photo has a positive worth: nobody (none), or all photos of providers the same (equal)",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN,
      CHOICE(payout_floor, floor_choice, VW_PAYOUT_FLOOR_EQUAL), NEEDS("payout")},
     {"pay-anyway", NULL,
-     "Pay although the retrainings tell no two providers apart; without retrainings by dv_psnr where that is positive",
+     "Pay although the retrainings tell no two photos apart; without retrainings by dv_psnr where that is positive",
      VW_OPTIONS_ONE_VALUE | VW_OPTIONS_WORTH, VW_SECTION_MAIN, OPTION(FLAG, pay_anyway), NEEDS("payout")},
     {"provider-retrainings", "M",
      "Number of further retrainings, in which all photos of a provider are in or out together; they show what each "

@@ -180,11 +180,7 @@ static enum vw_status check_retrainings(struct work *work) {
 
 // Compares the scores of the ledger, which this command may have left as they were, with those that are written now.
 static enum vw_status check_written(struct work *work) {
-    enum vw_status status =
-        vw_scoring_compare(&work->result->scoring, work->ledger, work->result->recorded.ledger_path);
-    if (status) return status;
-    vw_ledger_chain_head(work->ledger, work->result->head);
-    return VW_OK;
+    return vw_scoring_compare(&work->result->scoring, work->ledger, work->result->recorded.ledger_path);
 }
 
 static enum vw_status write_outputs(struct work *work) {
@@ -204,6 +200,7 @@ static enum vw_status write_outputs(struct work *work) {
     if (!status) status = vw_recorded_load_field(recorded, &params.trainer);
     if (!status) status = vw_run_outputs_make(&params, &work->made, &work->result->outputs);
     if (!status) status = vw_checksums_write(params.out, params.ledger, &work->made);
+    vw_ledger_chain_head(work->ledger, work->result->head); // a payout changes it
     vw_trainer_destroy(&params.trainer);
     return status;
 }

@@ -32,6 +32,11 @@ enum vw_status vw_ledger_is_kept(struct vw_ledger *ledger, const char *name, con
     return status;
 }
 
+enum vw_status vw_ledger_get_kept(struct vw_ledger *ledger, const char *name, char sha256[VW_HASH_HEX_BYTES]) {
+    char previous[VW_HASH_HEX_BYTES];
+    return find(ledger, name, sha256, previous);
+}
+
 // ---- Writing -------------------------------------------------------------------------------------------------------
 
 struct keeping {

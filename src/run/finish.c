@@ -145,6 +145,7 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     enum vw_status status = score_and_end(run);
     if (!status && !run->written) status = vw_run_write_scores(run);
     if (!status && run->validate) status = make_outputs(run);
+    if (!status) status = name_end(run); // a payout changes the head
     if (!status) status = vw_checksums_write(run->out, run->ledger, &run->made);
     run->finished = !status;
     run->failed |= status && status != VW_ERROR_INTERRUPTED && run->ledger;

@@ -13,10 +13,11 @@ static const size_t FILE_LIMIT_BYTES = (size_t)1 << 26;
 
 // ---- One name -------------------------------------------------------------------------------------------------------
 
-// Returns whether a character shows what it is: no control or format character, no space but the plain one, no filler
-// that is blank, and none that these Unicode tables do not know.
+// Returns whether a character shows what it is: no control or format character, no space but the plain one, none that
+// these Unicode tables do not know, no filler that is blank, and no symbol but those up to the letterlike ones (signs
+// of copyright and trade mark), since some of the others are blank.
 static bool is_visible(utf8proc_int32_t character) {
-    enum { BRAILLE_BLANK = 0x2800 };
+    enum { LETTERLIKE_LAST = 0x214f, KHITAN_FILLER = 0x16fe4, EGYPTIAN_BLANK = 0x13441, EGYPTIAN_HALF_BLANK };
     switch (utf8proc_category(character)) {
     case UTF8PROC_CATEGORY_CC:
     case UTF8PROC_CATEGORY_CF:
@@ -26,7 +27,10 @@ static bool is_visible(utf8proc_int32_t character) {
     case UTF8PROC_CATEGORY_ZL:
     case UTF8PROC_CATEGORY_ZP: return false;
     case UTF8PROC_CATEGORY_ZS: return character == ' ';
-    default: return character != BRAILLE_BLANK && !utf8proc_get_property(character)->ignorable;
+    case UTF8PROC_CATEGORY_SO: return character <= LETTERLIKE_LAST;
+    default:
+        return character != KHITAN_FILLER && character != EGYPTIAN_BLANK && character != EGYPTIAN_HALF_BLANK &&
+               !utf8proc_get_property(character)->ignorable;
     }
 }
 
@@ -40,8 +44,8 @@ enum vw_status vw_provider_name_take(const char *text, char **name) {
         if (!is_visible(character))
             return vw_fail(
                 VW_ERROR_INPUT,
-                "the provider's name has the character U+%04X, which cannot be seen or is another space than "
-                "the plain one; type the name anew",
+                "the provider's name has the character U+%04X, which cannot be seen, is a symbol or is another space "
+                "than the plain one; type the name anew without it",
                 (unsigned)character);
         place += length;
     }

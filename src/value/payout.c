@@ -254,23 +254,48 @@ static int compare_payouts(const void *left, const void *right) {
     return strcmp(a->provider, b->provider);
 }
 
-// Estimates how many times the retrainings would part two payouts, whose intervals shrink by the root of their number.
-static double times_to_part(const struct vw_payout *more, const struct vw_payout *less) {
+// Estimates how many times the retrainings would part two photos, whose intervals shrink by the root of their number.
+static double times_to_part(const struct vw_photo_payout *more, const struct vw_photo_payout *less) {
     double gap = (double)more->cents - (double)less->cents;
     double width = (double)more->cents - more->interval.low_cents + less->interval.high_cents - (double)less->cents;
     return gap > 0 ? pow(width / gap, 2) : INFINITY;
 }
 
-// Compares every provider with the best and the worst paid one; the providers are sorted.
-static uint32_t find_enough(const struct vw_payouts *made, uint32_t scored) {
-    enum { ROUND = 8, MOST = 100000 };
+// Returns whether a photo is paid more than another one; equal ones by their ID, which no name changes.
+static bool is_paid_more(const struct vw_photo_payout *a, const struct vw_photo_payout *b) {
+    return a->cents != b->cents ? a->cents > b->cents : a->image->image_id < b->image->image_id;
+}
+
+// Compares every photo with the best and the worst paid one. More retrainings than were made are enough, and no more
+// than the photos to train on have subsets.
+static uint32_t find_enough(const struct vw_payout_input *input, const struct vw_payouts *made) {
+    enum { MOST = 100000 };
+    const struct vw_photo_payout *best = made->photos, *worst = made->photos;
+    uint32_t training = 0;
     double times = INFINITY;
-    for (uint32_t i = 0; i < scored; i++) {
-        times = fmin(times, times_to_part(&made->providers[0], &made->providers[i]));
-        times = fmin(times, times_to_part(&made->providers[i], &made->providers[scored - 1]));
+    for (uint32_t i = 0; i < made->photo_count; i++) {
+        if (is_paid_more(&made->photos[i], best)) best = &made->photos[i];
+        if (is_paid_more(worst, &made->photos[i])) worst = &made->photos[i];
     }
-    double enough = ROUND * ceil(times * made->retraining_count / ROUND);
-    return enough > 0 && enough <= MOST ? (uint32_t)enough : 0;
+    for (uint32_t i = 0; i < made->photo_count; i++)
+        times = fmin(times, fmin(times_to_part(best, &made->photos[i]), times_to_part(&made->photos[i], worst)));
+    for (uint32_t i = 0; i < input->of.image_count; i++) training += !strcmp(input->of.images[i].split, "train");
+    double enough = VW_WORTH_REPEAT_EVERY *
+                    ceil(fmax(times * made->retraining_count, made->retraining_count + 1.) / VW_WORTH_REPEAT_EVERY);
+    return enough <= fmin(MOST, vw_worth_count_possible(training)) ? (uint32_t)enough : 0;
+}
+
+// Returns whether some two photos are told apart. Never by their providers: names decide nothing about a payment.
+// Unknown intervals overlap all.
+static bool tell_apart(const struct vw_payouts *made) {
+    double highest_low = -INFINITY, lowest_high = INFINITY;
+    for (uint32_t i = 0; i < made->photo_count; i++) {
+        const struct vw_payout_interval *interval = &made->photos[i].interval;
+        if (!isfinite(interval->low_cents) || !isfinite(interval->high_cents)) return false;
+        highest_low = fmax(highest_low, interval->low_cents);
+        lowest_high = fmin(lowest_high, interval->high_cents);
+    }
+    return highest_low > lowest_high;
 }
 
 // Counts the sorted values below `limit`.
@@ -299,18 +324,17 @@ static void count_alike(struct vw_payouts *made, uint32_t scored, double *lows, 
         if (!known) continue;
         payout->alike_count -= count_below(highs, scored, payout->interval.low_cents);
         payout->alike_count -= count_below(lows, scored, -payout->interval.high_cents);
-        made->told_apart = made->told_apart || payout->alike_count + 1 < scored;
     }
 }
 
-static enum vw_status compare_providers(struct vw_payouts *made) {
+static enum vw_status compare_providers(const struct vw_payout_input *input, struct vw_payouts *made) {
     uint32_t scored = 0;
     while (scored < made->provider_count && made->providers[scored].photo_count) scored++;
     double *ends = vw_allocate(scored, 2 * sizeof *ends);
     if (!ends) return VW_ERROR_MEMORY;
-    made->told_apart = scored == 1;
     count_alike(made, scored, ends, ends + scored);
-    if (!made->told_apart) made->enough_retrainings = find_enough(made, scored);
+    made->told_apart = tell_apart(made);
+    if (!made->told_apart) made->enough_retrainings = find_enough(input, made);
     free(ends);
     return VW_OK;
 }
@@ -342,7 +366,7 @@ enum vw_status vw_payouts_make(const struct vw_payout_input *input, struct vw_pa
     if (!status) status = pay(input, payouts);
     if (!status) status = find_intervals(input, payouts);
     if (!status) status = sort_payouts(payouts);
-    return status ? status : compare_providers(payouts);
+    return status ? status : compare_providers(input, payouts);
 }
 
 void vw_payouts_free(struct vw_payouts *payouts) {

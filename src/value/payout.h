@@ -55,9 +55,10 @@ struct vw_payouts {
     struct vw_photo_payout *photos; // owned; provider by provider, each by image_id
     uint32_t photo_count;
     bool none_positive;
-    bool told_apart;             // some two providers with a score are, or there is one alone
+    bool told_apart;             // some two photos are, by their intervals, whoever their providers are
     uint32_t retraining_count;   // on photos
-    uint32_t enough_retrainings; // estimate of how many would tell two apart; 0: unknown, or more than 100,000
+    uint32_t enough_retrainings; // estimate of how many would tell two apart, more than were made; 0: no number that
+                                 // can be made, or that is at most 100,000
 };
 
 // Divides the amount. A photo's share is in proportion to its score where that is positive, else 0. Photos without a

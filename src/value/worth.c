@@ -8,6 +8,7 @@
 #include "base/statistics.h"
 #include "ledger/find_image.h"
 #include "value/evaluation/resampling.h"
+#include "value/evaluation/subsets.h"
 
 const char vw_worth_method[] = "worth_psnr", vw_joint_worth_method[] = "joint_worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
@@ -23,6 +24,14 @@ uint32_t vw_worth_count(const struct vw_ledger_retraining *retrainings, uint32_t
 }
 
 uint32_t vw_worth_place(uint32_t number) { return number - number / VW_WORTH_REPEAT_EVERY - 1; }
+
+double vw_worth_count_possible(uint32_t photo_count) {
+    double subsets = 0, of_size = 1, groups; // of_size: subsets without k photos
+    for (uint32_t k = 1; k + vw_subsets_smallest(photo_count) <= photo_count; k++)
+        subsets += of_size *= (double)(photo_count - k + 1) / k;
+    double rest = modf(round(subsets) / (VW_WORTH_REPEAT_EVERY - 1), &groups) * (VW_WORTH_REPEAT_EVERY - 1);
+    return VW_WORTH_REPEAT_EVERY * groups + 1 + round(rest);
+}
 
 // ---- The game: players, subsets, outcomes --------------------------------------------------------------------------
 

@@ -173,6 +173,12 @@ check "the whole batch then only merges" eval 'run batch short.json array && ! g
 check "so does one whose file is named otherwise" eval '(cd "$folder" && run "$program" batch short.json --out array --merge-only) &&
     [[ $(states array) = done,done,done,done ]]'
 check "to the same canonical dump" same_dump array single
+mv "$folder/array/a/seed-0" "$folder/array/a/moved" && mv "$folder/array/a/seed-1" "$folder/array/a/seed-0" &&
+    mv "$folder/array/a/moved" "$folder/array/a/seed-1"
+foreign='2 of 4 jobs failed; .*a/seed-0: is not the run that the job left there; remove this folder'
+check "a folder with another run fails its job" ends_with 1 "$foreign" batch short.json array --merge-only
+check "and is not merged" test "$(sqlite3 "$folder/array/merged.db" 'SELECT group_concat(job) FROM run')" = b/seed-0,b/seed-1
+check "nor done for a batch" ends_with 1 '2 of 4 jobs failed; ' batch short.json array
 check "a job that there is not" fails 2 '--job 5: there are 4 jobs' batch short.json array --job 5
 
 # ---- What is refused -----------------------------------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 // JOBS.json: the words that it gives each job, and what is refused.
 #include "batch/jobs.h"
-#include "support/cmocka_test.h"
-#include "support/temporary_folder.h"
+#include "support/ledger_fixture.h"
 
 static enum vw_status load(const char *folder, const char *text, struct vw_jobs *jobs) {
     const char *path = temporary_path(folder, "jobs.json");
@@ -120,20 +119,56 @@ FOLDER_TEST(a_record_is_of_the_same_words) {
     ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
     ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
-    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 0, 2.5, "why"}));
+    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &(struct vw_job_result){VW_JOB_FAILED, 1, 2.5, "why", ""}));
     ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_int_equal(record.exit_code, 0);
+    assert_int_equal(record.exit_code, 1);
     assert_near(record.seconds, 2.5, 0);
     assert_string_equal(record.message, "why");
     free(record.message);
     assert_int_equal(record.state, VW_JOB_FAILED); // its run is not there
-    ASSERT_OK(vw_folder_create(temporary_path(*state, "a/seed-0")));
-    ASSERT_OK(vw_file_write(temporary_path(*state, "a/seed-0/ledger.db"), "", 0));
-    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
-    assert_int_equal(record.state, VW_JOB_DONE);
-    free(record.message);
     ASSERT_OK(vw_job_result_read(*state, &others.jobs[0], &record));
     assert_int_equal(record.exit_code, -1);
+}
+
+// Lays a run into the folder of job a.
+static void lay_run(const char *folder, int64_t seed, const char *config_json) {
+    struct vw_ledger_run run = test_run(config_json);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    run.seed = seed;
+    unlink(temporary_path(folder, "a/seed-0/ledger.db"));
+    ASSERT_OK(vw_ledger_create(temporary_path(folder, "a/seed-0/ledger.db"), &run, test_images, TEST_IMAGE_COUNT, &ledger));
+}
+
+FOLDER_TEST(a_job_is_done_by_its_own_run_alone) {
+    AUTO(vw_jobs_free) struct vw_jobs jobs;
+    struct vw_job_result left = {.state = VW_JOB_DONE}, record;
+    ASSERT_OK(load(*state, JOBS(""), &jobs));
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "a")));
+    ASSERT_OK(vw_folder_create(temporary_path(*state, "a/seed-0")));
+    lay_run(*state, 0, "{\"epochs\":2}");
+    ASSERT_OK(vw_job_result_note_run(*state, &jobs.jobs[0], &left));
+    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &left));
+    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
+    assert_true(record.state == VW_JOB_DONE && *record.run);
+    static const struct {
+        int64_t seed;
+        const char *config_json;
+    } foreign[] = {{1, "{\"epochs\":2}"}, {0, "{\"epochs\":300}"}};
+    for (size_t i = 0; i < 2; i++) {
+        lay_run(*state, foreign[i].seed, foreign[i].config_json);
+        ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
+        assert_int_equal(record.state, VW_JOB_FAILED);
+        assert_non_null(strstr(record.message, "a/seed-0: is not the run that the job left there; remove this folder"));
+        free(record.message);
+    }
+    lay_run(*state, 1, "{\"epochs\":2}"); // a process that ends well beside a run of another seed
+    ASSERT_OK(vw_job_result_note_run(*state, &jobs.jobs[0], &left));
+    assert_int_equal(left.state, VW_JOB_FAILED);
+    free(left.message);
+    left = (struct vw_job_result){.state = VW_JOB_DONE}; // a record of before, without its run
+    ASSERT_OK(vw_job_result_write(*state, &jobs.jobs[0], &left));
+    ASSERT_OK(vw_job_result_read(*state, &jobs.jobs[0], &record));
+    assert_int_equal(record.state, VW_JOB_WAITING);
 }
 
 FOLDER_TEST(jobs_that_differ_by_their_seed_fit_together) {

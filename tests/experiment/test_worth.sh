@@ -80,7 +80,7 @@ check "and the same worth" test "$(scores_of nameless)" = "$(scores_of run)"
 
 rm -rf "$folder/swept" && cp -r "$folder/run" "$folder/swept"
 check "retrainings that tell nobody apart pay nobody, and say how many would" prints \
-    '^payout of 100000.00: nobody is paid, since 32 retrainings tell no two providers apart(; about [0-9]+ would|, nor how many would)' \
+    '^payout of 100000.00: nobody is paid, since 32 retrainings tell no two photos apart(; about [0-9]+ would|, nor would any number)' \
     worth swept --payout 100000
 check "there is no table" test ! -e "$folder/swept/payout.csv"
 check "who is not told apart is marked" test "$(grep -cE '^ +[0-9.]+  \[[0-9.]+, [0-9.]+\]  p[0-2] \(not told apart from 2 others\)$' \

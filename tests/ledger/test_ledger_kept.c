@@ -23,6 +23,11 @@ FOLDER_TEST(the_present_and_the_previous_file_are_known) {
     AUTO_FREE char *longer = vw_format_text("c%s", HEX_A + 1);
     ASSERT_OK(vw_ledger_keep(ledger, name, longer));
     assert_true(is_kept(ledger, name, longer) && is_kept(ledger, name, HEX_B) && !is_kept(ledger, name, HEX_A));
+    char present[VW_HASH_HEX_BYTES];
+    ASSERT_OK(vw_ledger_get_kept(ledger, name, present));
+    assert_string_equal(present, longer);
+    ASSERT_OK(vw_ledger_get_kept(ledger, "payout", present));
+    assert_string_equal(present, "");
     assert_answer(path, "SELECT count(*) FROM kept", "1");
     assert_true(chain_holds(path));
 }

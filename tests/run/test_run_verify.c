@@ -21,17 +21,22 @@ struct fixture {
 
 // ---- Runs ----------------------------------------------------------------------------------------------------------
 
-static void make_run(const char *folder, const char *name, uint64_t seed, bool resume, uint32_t epochs) {
+static void make_paid_run(const char *folder, const char *name, uint64_t seed, bool resume, uint32_t epochs,
+                          const char *amount, bool anyway) {
     const struct vw_config config = small_config(seed, epochs);
     const char *out = temporary_path(folder, name);
     const struct vw_run_params params = {
         .scene = {.path = SMALL_SCENE, .providers = temporary_path(folder, "providers.csv")},
         .config = &config,
         .out = out,
-        .payout = {.amount = "100", .anyway = true},
+        .payout = {.amount = amount, .anyway = anyway},
         .lasting = {.wanted = true, .no_gate = true, .matrix = true},
         .resume = resume};
     AUTO(vw_run_close) struct vw_run *run = small_run_make(&params);
+}
+
+static void make_run(const char *folder, const char *name, uint64_t seed, bool resume, uint32_t epochs) {
+    make_paid_run(folder, name, seed, resume, epochs, "100", true);
 }
 
 static int set_up(void **state) {
@@ -410,7 +415,7 @@ TEST(ends_of_intervals_may_differ_by_a_cent) {
     }
 }
 
-// The payout must be the division of the amount that the file states, whatever it is.
+// The payout must be the division of the amount that it was asked with.
 TEST(a_payout_is_divided_again) {
     const struct fixture *fixture = renew(state);
     AUTO_FREE void *data = temporary_read(in_copy(fixture, "payout.csv"), NULL);
@@ -492,7 +497,7 @@ TEST(every_flipped_bit_of_the_list_is_found) {
     close(descriptor);
 }
 
-// A payout of any amount fits the ledger: the list alone tells that it was added.
+// The payout that was asked for fits the ledger: the list alone tells that it was taken away, and added again.
 TEST(a_table_that_was_added_is_found) {
     const struct fixture *fixture = renew(state);
     unlink(in_copy(fixture, "payout.csv"));
@@ -501,6 +506,27 @@ TEST(a_table_that_was_added_is_found) {
     ASSERT_OK(verify(fixture));
     copy_file(temporary_path(fixture->folder, "whole"), fixture->out, "payout.csv");
     assert_refused(verify(fixture), "added since", "payout.csv: is not listed");
+}
+
+// A payout is what the rules give for what the last command was asked with: a listed one that another was asked for, or
+// that the rules refuse, is named. The forger of the chain must state that it was to be paid anyway.
+TEST(a_payout_that_nobody_asked_for_is_found) {
+    static const struct {
+        const char *what, *amount, *word;
+        bool anyway;
+    } cases[] = {{"none was asked for", NULL, "payout.csv: the ledger does not record", false},
+                 {"another amount", "99", "payout.csv: the ledger does not record", true},
+                 {"the rules refuse it", "100", "payout.csv: the rules pay nobody", false}};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
+        const struct fixture *fixture = renew(state);
+        make_paid_run(fixture->folder, "copy", 1, true, 4, cases[i].amount, cases[i].anyway);
+        if (i != 1) assert_false(vw_file_exists(in_copy(fixture, "payout.csv")));
+        ASSERT_OK(verify(fixture));
+        copy_file(temporary_path(fixture->folder, "whole"), fixture->out, "payout.csv");
+        copy_file(temporary_path(fixture->folder, "whole"), fixture->out, "payout_photos.csv");
+        list_again(fixture);
+        assert_refused(verify(fixture), cases[i].what, cases[i].word);
+    }
 }
 
 // The bytes in hand count, and not those that stand in the folder when the list is written or checked.

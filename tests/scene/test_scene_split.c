@@ -156,6 +156,13 @@ FOLDER_TEST(bad_providers_are_refused) {
         {"name,provider\nimages/00.png,anna\U000e0041\n", "p.csv:2", "U+E0041"},
         {"name,provider\nimages/00.png,anna\ue000\n", "p.csv:2", "U+E000"},
         {"name,provider\nimages/00.png,anna\ufff9\n", "p.csv:2", "U+FFF9"},
+        // The same by class: the replaced object, a note without a head, fillers, any symbol, U+FFFD for lost letters.
+        {"name,provider\nimages/00.png,anna\ufffc\n", "p.csv:2", "U+FFFC"},
+        {"name,provider\nimages/00.png,anna\U0001d159\n", "p.csv:2", "U+1D159"},
+        {"name,provider\nimages/00.png,anna\U00016fe4\n", "p.csv:2", "U+16FE4"},
+        {"name,provider\nimages/00.png,anna\U00013442\n", "p.csv:2", "U+13442"},
+        {"name,provider\nimages/00.png,anna\u2591\n", "p.csv:2", "U+2591"},
+        {"name,provider\nimages/00.png,anna\ufffd\n", "p.csv:2", "U+FFFD"},
         // Names that look alike: case, sharp s, composition, width, spaces, hyphens.
         {"name,provider\nimages/00.png,anna\nimages/01.png,bob\nimages/02.png,Anna\n", "p.csv:4", "\"anna\" of line 2"},
         {"name,provider\nimages/00.png,STRASSE\nimages/01.png,Straße\n", "p.csv:3", "\"STRASSE\" of line 2"},

@@ -50,13 +50,14 @@ static void print_outcome(const struct vw_attribution *attribution) {
             "--retrainings %u --payout %s; or --pay-anyway\n",
             amount, enough, amount);
     if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && enough)
-        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two providers apart; about %u would be "
+        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two photos apart; about %u would be "
                  "enough: viewworth worth OUT --retrainings %u --payout %s; or --pay-anyway\n",
                  amount, attribution->payouts.retraining_count, enough, enough, amount);
     if (attribution->outcome == VW_PAYOUT_NOT_TOLD_APART && !enough)
-        vw_print("payout of %s: nobody is paid, since %u retrainings tell no two providers apart, nor how many would; "
-                 "make more by viewworth worth OUT --retrainings M, or --pay-anyway\n",
-                 amount, attribution->payouts.retraining_count);
+        vw_print(
+            "payout of %s: nobody is paid, since %u retrainings tell no two photos apart, nor would any number that "
+            "worth makes; add photos, or --pay-anyway\n",
+            amount, attribution->payouts.retraining_count);
     if (attribution->outcome == VW_PAYOUT_NONE_POSITIVE)
         vw_print(
             "payout of %s: nobody is paid, since no photo has a positive worth; --payout-floor equal pays all photos "

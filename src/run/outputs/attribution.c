@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/file.h"
+#include "base/hash.h"
 #include "base/memory.h"
 #include "report/tables.h"
 #include "run/out_folder.h"
@@ -26,6 +27,26 @@ enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout
                        (double)VW_PAYOUT_CENTS_MAX / 100, payout->amount);
     enum vw_status status = config ? vw_check_scored_epochs(config->epochs, config->burn_in_epochs) : VW_OK;
     return status ? vw_fail_context(status, "--payout") : VW_OK;
+}
+
+void vw_payout_request_hash(const struct vw_payout_request *request, char hash[VW_HASH_HEX_BYTES]) {
+    struct vw_hasher hasher;
+    uint8_t bytes[VW_HASH_BYTES];
+    vw_hasher_begin(&hasher);
+    vw_hasher_add_text(&hasher, VW_PAYOUT_RECORD);
+    vw_hasher_add_integer(&hasher, (int64_t)request->cents);
+    vw_hasher_add_integer(&hasher, request->cents && request->anyway);
+    vw_hasher_add_integer(&hasher, request->cents && request->floor_equal);
+    vw_hasher_end(&hasher, bytes);
+    vw_hash_to_hex(bytes, hash);
+}
+
+enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
+                                        const struct vw_payout_request *request) {
+    if (strcmp(method, vw_worth_method) != 0 && !request->anyway) return VW_PAYOUT_UNKNOWN_WORTH;
+    if (!payouts->told_apart && !request->anyway) return VW_PAYOUT_NOT_TOLD_APART;
+    if (payouts->none_positive && !request->floor_equal) return VW_PAYOUT_NONE_POSITIVE;
+    return VW_PAYOUT_PAID;
 }
 
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene) {
@@ -77,15 +98,6 @@ static enum vw_status make_groups(const struct vw_scene *scene, const struct vw_
     return vw_result_write_table(status, attribution->out, "providers.csv", &table, attribution->made);
 }
 
-// Decides whether the payouts are paid.
-static enum vw_payout_outcome decide(const struct vw_attribution *attribution) {
-    bool by_worth = strcmp(attribution->method, vw_worth_method) == 0, anyway = attribution->request.anyway;
-    if (!by_worth && !anyway) return VW_PAYOUT_UNKNOWN_WORTH;
-    if (!attribution->payouts.told_apart && !anyway) return VW_PAYOUT_NOT_TOLD_APART;
-    if (attribution->payouts.none_positive && !attribution->request.floor_equal) return VW_PAYOUT_NONE_POSITIVE;
-    return VW_PAYOUT_PAID;
-}
-
 // Advises how many retrainings to begin with: two for each photo, and 24 at least.
 static uint32_t advise(const struct vw_attribution *attribution, uint32_t image_count) {
     enum { LEAST = 24, PER_PHOTO = 2 };
@@ -104,6 +116,18 @@ static enum vw_status write_payouts(struct vw_attribution *attribution) {
     return vw_result_write_table(status, attribution->out, "payout_photos.csv", &of_photos, attribution->made);
 }
 
+// Records what was asked for, where that is a payout, or an earlier command was asked for one. The list of checksums
+// goes first: it has the chain head.
+static enum vw_status record_request(struct vw_ledger *ledger, const struct vw_attribution *attribution) {
+    char hash[VW_HASH_HEX_BYTES], recorded[VW_HASH_HEX_BYTES];
+    vw_payout_request_hash(&attribution->request, hash);
+    enum vw_status status = vw_ledger_get_kept(ledger, VW_PAYOUT_RECORD, recorded);
+    bool new = attribution->request.cents || *recorded;
+    if (status || !new || strcmp(recorded, hash) == 0) return status;
+    status = vw_checksums_remove(attribution->out);
+    return status ? status : vw_ledger_keep(ledger, VW_PAYOUT_RECORD, hash);
+}
+
 // Pays, if that is asked for. A payout of an earlier command is gone: OUT has what this one was asked for.
 static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_attribution *attribution) {
     if (!attribution->request.cents) return VW_OK;
@@ -116,7 +140,7 @@ static enum vw_status make_payout(const struct vw_scoring *scoring, struct vw_at
     input.of.images = attribution->images;
     enum vw_status status = vw_payouts_make(&input, &attribution->payouts);
     if (status) return status;
-    attribution->outcome = decide(attribution);
+    attribution->outcome = vw_payout_decide(attribution->method, &attribution->payouts, &attribution->request);
     attribution->advised_retrainings = attribution->outcome == VW_PAYOUT_UNKNOWN_WORTH
                                            ? advise(attribution, input.of.image_count)
                                            : attribution->payouts.enough_retrainings;
@@ -160,7 +184,8 @@ static void warn(const struct vw_attribution *attribution) {
                        leaked_count, leaked->image->name);
 }
 
-enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
+enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,
+                                   const struct vw_scoring *scoring, const char *out,
                                    const struct vw_payout_request *request, struct vw_checksums *made,
                                    struct vw_attribution *attribution) {
     *attribution = (struct vw_attribution){.out = out,
@@ -169,6 +194,7 @@ enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw
                                            .request = *request};
     enum vw_status status = name_outputs(out, attribution);
     if (!status) status = take_providers(scene, scoring, attribution);
+    if (!status) status = record_request(ledger, attribution);
     if (!status) status = make_groups(scene, scoring, attribution);
     if (!status) status = make_payout(scoring, attribution);
     if (!status) status = make_duplicates(scene, scoring, attribution);

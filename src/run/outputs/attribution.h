@@ -45,6 +45,13 @@ struct vw_attribution {
     char *providers_path, *payout_path, *payout_photos_path, *duplicates_path; // owned
 };
 
+// The name in table kept of what a payout was asked with.
+#define VW_PAYOUT_RECORD "payout"
+// Hashes a request, for that table; all without an amount alike.
+void vw_payout_request_hash(const struct vw_payout_request *request, char hash[VW_HASH_HEX_BYTES]);
+// Decides by the rules whether payouts by a method are paid.
+enum vw_payout_outcome vw_payout_decide(const char *method, const struct vw_payouts *payouts,
+                                        const struct vw_payout_request *request);
 // Reads what is asked for. VW_ERROR_USAGE when it is not an amount, and where the config (NULL: unknown) leaves no
 // epoch to score. No amount: nothing is asked for.
 enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout, const struct vw_config *config,
@@ -53,8 +60,10 @@ enum vw_status vw_attribution_read_payout(const struct vw_payout_options *payout
 enum vw_status vw_attribution_check_scene(const struct vw_scene *scene);
 // Computes everything from the scores and writes providers.csv, payout.csv, payout_photos.csv and duplicates.csv to
 // OUT, those that have rows; the tables of payouts only where somebody is paid. Notes them in `made`. Warns of copies.
-// Free it also after a failure.
-enum vw_status vw_attribution_make(const struct vw_scene *scene, const struct vw_scoring *scoring, const char *out,
+// Records the request in the ledger, opened to append, so that verify makes the payout again by that. Free it also
+// after a failure.
+enum vw_status vw_attribution_make(const struct vw_scene *scene, struct vw_ledger *ledger,
+                                   const struct vw_scoring *scoring, const char *out,
                                    const struct vw_payout_request *request, struct vw_checksums *made,
                                    struct vw_attribution *attribution);
 void vw_attribution_free(struct vw_attribution *attribution);

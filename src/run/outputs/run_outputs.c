@@ -23,8 +23,8 @@ static enum vw_status write_pictures(const struct vw_run_outputs_params *params,
 
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs) {
-    enum vw_status status =
-        vw_attribution_make(params->scene, params->scoring, params->out, params->payout, made, &outputs->attribution);
+    enum vw_status status = vw_attribution_make(params->scene, params->ledger, params->scoring, params->out,
+                                                params->payout, made, &outputs->attribution);
     if (!status)
         status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
                                           &outputs->validation);

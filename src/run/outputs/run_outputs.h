@@ -15,7 +15,7 @@
 struct vw_run_outputs_params {
     const char *out;
     const struct vw_scene *scene;
-    struct vw_ledger *ledger;
+    struct vw_ledger *ledger;         // opened to append
     const struct vw_scoring *scoring; // scores of the ledger
     struct vw_trainer *trainer;       // has the field of the run's end; nothing in flight
     const struct vw_config *config;

@@ -10,11 +10,11 @@
 #include "base/memory.h"
 #include "report/page.h"
 #include "report/tables.h"
+#include "run/outputs/attribution.h"
 #include "run/scoring.h"
 #include "scene/builder.h"
 #include "scene/name_index.h"
 #include "value/matrix.h"
-#include "value/payout.h"
 #include "value/providers.h"
 
 // ---- Providers -----------------------------------------------------------------------------------------------------
@@ -161,15 +161,47 @@ static enum vw_status make_groups(const struct vw_table_sources *sources, const 
     return status;
 }
 
-// Divides the amount again. Who is paid although no score is positive is paid by the floor.
+// Finds what the payout was asked with by the hash of it that the ledger recorded.
+static enum vw_status find_request(const struct vw_table_sources *sources, const char *path,
+                                   struct vw_payout_request *request) {
+    char recorded[VW_HASH_HEX_BYTES], hash[VW_HASH_HEX_BYTES];
+    *request = (struct vw_payout_request){0};
+    enum vw_status status = read_amount(sources, path, &request->cents);
+    if (!status) status = vw_ledger_get_kept(sources->ledger, VW_PAYOUT_RECORD, recorded);
+    for (unsigned flags = 0; !status && flags < 4; flags++) {
+        request->anyway = flags & 1, request->floor_equal = flags & 2;
+        vw_payout_request_hash(request, hash);
+        if (strcmp(hash, recorded) == 0) return VW_OK;
+    }
+    if (status) return status;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: the ledger does not record that this amount was to be paid; remove it, and pay by "
+                   "viewworth worth OUT --payout AMOUNT",
+                   path);
+}
+
+static enum vw_status check_paid(const char *path, const struct vw_payout_input *input,
+                                 const struct vw_payouts *payouts, const struct vw_payout_request *request) {
+    if (vw_payout_decide(input->method, payouts, request) == VW_PAYOUT_PAID) return VW_OK;
+    return vw_fail(VW_ERROR_MISMATCH,
+                   "%s: the rules pay nobody by what the payout was asked with; remove it, and pay by viewworth worth "
+                   "OUT --payout AMOUNT",
+                   path);
+}
+
+// Divides the amount again by exactly what the payout was asked with.
 static enum vw_status make_payouts(const struct vw_table_sources *sources, const struct vw_worth_input *worth,
                                    const char *path, bool of_photos, struct derived *derived) {
     struct vw_payouts payouts = {0};
-    struct vw_payout_input input = {
-        .of = *worth, .method = vw_scoring_payout_method(sources->scores, sources->score_count), .floor_equal = true};
-    enum vw_status status = read_amount(sources, path, &input.amount_cents);
-    if (status || !input.amount_cents || input.amount_cents > VW_PAYOUT_CENTS_MAX) return status;
+    struct vw_payout_request request;
+    enum vw_status status = find_request(sources, path, &request);
+    if (status) return status;
+    const struct vw_payout_input input = {.of = *worth,
+                                          .method = vw_scoring_payout_method(sources->scores, sources->score_count),
+                                          .amount_cents = request.cents,
+                                          .floor_equal = request.floor_equal};
     status = vw_payouts_make(&input, &payouts);
+    if (!status) status = check_paid(path, &input, &payouts, &request);
     if (!status)
         status = of_photos ? vw_table_make_payout_photos(path, &payouts, &derived->made)
                            : vw_table_make_payout(path, &payouts, &derived->made);

@@ -23,7 +23,8 @@ struct vw_table_sources {
 // Makes scores.csv, matrix.csv, providers.csv, payout.csv and payout_photos.csv again and compares them with the files
 // that are there, byte by byte. The matrix and the intervals of payouts depend on logarithms, which another C library
 // rounds another way: numbers in these columns may differ in the last digits, nothing else. Both tables of payouts
-// divide the amount that payout.csv states. VW_ERROR_MISMATCH names a file that differs.
+// divide the amount that payout.csv states, if the ledger records that it was to be paid. VW_ERROR_MISMATCH names a
+// file that differs, or a payout that the rules refuse.
 enum { VW_DERIVED_TABLE_COUNT = 5 };
 struct vw_verified_table {
     const char *name;
