@@ -136,7 +136,8 @@ static void lay_run(const char *folder, int64_t seed, const char *config_json) {
     AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
     run.seed = seed;
     unlink(temporary_path(folder, "a/seed-0/ledger.db"));
-    ASSERT_OK(vw_ledger_create(temporary_path(folder, "a/seed-0/ledger.db"), &run, test_images, TEST_IMAGE_COUNT, &ledger));
+    ASSERT_OK(
+        vw_ledger_create(temporary_path(folder, "a/seed-0/ledger.db"), &run, test_images, TEST_IMAGE_COUNT, &ledger));
 }
 
 FOLDER_TEST(a_job_is_done_by_its_own_run_alone) {

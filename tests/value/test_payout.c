@@ -318,7 +318,8 @@ TEST(enough_retrainings_are_estimated) {
 // retrainings, so that 436 are the most.
 TEST(enough_retrainings_can_be_made) {
     static const struct {
-        double others; // value of all but the first photo; at -100 both intervals end at 0: the estimate is once as many
+        double
+            others; // value of all but the first photo; at -100 both intervals end at 0: the estimate is once as many
         uint32_t made, enough;
     } cases[] = {{2, 8, 80}, {2, 300, 0}, {-100, 40, 48}, {-100, 41, 48}, {-100, 424, 432}, {-100, 432, 0}};
     static struct vw_ledger_retraining retrainings[440];
