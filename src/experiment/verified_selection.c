@@ -108,7 +108,8 @@ static enum vw_status train(struct work *work) {
     for (uint32_t s = 0; !status && s < work->params->seeds; s++) {
         uint32_t count = 0;
         for (uint32_t c = 0; c < work->result->candidates.count; c++)
-            for (uint8_t half = 0; half < VW_HALVES; half++) retrainings[count++] = retraining_of(work, c, half, s);
+            for (int half = 0; half < VW_HALVES; half++)
+                retrainings[count++] = retraining_of(work, c, (uint8_t)half, s);
         status = vw_retrain(&work->retrainer, retrainings, count, results);
     }
     return status;

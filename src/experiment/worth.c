@@ -255,7 +255,6 @@ static enum vw_status open_session(struct work *work) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     enum vw_status status = vw_ledger_open_to_append(recorded->ledger_path, &work->ledger);
     if (!status) status = vw_session_open_recorded(recorded, &work->params->devices, &work->session);
-    if (!status && work->payout.cents) status = vw_attribution_check_scene(recorded->scene);
     if (status) return status; // the report needs the field in the end
     return vw_checksums_check_field(&work->made, work->params->out, recorded->row.field_sha256);
 }
@@ -291,6 +290,7 @@ static enum vw_status make(struct work *work) {
     bool pays = work->payout.cents > 0, checks = pays && result->scoring.retraining_count > 0;
     bool writes = trains || pays || lacks_outputs(work);
     status = writes ? open_session(work) : vw_recorded_warn_unverified(&result->recorded, false);
+    if (!status && pays) status = vw_attribution_check_scene(result->recorded.scene);
     if (!status && pays) status = check_steps(work);
     if (!status && (trains || checks)) status = open_retrainer(work);
     if (!status && checks) status = check_retrainings(work);

@@ -8,6 +8,8 @@ tiny=(--epochs 3 --rays 32 --samples 8 --val-rays 64 --levels 2 --log2-table 8 -
 # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; }
 
+refuses_edited() { fails 1 'is not what its steps give' "$program" "$@" --quiet; } # refuses_edited ARGUMENT...
+
 # file_says FILE SQL: the expression on a JSON file, called j, is true.
 file_says() { answers "$2" cat "$1" | head -c 1000; return "${PIPESTATUS[0]}"; }
 
@@ -231,34 +233,44 @@ check "nothing was written of them" test ! -e "$folder/lines.txt"
 
 # ---- Rules and refusals -----------------------------------------------------------------------------------------------------
 
+# Steps whose photos have intervals of many widths, and whose first photo makes the L1 of validation worse.
+awk 'BEGIN {
+    print "step,epoch,photo,psnr,l1"; psnr = 10; l1 = 0.5
+    print "0,0,,10,0.5"
+    for (epoch = 0; epoch < 5; epoch++) for (i = 0; i < 12; i++) {
+        psnr += (i - 3) * 0.02 + (epoch % 2 ? 0.01 : -0.01) * (i % 4) * (i % 4)
+        l1 += i ? -0.0001 * i : 0.01
+        printf "%d,%d,view_%02d,%.6f,%.6f\n", ++step, epoch, i, psnr, l1
+    }
+}' >"$folder/steps.csv"
+"$program" import-steps "$folder/steps.csv" --out "$folder/steps" --quiet >"$folder/stdout"
 for rule in '--positive:value > 0' '--significant:ci_low > 0' '--not-harmful:ci_high >= 0' \
     '--top 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"'
         ORDER BY value DESC LIMIT 3)' '--drop 25%:image_id IN (SELECT image_id FROM score WHERE method = '"'dv_psnr'"' ORDER BY value DESC
         LIMIT 9)'; do
     rm -f "$folder/rule.txt"
-    query recipe.run "UPDATE score SET ci_low = value - 0.01 * image_id, ci_high = value + 0.002 * image_id" # so that the rules differ
     # shellcheck disable=SC2086
-    "$program" select "$folder/recipe.run" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
+    "$program" select "$folder/steps" ${rule%%:*} --to "$folder/rule.txt" --quiet >"$folder/stdout" 2>&1
     check "${rule%%:*} chooses as it says" test "$(cat "$folder/rule.txt")" = \
-        "$(query recipe.run "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*:} ORDER BY image_id")"
+        "$(query steps "SELECT name FROM image JOIN score USING (image_id) WHERE method = 'dv_psnr' AND ${rule#*:} ORDER BY image_id")"
+    wc -l <"$folder/rule.txt" >>"$folder/rule_counts"
 done
+check "the rules differ" test "$(sort -u "$folder/rule_counts" | wc -l)" -ge 4
 run=$folder/single.run
 list=$folder/none.json
 check "--positive is warned of" grep -q '^warning: --positive: ' <(
     "$program" select "$run" --positive --to "$folder/positive.json" --quiet 2>&1 >/dev/null)
 rm -f "$folder/rule.txt"
-query recipe.run "UPDATE score SET value = image_id + 0.0 WHERE method IN ('dv_psnr', 'dv_loss', 'quality');
-    UPDATE score SET value = -999.0 WHERE method = 'dv_loss' AND image_id = (SELECT min(image_id) FROM score)"
-outlier=$(query recipe.run "SELECT name FROM image WHERE image_id = (SELECT min(image_id) FROM score)")
-check "without a rule outliers are left out, and named" prints "^left out $outlier: dv_loss z = -" \
-    "$program" select "$folder/recipe.run" --to "$folder/rule.txt"
-check "all others are kept" test "$(cat "$folder/rule.txt")" = \
-    "$(query recipe.run "SELECT name FROM image WHERE split = 'train' AND name <> '$outlier' ORDER BY image_id")"
+check "without a rule outliers are left out, and named" prints "^left out view_00: dv_loss z = -" \
+    "$program" select "$folder/steps" --to "$folder/rule.txt"
+check "all others are kept" test "$(tr '\n' ' ' <"$folder/rule.txt")" = "$(printf 'view_%02d ' {1..11})"
 check "--without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_psnr, dv_loss, quality' AND
-    json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = '$outlier' AND j ->> '\$.left_out[0].z' < -3" \
-    "$program" select "$folder/recipe.run" --without-outliers --to "$folder/outliers.txt" --json
+    json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = 'view_00' AND j ->> '\$.left_out[0].z' < -3" \
+    "$program" select "$folder/steps" --without-outliers --to "$folder/outliers.txt" --json
 check "with --method by that score alone" prints "^kept     12 of 12 photos" \
-    "$program" select "$folder/recipe.run" --method dv_psnr --to "$folder/by_one.txt"
+    "$program" select "$folder/steps" --method dv_psnr --to "$folder/by_one.txt"
+query steps "UPDATE score SET value = 9 WHERE method = 'dv_psnr' AND image_id = 0"
+check "scores that the steps do not give are refused" refuses_edited select "$folder/steps" --top 3 --to "$folder/edited.txt"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3
 check "--to is needed" refuses '--to is missing' select "$run" --positive
 check "an unknown method is refused with those there are" refuses 'method "nima" has no scores; use one of: dv_psnr, dv_loss' \

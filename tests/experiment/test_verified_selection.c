@@ -31,17 +31,38 @@ struct fixture {
     uint32_t sizes[VW_HALVES];
 };
 
+// Writes chain and scores anew after the steps were changed.
+static void seal(const struct fixture *f) {
+    AUTO_FREE char *path = vw_format_text("%s/ledger.db", f->out);
+    AUTO(vw_ledger_close) struct vw_ledger *ledger = NULL;
+    struct vw_scoring scoring = {0};
+    chain_rewrite(path);
+    ASSERT_OK(vw_ledger_open_to_append(path, &ledger));
+    ASSERT_OK(vw_scoring_make(ledger, &f->config, &scoring));
+    ASSERT_OK(vw_ledger_finish(ledger, "finished", "2026-11-26T00:00:00Z", scoring.scores, scoring.score_count));
+    vw_scoring_free(&scoring);
+    assert_int_equal(remove(temporary_path(f->out, "SHA256SUMS")), 0); // it names the chain's head of before
+}
+
 // Changes the ledger so that half A sees the field better after steps on the first half of the photos, half B after
 // those on the others.
 static void set_halves_apart(const struct fixture *f) {
+    static const double BETTER = 0.02, WORSE = 0.04;
+    const char *ledger = temporary_path(f->out, "ledger.db");
+    char sql[512];
     for (uint32_t v = PHOTOS; v < IMAGES; v++) {
-        char sql[256];
         snprintf(sql, sizeof sql,
                  "UPDATE view SET mse = CASE WHEN (SELECT s.image_id FROM step s WHERE s.step = view.step) %s %d THEN"
-                 " 0.02 ELSE 0.04 END WHERE image_id = %u",
-                 f->halves[v] == VW_HALF_A ? "<" : ">=", PHOTOS / 2, v);
-        sql_change(temporary_path(f->out, "ledger.db"), sql);
+                 " %g ELSE %g END WHERE image_id = %u",
+                 f->halves[v] == VW_HALF_A ? "<" : ">=", PHOTOS / 2, BETTER, WORSE, v);
+        sql_change(ledger, sql);
     }
+    snprintf(sql, sizeof sql,
+             "UPDATE step SET (val_psnr, val_psnr_pooled) = (SELECT avg(db), avg(db) FROM (SELECT step, iif(mse = %g, "
+             "%.17g, %.17g) AS db FROM view) AS v WHERE v.step = step.step)",
+             BETTER, vw_psnr_db(BETTER), vw_psnr_db(WORSE));
+    sql_change(ledger, sql);
+    seal(f);
 }
 
 static int set_up(void **state) {
@@ -59,8 +80,6 @@ static int set_up(void **state) {
     vw_scored_run_close(&f->run);
     f->run = (struct vw_scored_run){0};
     set_halves_apart(f);
-    chain_rewrite(temporary_path(f->out, "ledger.db"));
-    assert_int_equal(remove(temporary_path(f->out, "SHA256SUMS")), 0); // it names the chain's head of before
     ASSERT_OK(vw_scored_run_open(f->out, &f->run));
     const struct vw_verified_selection_params verified = {.run = &f->run, .seeds = SEEDS};
     ASSERT_OK(vw_verified_selection_make(&verified, &f->verified));

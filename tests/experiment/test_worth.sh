@@ -140,8 +140,9 @@ check "and pays by them" test "$(grep -c ',worth_psnr,' "$folder/whole/payout.cs
 check "it is intact, payout included" prints '^payout.csv +intact' "$program" verify "$folder/whole" --quiet
 check "again: the report and the payout are written by worth" prints '^payout of 5.00 by ' \
     value whole --providers "$folder/providers.csv" --resume --payout 5 --pay-anyway --payout-floor equal
-check "one provider alone needs not be told apart" prints '^payout of 6.00 by ' \
+check "one provider alone is paid by the same rule" prints '^payout of 6.00: nobody is paid' \
     value whole --providers "$folder/one.csv" --resume --payout 6 --payout-floor equal
+check "anyway" prints '^payout of 6.00 by ' value whole --providers "$folder/one.csv" --resume --payout 6 --pay-anyway --payout-floor equal
 check "an accuracy that is not reached stops at the most" prints '^target   0.99 is not reached' \
     worth steps --retrainings 25 --until-confidence 0.99
 check "after the last" test "$(query steps 'SELECT count(*) FROM retraining')" = 25
