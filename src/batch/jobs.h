@@ -54,7 +54,7 @@ struct vw_job_result {
     int exit_code;               // exit code of its last process; 128 + N if signal N ended it; -1: none has ended
     double seconds;              // that its processes took together
     char *message;               // owned: the last line of its log, where it failed; else NULL
-    char run[VW_HASH_HEX_BYTES]; // of a job that is done: hash of its run_id and config; else ""
+    char run[VW_HASH_HEX_BYTES]; // hash of the run_id and config of a job that is done; else ""
 };
 
 // Reads the record of a job with the same words, which contain the scene as JOBS.json names it: done if the last

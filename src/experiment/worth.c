@@ -327,7 +327,7 @@ enum vw_status vw_worth_run_make(const struct vw_worth_run_params *params, struc
     return status;
 }
 
-// Does nothing for a run without retrainings, which may be unfinished.
+// Makes a sample of the retrainings again; a run without any may be unfinished.
 static enum vw_status check_recorded(struct work *work, char head[VW_HASH_HEX_BYTES]) {
     struct vw_recorded_run *recorded = &work->result->recorded;
     enum vw_status status = vw_out_lock_take(work->params->out, &work->lock);

@@ -108,7 +108,7 @@ enum vw_status vw_database_check_place(const char *path, enum vw_database_access
         return vw_fail(VW_ERROR_INPUT, "%s: is a link; name the folder that holds the file itself", path);
     if (!S_ISREG(info.st_mode))
         return vw_fail(VW_ERROR_INPUT, "%s: is a folder, a pipe or a device; give the path of a plain file", path);
-    if (access == VW_DATABASE_APPEND && info.st_nlink != 1) // what is written would be in another folder as well
+    if (access == VW_DATABASE_APPEND && info.st_nlink != 1) // a write would change another folder as well
         return vw_fail(
             VW_ERROR_INPUT,
             "%s: has %ju hard links, so that other folders would change with it; replace it by a copy: cp %s "

@@ -138,7 +138,7 @@ static void add_view(sqlite3_stmt *view, struct view_sums *sums) {
 }
 
 static bool lies_within(double value, double least, double largest) {
-    static const double ROUNDING = 1e-9; // of the value: another C library rounds logarithms differently
+    static const double ROUNDING = 1e-9; // share of the value: other C libraries round logarithms differently
     double rounding = ROUNDING * fmax(1, fabs(value));
     return value >= least - rounding && value <= largest + rounding;
 }

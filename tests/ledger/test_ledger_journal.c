@@ -152,7 +152,7 @@ FOLDER_TEST(a_linked_ledger_is_refused) {
     ASSERT_FAILS(vw_ledger_open_to_append(link_path, &ledger), VW_ERROR_INPUT, "is a link");
 }
 
-// What is written to a file with two names would change the other folder as well. Reading changes neither.
+// A write to a file with two names would change the other folder as well. Reading changes neither.
 FOLDER_TEST(a_ledger_with_another_name_is_not_written_to) {
     struct place place = make_place(*state);
     AUTO_FREE char *other = vw_path_join(*state, "other.db");

@@ -24,7 +24,7 @@ enum vw_status vw_steps_repeat(struct vw_ledger *ledger, struct vw_trainer *trai
 
 struct vw_steps_sample { // all borrowed
     struct vw_ledger *ledger;
-    const char *out; // whose newest checkpoint is loaded; NULL: the caller takes all steps after it again
+    const char *out; // its newest checkpoint is loaded; NULL: the caller takes all steps after it again
     // Creates a trainer that has taken no step, which is destroyed also after a failure.
     enum vw_status (*create)(void *context, struct vw_trainer **trainer);
     void *context;
