@@ -42,9 +42,10 @@ enum vw_status vw_table_make_providers(const char *path, const struct vw_provide
 
 void vw_amount_range_to_text(struct vw_payout_interval interval, char low[VW_AMOUNT_BYTES],
                              char high[VW_AMOUNT_BYTES]) {
-    bool known = isfinite(interval.low_cents) && isfinite(interval.high_cents);
-    snprintf(low, VW_AMOUNT_BYTES, known ? "%.2f" : "", interval.low_cents / 100);
-    snprintf(high, VW_AMOUNT_BYTES, known ? "%.2f" : "", interval.high_cents / 100);
+    low[0] = high[0] = 0;
+    if (!isfinite(interval.low_cents) || !isfinite(interval.high_cents)) return;
+    snprintf(low, VW_AMOUNT_BYTES, "%.2f", interval.low_cents / 100);
+    snprintf(high, VW_AMOUNT_BYTES, "%.2f", interval.high_cents / 100);
 }
 
 static void print_amounts(FILE *stream, double share, uint64_t cents, struct vw_payout_interval interval) {
