@@ -238,7 +238,29 @@ VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 76) // vec4 [ENCODER_ROW_MEAN]: gradients by the
 // And of the consistency loss:
 VW_ENUM(VW_SLOT_GIVEN_ROWS, 77)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
 VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 78)  // as VW_SLOT_D_WEIGHTS: of this loss alone
-VW_ENUM(VW_SLOT_COUNT, 79)
+// The rest only with splats (src/train/renderers/splats/). A slot is a splat as one view of the list shows it.
+VW_ENUM(VW_SLOT_SPLATS, 79)          // vec4 [column][stride]: the params, see below
+VW_ENUM(VW_SLOT_SPLAT_VIEWS, 80)     // vw_splat_view
+VW_ENUM(VW_SLOT_SPLAT_TILES, 81)     // vw_splat_tile
+VW_ENUM(VW_SLOT_TILE_MAP, 82)        // uint per cell: its tile, where that tile names the cell; else it means nothing
+VW_ENUM(VW_SLOT_SPLAT_SHAPES, 83)    // vw_splat_shape per slot; overwritten
+VW_ENUM(VW_SLOT_SLOT_PAIRS, 84)      // uint per slot (splat of a view) and one more: number of its tiles, after place_pairs its first pair
+VW_ENUM(VW_SLOT_SPLATS_SEEN, 85)     // vw_splat_seen per rank
+VW_ENUM(VW_SLOT_SPLATS_DRAWN, 86)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
+VW_ENUM(VW_SLOT_SPLAT_STATE, 87)     // vw_splat_state
+VW_ENUM(VW_SLOT_PAIR_SPLATS, 88)     // uint per pair: rank of its splat
+VW_ENUM(VW_SLOT_SORT_FROM, 89)       // uvec2 per pair: key and pair
+VW_ENUM(VW_SLOT_SORT_TO, 90)         // the same, by one more digit in order
+VW_ENUM(VW_SLOT_SORT_COUNTS, 91)     // uint [digit][block of SORT_LANES * SORT_KEYS pairs]
+VW_ENUM(VW_SLOT_TILE_RANGES, 92)     // vw_tile_range per tile
+VW_ENUM(VW_SLOT_D_COLOURS, 93)       // vec4 per ray: gradient by rgb and by what is left, of the sum over rays
+VW_ENUM(VW_SLOT_D_PAIRS, 94)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
+VW_ENUM(VW_SLOT_D_SPLATS, 95)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
+VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 96)   // vec4 [column][stride], only with momentum
+VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of the column of scales is the splat's own step count
+VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
+VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
+VW_ENUM(VW_SLOT_COUNT, 100)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through
@@ -366,6 +388,8 @@ struct vw_adjoint_state {
 struct vw_ray_range {
     vw_uint first, count;
 };
+
+#include "splats/splat_interface.h"
 
 // ---- Recipes: trace_recipe alone uses these. All positions and lengths are box coordinates and box edges; z is up --------
 VW_ENUM(SHAPE_SPHERE, 0)

@@ -69,6 +69,21 @@ viewworth_add_shader(adjoint/gather_grid)
 viewworth_add_shader(adjoint/gather_weights)
 viewworth_add_shader(adjoint/gather_photo)
 viewworth_add_shader(adjoint/gather_code)
+viewworth_add_shader(splats/mark_tiles) # splats, up to update_splats
+viewworth_add_shader(splats/project_splats)
+viewworth_add_shader(splats/place_pairs)
+viewworth_add_shader(splats/emit_pairs)
+viewworth_add_shader(splats/colour_splats)
+viewworth_add_shader(splats/count_digits)
+viewworth_add_shader(splats/place_digits)
+viewworth_add_shader(splats/scatter_pairs)
+viewworth_add_shader(splats/blend_tiles)
+viewworth_add_shader(splats/show_pixels) # of an evaluator
+viewworth_add_shader(splats/slope_pixels)
+viewworth_add_shader(splats/slope_pixels VARIANT effects DEFINE VW_RAY_EFFECTS)
+viewworth_add_shader(splats/blend_tiles_back)
+viewworth_add_shader(splats/backward_splats)
+viewworth_add_shader(splats/update_splats)
 viewworth_add_shader(recipe/trace_recipe) # draws the photos of recipes
 viewworth_add_shader(device/multiply_registers) # measures what the device can do, as does
 viewworth_add_shader(device/copy_memory)

@@ -22,7 +22,8 @@ static const struct vw_command commands[] = {
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
      "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
-     "report), field.vwf (the trained field) and checkpoints. Also writes providers.csv if providers are known, "
+     "report), field.vwf (the trained field), field.ply (the splats of --field splats, for other programs) and "
+     "checkpoints. Also writes providers.csv if providers are known, "
      "payout.csv and payout_photos.csv with --payout if somebody is paid, and duplicates.csv if photos are "
      "near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
@@ -58,7 +59,8 @@ static const struct vw_command commands[] = {
      "scores.csv, the tables and the report again. Run the same command again to resume it. " NEEDS_SCENE_FOLDER,
      VW_OPTIONS_DEVICE | VW_OPTIONS_WORTH | VW_OPTIONS_THUMBNAILS | VW_OPTIONS_JSON, vw_command_worth},
     {VALUE, "train", "SCENE", "Take the same training steps as value, without validation and scores",
-     "Writes ledger.db, field.vwf (the trained field) and checkpoints to the --out folder.",
+     "Writes to the --out folder: ledger.db, field.vwf (the trained field), field.ply (the splats of --field splats, "
+     "for other programs) and checkpoints.",
      VW_OPTIONS_DEVICE | VW_OPTIONS_SCENE | VW_OPTIONS_TRAINING | VW_OPTIONS_ONE_RUN | VW_OPTIONS_OUT | VW_OPTIONS_JSON,
      vw_command_train},
     {VALUE, "import-steps", "LOG.csv", "Value photos from the step log of another trainer",

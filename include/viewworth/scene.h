@@ -100,7 +100,7 @@ struct vw_scene {
     const char *missing; // borrowed from the notes: what was left out because its image file is missing; NULL: nothing
     struct vw_photo_source *source; // owned; private: the photos' files and the place of their pixels; NULL: a recipe
     // Hash of everything above that training depends on: names, splits, image hashes, masks, cameras, poses, near and
-    // far, box, background, downscale; not of the path.
+    // far, box, background, points and the views that see them, downscale; not of the path.
     uint8_t hash[VW_HASH_BYTES];
 };
 
@@ -174,6 +174,8 @@ bool vw_camera_project(const struct vw_camera *camera, const double direction_ca
 // Returns the distance from the principal point, in focal lengths, up to which the lens model has an inverse; infinite
 // if it has one everywhere. Ignores the tangential terms, which are small.
 double vw_camera_reach(const struct vw_camera *camera);
+// Returns the tangent of the angle off the axis up to which it has one, likewise.
+double vw_camera_fold(const struct vw_camera *camera);
 // Returns whether the lens distorts; a fisheye always does.
 bool vw_camera_is_distorted(const struct vw_camera *camera);
 

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "viewworth/status.h"
+#include "viewworth/types.h"
 #include "viewworth/version.h"
 
 VW_PUBLIC_BEGIN
@@ -38,10 +39,11 @@ enum vw_vary {
     VW_VARY_ALL_VALIDATION, // all, and the validation pixels
 };
 
-// The model that turns samples of rays into colour and density.
+// The model that is trained. All but splats turn samples of rays into colour and density.
 enum vw_field {
-    VW_FIELD_HASH, // a multiresolution hash grid and two small networks (instant-ngp)
-    VW_FIELD_MLP,  // positional encodings and one deep network (NeRF)
+    VW_FIELD_HASH,   // a multiresolution hash grid and two small networks (instant-ngp)
+    VW_FIELD_MLP,    // positional encodings and one deep network (NeRF)
+    VW_FIELD_SPLATS, // Gaussian splats (3DGS), drawn rather than sampled along rays
     VW_FIELD_COUNT,
 };
 
@@ -61,7 +63,7 @@ enum vw_table_precision {
 // At least so many validation rays are taken per view, whatever vw_config.val_rays says.
 enum { VW_VAL_RAYS_PER_VIEW_MIN = 32 };
 
-enum { VW_PILOT_STEPS_MOST = 100000 };
+enum { VW_PILOT_STEPS_MOST = 100000, VW_INITIAL_PATH_BYTES = 1024 };
 #define VW_PILOT_STEPS_AUTO UINT32_MAX
 
 // Everything that decides a run's bits besides scene, device and version. Defaults: vw_config_default.
@@ -97,6 +99,11 @@ struct vw_config {
     uint32_t base_resolution; // cells per axis of level 0, 1 to 1024
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // width of the hidden layers: 16, 32 or 64; for VW_FIELD_MLP a multiple of 8, 16 to 512
+    uint32_t splats;          // most splats of VW_FIELD_SPLATS, up to 1,048,576; 0: as many as the scene has points
+    uint32_t harmonics;       // degree of the harmonics of colours of VW_FIELD_SPLATS, 0 to 3; 1 with others
+    // The .ply file whose splats VW_FIELD_SPLATS begins with; "": the scene's points. A run makes the path absolute,
+    // notes the file's SHA-256, and sets `splats` to how many it has. The path is not part of the run's identity.
+    char initial[VW_INITIAL_PATH_BYTES], initial_sha256[VW_HASH_HEX_BYTES];
     enum vw_background_form background;
     enum vw_table_precision table_precision;
     char effects[256]; // as --effects takes it: auto | none | LIST | +a,-b
@@ -107,7 +114,8 @@ struct vw_config {
 
 extern const struct vw_config vw_config_default;
 // Returns the default config with another field's defaults: for VW_FIELD_MLP, NeRF's width of 256 and learning rate of
-// 5e-4.
+// 5e-4; for VW_FIELD_SPLATS, 12 squares of 16 x 16 pixels per step, 3 times the usual rates of 3DGS, of which that of
+// positions decays to a hundredth, beta2 0.999, and 4096 validation rays.
 struct vw_config vw_config_of_field(enum vw_field field);
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
@@ -124,11 +132,11 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // effects. Without `vary` and `base_seed` everything varies; without `table_precision` it is float32; without
 // `huber_length` it is 0.1; without `field` it is the hash grid, whose `mlp_depth` and `frequencies` are absent;
 // without `importance_samples` there are none, without `coarse_network` it is shared, without `consistency_weight` it
-// is 0, without `learning_rate_decay` the rate is constant.
+// is 0, without `learning_rate_decay` the rate is constant, without `initial` splats begin at the scene's points.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
-const char *vw_field_name(enum vw_field field);                         // "hash", "mlp"
+const char *vw_field_name(enum vw_field field);                         // "hash", "mlp", "splats"
 const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"
 const char *vw_optimizer_name(enum vw_optimizer optimizer);             // "lazy-adam", "dense-adam", "sgd"
 const char *vw_background_name(enum vw_background_form form);           // "fixed", "random"

@@ -50,6 +50,7 @@ struct vw_options {
     uint32_t downscale;
     uint32_t corrupt;
     struct vw_config config;
+    const char *initial; // the .ply file that the config begins from
     const char *out;
     bool resume, profile;
     uint32_t seeds;    // number of runs; select has a default of its own

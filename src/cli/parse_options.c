@@ -189,6 +189,27 @@ static enum vw_status check_texts(int argc, char **argv) {
     return VW_OK;
 }
 
+// Takes the defaults of the field for options that are not given.
+static void take_field_defaults(struct vw_options *options) {
+    const struct vw_config of_field = vw_config_of_field(options->config.field);
+    struct vw_config *config = &options->config;
+    if (!vw_options_have(options, "rays")) config->rays = of_field.rays;
+    if (!vw_options_have(options, "val-rays")) config->val_rays = of_field.val_rays;
+    if (!vw_options_have(options, "width")) config->width = of_field.width;
+    if (!vw_options_have(options, "lr")) config->learning_rate = of_field.learning_rate;
+    if (!vw_options_have(options, "learning-rate-decay")) config->learning_rate_decay = of_field.learning_rate_decay;
+    if (!vw_options_have(options, "beta2")) config->beta2 = of_field.beta2;
+}
+
+static enum vw_status take_initial(struct vw_options *options) {
+    struct vw_config *config = &options->config;
+    if (!*options->initial || strlen(options->initial) >= sizeof config->initial)
+        return vw_fail(VW_ERROR_USAGE, "--initial takes the path of a .ply file, of at most %zu characters",
+                       sizeof config->initial - 1);
+    strcpy(config->initial, options->initial);
+    return VW_OK;
+}
+
 enum vw_status vw_options_parse(const struct vw_program *program, const struct vw_command *command, int argc,
                                 char **argv, struct vw_options *options) {
     memcpy((void *)options, program->defaults, program->options_bytes);
@@ -213,12 +234,11 @@ enum vw_status vw_options_parse(const struct vw_program *program, const struct v
     }
     status = apply_preset(options);
     if (status) return status;
-    const struct vw_config of_field = vw_config_of_field(options->config.field);
-    if (!vw_options_have(options, "width")) options->config.width = of_field.width;
-    if (!vw_options_have(options, "lr")) options->config.learning_rate = of_field.learning_rate;
+    take_field_defaults(options);
     if (options->help || options->help_all) return VW_OK;
     status = check_needs(program, command, options);
     if (!status) status = parse_operands(command, argc - optind, argv + optind, options);
+    if (!status && options->initial) status = take_initial(options);
     if (!status && (command->options & VW_OPTIONS_TRAINING)) status = vw_config_check(&options->config);
     return status;
 }

@@ -36,6 +36,13 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
     if (config.rays > PILOT_RAYS) config.rays = PILOT_RAYS;
     if (config.field != VW_FIELD_HASH) { // effects depend on the scene, and the hash grid shows them soonest
         config.field = VW_FIELD_HASH;
+        if (planned->field == VW_FIELD_SPLATS) { // there, the rate is a factor
+            config.learning_rate = LEARNING_RATE;
+            config.beta2 = vw_config_default.beta2;
+        }
+        config.initial[0] = '\0';
+        config.splats = vw_config_default.splats;
+        config.harmonics = vw_config_default.harmonics;
         config.width = vw_config_default.width;
         config.mlp_depth = vw_config_default.mlp_depth;
         config.frequencies = vw_config_default.frequencies;

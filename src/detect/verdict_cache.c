@@ -31,7 +31,7 @@ static enum vw_status hash_key(struct vw_gpu *gpu, const struct vw_scene *scene,
     char *config = vw_config_to_json(&pilot, false);
     uint8_t shaders[VW_HASH_BYTES];
     struct vw_hasher hasher;
-    struct vw_box inner, wide; // they depend on points, which the scene's hash does not cover
+    struct vw_box inner, wide;
     if (!config || vw_contraction_box(scene, NULL, 0, &inner) || wide_box(scene, &wide)) {
         free(config);
         return VW_ERROR_MEMORY;

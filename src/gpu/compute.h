@@ -112,6 +112,9 @@ void vw_submission_begin(
 // before or beside commands recorded earlier.
 void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                             size_t push_bytes, uint64_t invocations);
+// Runs `rows` rows of workgroups, each of at least `invocations` invocations; a row is gl_WorkGroupID.y.
+void vw_submission_dispatch_rows(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
+                                 size_t push_bytes, uint64_t invocations, uint32_t rows);
 // Runs as many workgroups, in x, y and z, as three uints at `offset_bytes` (a multiple of 4) of `groups` say once
 // everything before has run, also none. Whoever writes them keeps to workgroup_count_x and _y, and folds as
 // invocation_index() expects.

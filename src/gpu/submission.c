@@ -98,6 +98,19 @@ void vw_submission_dispatch(struct vw_submission *submission, const struct vw_pa
     keep_failure(submission, status);
 }
 
+void vw_submission_dispatch_rows(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
+                                 size_t push_bytes, uint64_t invocations, uint32_t rows) {
+    if (!can_record(submission)) return;
+    struct vw_workgroups groups;
+    enum vw_status status = split_into_rows(pass, invocations, &groups);
+    if (!status && (groups.y > 1 || rows > pass->gpu->chosen.limits.workgroup_count_y))
+        status = vw_fail(VW_ERROR_DEVICE, "pass %s: %u rows of %llu invocations are too many for one dispatch",
+                         pass->name, rows, (unsigned long long)invocations);
+    groups.y = rows;
+    if (!status && groups.x && rows) status = dispatch(submission, pass, push, push_bytes, groups);
+    keep_failure(submission, status);
+}
+
 void vw_submission_dispatch_indirect(struct vw_submission *submission, const struct vw_pass *pass, const void *push,
                                      size_t push_bytes, struct vw_buffer *groups, uint64_t offset_bytes) {
     if (!can_record(submission)) return;

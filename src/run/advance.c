@@ -11,13 +11,17 @@
 
 // ---- Recording -----------------------------------------------------------------------------------------------------
 
+const char *vw_run_remedy(const struct vw_run *run) {
+    return run->config.field == VW_FIELD_SPLATS ? "a lower --lr or fewer --splats" : "a lower --lr";
+}
+
 static enum vw_status check_nonfinite(const struct vw_run *run) {
     if (!vw_step_statistics_should_abort(&run->results.statistics)) return VW_OK;
     return vw_fail(VW_ERROR_DEVICE,
                    "stopped at step %" PRIu64 ": %" PRIu64
-                   " steps were not finite, more than %.0f %%; %s keeps them; try a lower --lr",
+                   " steps were not finite, more than %.0f %%; %s keeps them; try %s",
                    run->results.statistics.steps, run->results.statistics.nonfinite,
-                   100 * vw_step_statistics_nonfinite_max, run->results.ledger_path);
+                   100 * vw_step_statistics_nonfinite_max, run->results.ledger_path, vw_run_remedy(run));
 }
 
 static enum vw_status start_writer(struct vw_run *run) {

@@ -13,12 +13,12 @@
 
 // ---- Ending --------------------------------------------------------------------------------------------------------
 
-static void log_statistics(const struct vw_step_statistics *statistics) {
+static void log_statistics(const struct vw_run *run) {
+    const struct vw_step_statistics *statistics = &run->results.statistics;
     if (statistics->nonfinite > 0)
-        vw_log_warning(
-            "%" PRIu64
-            " steps were not finite and carry no value (step.nonfinite in the ledger); a lower --lr may help",
-            statistics->nonfinite);
+        vw_log_warning("%" PRIu64
+                       " steps were not finite and carry no value (step.nonfinite in the ledger); %s may help",
+                       statistics->nonfinite, vw_run_remedy(run));
     if (statistics->floored > 0)
         vw_log_info("%" PRIu64 " steps have validation photos matched beyond 100 dB, where PSNR is cut (step.floored "
                     "in the ledger)",
@@ -44,8 +44,8 @@ static enum vw_status log_corrections(const struct vw_run *run) {
 // Refuses to end a run without a finite step; a short run may get here without being aborted.
 static enum vw_status check_finite(const struct vw_run *run) {
     if (!vw_step_statistics_are_void(&run->results.statistics)) return VW_OK;
-    return vw_fail(VW_ERROR_DEVICE, "no step was finite, so that there is no result; %s keeps them; try a lower --lr",
-                   run->results.ledger_path);
+    return vw_fail(VW_ERROR_DEVICE, "no step was finite, so that there is no result; %s keeps them; try %s",
+                   run->results.ledger_path, vw_run_remedy(run));
 }
 
 // Notes the field, by the hash of the bytes that were saved.
@@ -71,7 +71,7 @@ static enum vw_status end(struct vw_run *run) {
     if (!status) status = note_field(run);
     if (status) vw_run_end_early(run, status);
     else vw_run_save_checkpoint(run); // when the run ends before its last step
-    if (!status) log_statistics(&run->results.statistics);
+    if (!status) log_statistics(run);
     if (!status) status = log_corrections(run);
     run->ended = !status;
     return status;
@@ -145,6 +145,8 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     enum vw_status status = score_and_end(run);
     if (!status && !run->written) status = vw_run_write_scores(run);
     if (!status && run->validate) status = make_outputs(run);
+    if (!status && !run->validate)
+        status = vw_run_splats_write(run->trainer, run->out, &run->made, &run->results.outputs.has_splats);
     if (!status) status = name_end(run); // a payout changes the head
     if (!status) status = vw_checksums_write(run->out, run->ledger, &run->made);
     run->finished = !status;

@@ -31,7 +31,7 @@ enum vw_status vw_run_score(struct vw_run *run);
 // The results of a run, which it owns and fills on its way.
 struct vw_run_results {
     char run_id[VW_HASH_HEX_BYTES], head[VW_HASH_HEX_BYTES];
-    char *ledger_path, *scores_path, *field_path;
+    char *ledger_path, *scores_path, *field_path, *splats_path;
     const struct vw_gpu_info *device;
     const struct vw_scene *scene;
     const struct vw_config *config;
@@ -42,7 +42,7 @@ struct vw_run_results {
     double until_stable;                  // 0: stability is not measured
     struct vw_stability stability;        // at the last look; all 0 without until_stable
     struct vw_profile profile;            // without rows: not asked for
-    // Only in a validated run:
+    // Only in a validated run, but for outputs.has_splats:
     struct vw_scoring scoring;
     struct vw_run_outputs outputs;
     struct vw_lasting_summary lasting; // empty: the run has no lasting credit

@@ -18,6 +18,7 @@
 #include "run/scoring.h"
 #include "run/stop_rules.h"
 #include "train/adjoint/lasting.h"
+#include "train/renderers/splats/splat_file.h"
 #include "viewworth/log.h"
 #include "viewworth/value.h"
 
@@ -66,6 +67,10 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     run->context = params->context;
     run->results.statistics = vw_step_statistics_begin();
     if (!run->out || !run->scene_options_json) return VW_ERROR_MEMORY;
+    if (run->config.initial[0]) {
+        enum vw_status status = vw_splats_begin_from(run->config.initial, &run->config);
+        if (status) return status;
+    }
     return vw_attribution_read_payout(&params->payout, &run->config, &run->payout);
 }
 
@@ -73,7 +78,9 @@ static enum vw_status name_outputs(struct vw_run *run) {
     run->results.ledger_path = vw_path_join(run->out, "ledger.db");
     run->results.scores_path = vw_path_join(run->out, "scores.csv");
     run->results.field_path = vw_path_join(run->out, VW_FIELD_FILE);
-    if (!run->results.ledger_path || !run->results.scores_path || !run->results.field_path) return VW_ERROR_MEMORY;
+    run->results.splats_path = vw_path_join(run->out, VW_SPLATS_FILE);
+    if (!run->results.ledger_path || !run->results.scores_path || !run->results.field_path || !run->results.splats_path)
+        return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(run->out);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
     if (!status && vw_file_exists(run->results.ledger_path) && !run->resume)
@@ -225,6 +232,7 @@ void vw_run_close(struct vw_run **run) {
     free(closed->results.ledger_path);
     free(closed->results.scores_path);
     free(closed->results.field_path);
+    free(closed->results.splats_path);
     free(closed->scene_options_json);
     free(closed->out);
     free(closed);

@@ -84,6 +84,8 @@ enum vw_status vw_run_load_field(struct vw_run *run);
 enum vw_status vw_run_write_scores(struct vw_run *run);
 // Ranks run->scoring.
 enum vw_status vw_run_rank(struct vw_run *run);
+// Says what may help a run whose steps are not finite.
+const char *vw_run_remedy(const struct vw_run *run);
 // Counts a step that is in the ledger.
 enum vw_status vw_run_count_step(struct vw_run *run, const struct vw_step_record *record);
 // Saves a checkpoint of a run that was not finished and marks it "interrupted"; call before closing.

@@ -191,10 +191,14 @@ bool vw_camera_is_distorted(const struct vw_camera *camera) {
            camera->k4 != 0 || camera->k5 != 0 || camera->k6 != 0 || camera->p1 != 0 || camera->p2 != 0;
 }
 
+double vw_camera_fold(const struct vw_camera *camera) {
+    return camera->lens == VW_LENS_FISHEYE ? tan(fold_angle(camera)) : sqrt(fold_radius2(camera));
+}
+
 double vw_camera_reach(const struct vw_camera *camera) {
     double slope;
     if (camera->lens == VW_LENS_FISHEYE) return distort_angle(camera, fold_angle(camera), &slope);
-    double radius = sqrt(fold_radius2(camera));
+    double radius = vw_camera_fold(camera);
     if (isinf(radius)) return INFINITY;
     const struct vw_camera radial = {
         .k1 = camera->k1, .k2 = camera->k2, .k3 = camera->k3, .k4 = camera->k4, .k5 = camera->k5, .k6 = camera->k6};

@@ -25,15 +25,29 @@ static void add_view(struct vw_hasher *hasher, const struct vw_view *view) {
         for (int j = 0; j < 4; j++) vw_hasher_add_real(hasher, view->camera_to_world[i][j]);
 }
 
+// Adds what splats begin at: points, and which views see them.
+static void add_points(struct vw_hasher *hasher, const struct vw_scene *scene) {
+    vw_hasher_add_integer(hasher, scene->point_count);
+    for (uint32_t i = 0; i < scene->point_count; i++) {
+        const struct vw_point *point = &scene->points[i];
+        for (int axis = 0; axis < 3; axis++) vw_hasher_add_real(hasher, point->position_world[axis]);
+        for (int channel = 0; channel < 3; channel++) vw_hasher_add_real(hasher, point->rgb[channel]);
+        vw_hasher_add_integer(hasher, point->track_count);
+        for (uint32_t t = 0; t < point->track_count; t++)
+            vw_hasher_add_integer(hasher, scene->tracks[point->first_track + t].view);
+    }
+}
+
 void vw_scene_hash(const struct vw_scene *scene, uint32_t downscale, uint8_t hash[VW_HASH_BYTES]) {
     struct vw_hasher hasher;
     vw_hasher_begin(&hasher);
-    vw_hasher_add_text(&hasher, "viewworth scene 2");
+    vw_hasher_add_text(&hasher, "viewworth scene 3");
     vw_hasher_add_integer(&hasher, downscale > 1 ? downscale : 1);
     vw_hasher_add_integer(&hasher, scene->view_count);
     for (uint32_t v = 0; v < scene->view_count; v++) add_view(&hasher, &scene->views[v]);
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->box.centre_world[i]);
     vw_hasher_add_real(&hasher, scene->box.half_extent_world);
     for (int i = 0; i < 3; i++) vw_hasher_add_real(&hasher, scene->background[i]);
+    add_points(&hasher, scene);
     vw_hasher_end(&hasher, hash);
 }

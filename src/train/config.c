@@ -7,8 +7,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "interface.h"
 
 const struct vw_config vw_config_default = {
     .epochs = 30,
@@ -32,6 +34,7 @@ const struct vw_config vw_config_default = {
     .base_resolution = 8,
     .growth = 1.45,
     .width = 32,
+    .harmonics = 1,
     .effects = "auto",
     .pilot_steps = VW_PILOT_STEPS_AUTO,
 };
@@ -39,13 +42,20 @@ const struct vw_config vw_config_default = {
 struct vw_config vw_config_of_field(enum vw_field field) {
     struct vw_config config = vw_config_default;
     config.field = field;
-    if (field != VW_FIELD_MLP) return config;
-    config.width = 256;
-    config.learning_rate = 5e-4;
+    if (field == VW_FIELD_MLP) {
+        config.width = 256;
+        config.learning_rate = 5e-4;
+    } else if (field == VW_FIELD_SPLATS) {
+        config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
+        config.learning_rate = 3;
+        config.learning_rate_decay = 0.01;
+        config.beta2 = 0.999;
+        config.val_rays = 4096;
+    }
     return config;
 }
 
-static const char *const field_names[] = {"hash", "mlp"};
+static const char *const field_names[] = {"hash", "mlp", "splats"};
 static const char *const loss_names[] = {"l1", "l2", "huber"};
 static const char *const optimizer_names[] = {"lazy-adam", "dense-adam", "sgd"};
 static const char *const background_names[] = {"fixed", "random"};
@@ -110,6 +120,8 @@ static const struct number {
     {"base_resolution", "base-resolution", WHOLE, offsetof(struct vw_config, base_resolution), 1, 1024, true},
     {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
     {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true},
+    {"splats", "splats", WHOLE, offsetof(struct vw_config, splats), 0, 1 << 20, true},
+    {"harmonics", "harmonics", WHOLE, offsetof(struct vw_config, harmonics), 0, VW_SPLAT_DEGREE_MAX, true},
 };
 
 // One row per choice: the field, its JSON key and the names of its values.
@@ -168,6 +180,21 @@ bool vw_config_range(const char *option, char text[VW_CONFIG_RANGE_BYTES]) {
     return false;
 }
 
+static enum vw_status check_splats(const struct vw_config *config) {
+    uint32_t square = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
+    if (config->field != VW_FIELD_SPLATS && config->initial[0])
+        return vw_fail(VW_ERROR_USAGE, "--initial: needs --field splats");
+    if (config->field != VW_FIELD_SPLATS)
+        return config->splats || config->harmonics != vw_config_default.harmonics
+                   ? vw_fail(VW_ERROR_USAGE, "--splats and --harmonics: need --field splats")
+                   : VW_OK;
+    if (config->rays % square != 0)
+        return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
+    if (config->importance_samples || config->samples != vw_config_default.samples)
+        return vw_fail(VW_ERROR_USAGE, "--samples and --importance-samples: splats have no samples; leave them out");
+    return VW_OK;
+}
+
 // Checks what a table of ranges cannot say: numbers that depend on each other.
 static enum vw_status check_together(const struct vw_config *config) {
     uint32_t samples = config->samples > config->importance_samples ? config->samples : config->importance_samples;
@@ -189,7 +216,7 @@ static enum vw_status check_together(const struct vw_config *config) {
                        finest);
     if (config->field == VW_FIELD_HASH && config->width != 16 && config->width != 32 && config->width != 64)
         return vw_fail(VW_ERROR_USAGE, "--width: 16, 32 or 64 with --field hash, not %u", config->width);
-    if (config->field == VW_FIELD_HASH &&
+    if (config->field != VW_FIELD_MLP &&
         (config->mlp_depth != vw_config_default.mlp_depth || config->frequencies != vw_config_default.frequencies))
         return vw_fail(VW_ERROR_USAGE, "--mlp-depth and --frequencies: need --field mlp");
     const struct vw_config *grid = &vw_config_default;
@@ -210,7 +237,7 @@ static enum vw_status check_together(const struct vw_config *config) {
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
         return vw_fail(VW_ERROR_USAGE, "--pilot-steps takes 0 to %d, not %" PRIu32, VW_PILOT_STEPS_MOST,
                        config->pilot_steps);
-    return VW_OK;
+    return check_splats(config);
 }
 
 enum vw_status vw_config_check(const struct vw_config *config) {
@@ -248,6 +275,14 @@ static int choices_to_json(const struct vw_config *config, json_t *object) {
     return failed;
 }
 
+// Adds the file that splats begin from: its hash is part of the identity, its path is not. Returns whether memory was
+// short.
+static int initial_to_json(const struct vw_config *config, bool identity_only, json_t *object) {
+    if (!config->initial[0]) return 0;
+    int failed = json_object_set_new(object, "initial_sha256", json_string(config->initial_sha256));
+    return failed || identity_only ? failed : json_object_set_new(object, "initial", json_string(config->initial));
+}
+
 char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     json_t *object = json_object();
     int failed = !object;
@@ -255,6 +290,7 @@ char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
         if (!identity_only || is_identity(config, &numbers[i]))
             failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
     failed = failed || choices_to_json(config, object);
+    failed = failed || initial_to_json(config, identity_only, object);
     failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));
     bool automatic = config->pilot_steps == VW_PILOT_STEPS_AUTO;
     failed = failed ||
@@ -290,6 +326,18 @@ static enum vw_status number_from_json(const json_t *object, const struct number
     return VW_OK;
 }
 
+static enum vw_status initial_from_json(const json_t *object, struct vw_config *config) {
+    const json_t *path = json_object_get(object, "initial"), *hash = json_object_get(object, "initial_sha256");
+    const char *text = json_string_value(path), *hex = json_string_value(hash);
+    uint8_t bytes[VW_HASH_BYTES];
+    if (!path && !hash) return VW_OK;
+    if (!text || !*text || strlen(text) >= sizeof config->initial || !hex || !vw_hash_from_hex(hex, bytes))
+        return vw_fail(VW_ERROR_INPUT, "config: initial and initial_sha256 are not a path and a hash");
+    strcpy(config->initial, text);
+    strcpy(config->initial_sha256, hex);
+    return VW_OK;
+}
+
 // Reads the fields that no table has.
 static enum vw_status rest_from_json(const json_t *object, struct vw_config *config) {
     const json_t *pilots = json_object_get(object, "pilot_steps");
@@ -316,6 +364,7 @@ enum vw_status vw_config_from_json(const char *json, struct vw_config *config) {
         status = number_from_json(object, &numbers[i], &parsed);
     for (size_t i = 0; i < VW_ARRAY_COUNT(choices) && !status; i++) status = choice_from_json(object, i, &parsed);
     if (!status) status = rest_from_json(object, &parsed);
+    if (!status) status = initial_from_json(object, &parsed);
     json_decref(object);
     if (!status) status = vw_config_check(&parsed);
     if (!status) *config = parsed;

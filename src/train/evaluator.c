@@ -50,6 +50,8 @@ enum vw_status vw_evaluator_create(struct vw_radiance_field *field, uint32_t ray
 
 void vw_evaluator_destroy(struct vw_evaluator *evaluator) {
     vw_submission_destroy(&evaluator->submission);
+    const struct vw_renderer_kind *renderer = evaluator->field ? evaluator->field->model->renderer : NULL;
+    if (renderer && renderer->destroy_evaluation) renderer->destroy_evaluation(evaluator);
     vw_gpu_objects_destroy(&evaluator->objects);
     free(evaluator->views);
     evaluator->views = NULL;
@@ -67,10 +69,13 @@ static void list_views(struct vw_evaluator *evaluator, const struct vw_pixel *pi
 enum vw_status vw_evaluator_set_pixels(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count) {
     memcpy(vw_buffer_map(evaluator->pixels), pixels, count * sizeof *pixels);
     if (vw_evaluator_sees_photos(evaluator)) list_views(evaluator, pixels, count);
+    const struct vw_renderer_kind *renderer = evaluator->field->model->renderer;
+    enum vw_status status = renderer->take_pixels ? renderer->take_pixels(evaluator, pixels, count) : VW_OK;
+    if (status) return status;
     struct vw_push_rays push = {.first_pixel = 0, .ray_count = count};
     vw_submission_begin(evaluator->submission);
     vw_submission_dispatch(evaluator->submission, evaluator->generate, &push, sizeof push, evaluator->ray_count);
-    enum vw_status status = vw_submission_submit(evaluator->submission);
+    status = vw_submission_submit(evaluator->submission);
     return !status ? vw_submission_wait(evaluator->submission) : status;
 }
 

@@ -8,6 +8,8 @@
 #include "train/fields/registry.h"
 #include "train/renderers/volume/importance.h"
 
+struct vw_splat_evaluation; // renderers/splats/splats_renderer.h
+
 extern const char evaluator_role[]; // role of its passes, in the timers
 
 // Rays of one view that follow one another.
@@ -29,7 +31,8 @@ struct vw_evaluator {
     struct vw_pass *composite;
     struct vw_field_passes passes; // the field's
     struct vw_importance importance;
-    struct vw_submission *submission; // for vw_evaluator_set_pixels
+    struct vw_splat_evaluation *splats; // owned; of the renderer splats
+    struct vw_submission *submission;   // for vw_evaluator_set_pixels
     // With an effect that sees photos, as the pixels are; owned. Until there are pixels, all rays are of view 0.
     struct vw_view_rays *views;
     uint32_t view_count;

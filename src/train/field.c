@@ -30,15 +30,15 @@ static enum vw_status fill_cameras(const struct vw_radiance_field *field, const 
 static enum vw_status fill_params(const struct vw_radiance_field *field, uint64_t seed) {
     void *initial = vw_allocate(field->model->param_bytes, 1);
     if (!initial) return VW_ERROR_MEMORY;
-    vw_model_initialise(field->model, seed, initial);
-    enum vw_status status = vw_buffer_write(field->params, 0, initial, field->model->param_bytes);
+    enum vw_status status = vw_model_initialise(field->model, field->scene, seed, initial);
+    if (!status) status = vw_buffer_write(field->params, 0, initial, field->model->param_bytes);
     free(initial);
     return status;
 }
 
 enum vw_status vw_field_create(struct vw_gpu *gpu, const struct vw_model *model, const struct vw_scene *scene,
                                uint64_t seed, struct vw_radiance_field *field) {
-    *field = (struct vw_radiance_field){.gpu = gpu, .objects = {.gpu = gpu}, .model = model};
+    *field = (struct vw_radiance_field){.gpu = gpu, .objects = {.gpu = gpu}, .model = model, .scene = scene};
     uint64_t chunk = model->specialization.chunk_samples;
     const struct vw_buffer_row buffers[] = {
         {&field->cameras, "cameras", sizeof(struct vw_gpu_camera) * scene->view_count},

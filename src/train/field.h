@@ -10,6 +10,7 @@ struct vw_radiance_field {
     struct vw_gpu *gpu;                              // borrowed
     struct vw_gpu_objects objects;                   // owned: all that follow
     const struct vw_model *model;                    // borrowed
+    const struct vw_scene *scene;                    // borrowed
     struct vw_buffer *params;                        // model->param_bytes
     struct vw_buffer *cameras;                       // vw_gpu_camera per view
     struct vw_buffer *rows, *grid_rows;              // activations of one training chunk; grid_rows: of the field hash

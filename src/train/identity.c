@@ -36,8 +36,7 @@ static void add_effects(const struct vw_run_identity *identity, struct vw_hasher
     for (uint32_t i = 0; i < identity->effect_count; i++)
         if (identity->effects[i].on) vw_hasher_add_text(hasher, identity->effects[i].name);
     if (!box) return;
-    for (int i = 0; i < 3; i++) // it depends on points, which the scene's hash does not cover
-        vw_hasher_add_real(hasher, box->centre_world[i]);
+    for (int i = 0; i < 3; i++) vw_hasher_add_real(hasher, box->centre_world[i]);
     vw_hasher_add_real(hasher, box->half_extent_world);
 }
 

@@ -55,8 +55,9 @@ static void lay_out_effect_columns(const struct vw_config *config, bool followed
 }
 
 // Lays out all params. Columns that lasting credit goes back to come first.
-static void lay_out(const struct vw_config *config, uint64_t trained_views, struct vw_model *model) {
-    model->renderer->lay_out(config, model);
+static void lay_out(const struct vw_config *config, const struct vw_scene *scene, uint64_t trained_views,
+                    struct vw_model *model) {
+    model->renderer->lay_out(config, scene, model);
     model->specialization.field_columns = model->moved_columns = model->weight_columns;
     model->param_bytes = model->weights.offset_bytes + model->weights.size_bytes;
     lay_out_effect_columns(config, true, model);
@@ -86,6 +87,9 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     *model = (struct vw_model){.renderer = vw_renderer_kind_of(config->field),
                                .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
                                .view_count = scene->view_count,
+                               .train_views = train_views,
+                               .train_count = trained,
+                               .patch_side = 1,
                                .learning_rate_decay = config->learning_rate_decay,
                                .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
@@ -99,6 +103,6 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
     model->box = scene->box;
     if (choose_box(verdicts, scene, train_views, train_count, model)) return VW_ERROR_MEMORY;
     choose_background(config, s);
-    lay_out(config, trained, model);
+    lay_out(config, scene, trained, model);
     return model->renderer->fit(config, choices, limits, model);
 }

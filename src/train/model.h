@@ -24,6 +24,15 @@ struct vw_effect_kind;   // effects/kind.h
 struct vw_field_kind;    // fields/registry.h
 struct vw_renderer_kind; // renderers/registry.h
 
+// The sizes of splats. Their params are at the beginning of the block.
+struct vw_splat_model {
+    uint32_t count, degree; // splats; degree of their harmonics
+    uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
+    const char *initial, *initial_sha256; // the file that they begin from, borrowed from the config; NULL: the points
+    double extent_edges;   // size of the scene, by which positions move: how far the train cameras spread
+    double position_decay; // vw_config.learning_rate_decay, which is that of positions alone
+};
+
 struct vw_model {
     const struct vw_renderer_kind *renderer;
     const struct vw_field_kind *kind;        // NULL with another renderer than the volume
@@ -46,9 +55,13 @@ struct vw_model {
     // rays of a step make.
     double consistency_weight;
     uint32_t picture_side;
-    uint32_t renderer_flags; // flags of its own that the renderer's passes set when an update overflows
-    bool obeys_masks;        // thumbnails leave out what mask files hide
-    uint32_t view_count;     // views of the scene
+    uint32_t renderer_flags;     // flags of its own that the renderer's passes set when an update overflows
+    bool obeys_masks;            // thumbnails leave out what mask files hide
+    uint32_t view_count;         // views of the scene
+    const uint32_t *train_views; // borrowed; scene indices, ascending; NULL: the scene's split train
+    uint32_t train_count;
+    struct vw_splat_model splats; // used by the renderer splats alone
+    uint32_t patch_side;          // validation looks at squares of so many pixels along a side; 1: at single pixels
     uint64_t param_bytes;
     uint64_t param_count; // trainable numbers, without padding
     uint32_t pair_count;  // pairs of all levels, with padding
@@ -83,18 +96,24 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
 
 // Lays out columns after all so far, which update_weights moves, with so many trainable numbers; returns the first.
 uint32_t vw_model_append_columns(struct vw_model *model, uint32_t columns, uint64_t param_count);
+// Returns whether a view is trained on.
+bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *scene, uint32_t view);
+
 // Returns where columns lie.
 struct vw_param_range vw_model_columns(const struct vw_model *model, uint32_t first, uint32_t count);
 // Lays out a range after all so far, with so many trainable numbers, to be bound at a slot.
 void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_bytes, uint64_t param_count);
 
-// Writes the initial values of the whole params block (param_bytes): those of the field and of effects, else 0. They
-// are a function of the seed alone.
-void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params);
+// Writes the initial values of the whole params block (param_bytes), which is 0: those of the renderer and of effects.
+// They are a function of the seed, and with splats of the scene's cameras and points; else `scene` may be NULL.
+enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                   void *params);
 
 // Returns the learning rate of a step, from 1, as a share of the config's. The steps planned decide it, not those
 // taken.
 double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step);
+// Returns the same for a decay to `decay` at the last of the planned steps.
+double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64_t step);
 
 // Returns the key of a step's random numbers.
 vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step);

@@ -15,10 +15,25 @@ vw_uint4 vw_model_key_of_step(const struct vw_model *model, uint64_t step) {
     return (vw_uint4){(uint32_t)model->seed, (uint32_t)(model->seed >> 32), (uint32_t)step, (uint32_t)(step >> 32)};
 }
 
-double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
+double vw_model_decay_at_step(const struct vw_model *model, double decay, uint64_t step) {
     uint64_t last = model->planned_steps;
-    if (model->learning_rate_decay == 1.0 || step <= 1) return 1.0;
-    return pow(model->learning_rate_decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
+    if (decay == 1.0 || step <= 1) return 1.0;
+    return pow(decay, step < last ? (double)(step - 1) / (double)(last - 1) : 1.0);
+}
+
+double vw_model_rate_factor_of_step(const struct vw_model *model, uint64_t step) {
+    return vw_model_decay_at_step(model, model->learning_rate_decay, step);
+}
+
+bool vw_model_trains_on(const struct vw_model *model, const struct vw_scene *scene, uint32_t view) {
+    if (!model->train_views) return scene->views[view].split == VW_SPLIT_TRAIN;
+    for (uint32_t low = 0, high = model->train_count; low < high;) {
+        uint32_t middle = (low + high) / 2;
+        if (model->train_views[middle] == view) return true;
+        if (model->train_views[middle] < view) low = middle + 1;
+        else high = middle;
+    }
+    return false;
 }
 
 uint32_t vw_model_pad_rays(const struct vw_model *model, uint32_t rays) {
@@ -46,11 +61,13 @@ void vw_model_append_range(struct vw_model *model, uint32_t slot, uint64_t size_
     model->param_count += param_count;
 }
 
-void vw_model_initialise(const struct vw_model *model, uint64_t seed, void *params) {
+enum vw_status vw_model_initialise(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                                   void *params) {
     uint64_t end = model->weights.offset_bytes + model->weights.size_bytes;
     const struct vw_drawn drawn = {(float *)((char *)params + model->weights.offset_bytes), model->drawn_before_weights,
                                    seed};
     memset((char *)params + end, 0, model->param_bytes - end);
-    model->renderer->initialise(model, &drawn, params);
-    vw_effects_initialise(model, &drawn, params);
+    enum vw_status status = model->renderer->initialise(model, scene, &drawn, params);
+    if (!status) vw_effects_initialise(model, &drawn, params);
+    return status;
 }

@@ -9,6 +9,8 @@
 // interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
+enum { SQUARES_MAX = 256 }; // 65,536 rays in squares of 16 x 16
+
 struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box) {
     const struct vw_camera *camera = &view->camera;
     double edge = 2.0 * box->half_extent_world;
@@ -58,10 +60,12 @@ struct vw_pixel vw_pixels_at(const struct vw_scene *scene, uint32_t view, uint32
 }
 
 void vw_pixels_unmask(const struct vw_scene *scene, struct vw_pixel *pixels, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        pixels[i].weight =
-            vw_view_can_use(&scene->views[pixels[i].view], (uint32_t)pixels[i].x_px, (uint32_t)pixels[i].y_px) ? 1.0f
-                                                                                                               : 0.0f;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct vw_view *view = &scene->views[pixels[i].view];
+        uint32_t x_px = (uint32_t)pixels[i].x_px, y_px = (uint32_t)pixels[i].y_px;
+        bool inside = x_px < view->image.width_px && y_px < view->image.height_px; // tiles reach beyond a photo
+        pixels[i].weight = inside && vw_view_can_use(view, x_px, y_px) ? 1.0f : 0.0f;
+    }
 }
 
 // Returns the beginning of part `index` of `parts` nearly equal parts of `total`.
@@ -92,27 +96,99 @@ struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint
     return (struct vw_pixel_columns){0, scene->views[view].image.width_px};
 }
 
-uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
-                            uint32_t count, struct vw_pixel *pixels) {
-    uint32_t width = columns.end - columns.begin, height = scene->views[view].image.height_px;
-    if ((uint64_t)width * height <= count) {
-        for (uint32_t i = 0; i < width * height; i++)
-            pixels[i] = vw_pixels_at(scene, view, columns.begin + i % width, i / width);
-        return width * height;
-    }
+// The places of some strata of a grid, one after another.
+struct strata {
+    uint32_t width, height, count; // the grid's sides; its strata, or all places when there are no more
+    uint64_t seed;
+    uint32_t view, bands, band, stratum, written;
+};
+
+static struct strata strata_of(uint32_t width, uint32_t height, uint32_t count, uint64_t seed, uint32_t view) {
     // Bands of rows whose height is near the width of the strata in them; band b takes its share of the count.
     uint32_t bands = (uint32_t)fmin(fmax(round(sqrt((double)count * height / width)), 1.0), fmin(height, count));
+    return (struct strata){
+        .width = width, .height = height, .count = count, .seed = seed, .view = view, .bands = bands};
+}
+
+static bool next_place(struct strata *s, uint32_t *x, uint32_t *y) {
+    if ((uint64_t)s->width * s->height <= s->count) {
+        *x = s->written % s->width, *y = s->written / s->width;
+        return s->written++ < s->width * s->height;
+    }
+    if (s->written == s->count) return false;
+    uint32_t strata = part_begin(s->band + 1, s->bands, s->count) - part_begin(s->band, s->bands, s->count), words[4];
+    vw_random_words(s->seed, VW_RANDOM_VALIDATION, 0, s->view, s->written++, words);
+    *x = draw_within(words[0], part_begin(s->stratum, strata, s->width), part_begin(s->stratum + 1, strata, s->width));
+    *y = draw_within(words[1], part_begin(s->band, s->bands, s->height), part_begin(s->band + 1, s->bands, s->height));
+    if (++s->stratum == strata) s->band++, s->stratum = 0;
+    return true;
+}
+
+// Writes the pixels of a square that lie in the photo; returns how many.
+static uint32_t take_square(const struct vw_scene *scene, uint32_t view, uint32_t left_px, uint32_t top_px,
+                            uint32_t side, struct vw_pixel *pixels) {
+    const struct vw_image *image = &scene->views[view].image;
     uint32_t written = 0;
-    for (uint32_t band = 0; band < bands; band++) {
-        uint32_t strata = part_begin(band + 1, bands, count) - part_begin(band, bands, count);
-        for (uint32_t stratum = 0; stratum < strata; stratum++, written++) {
-            uint32_t words[4];
-            vw_random_words(seed, VW_RANDOM_VALIDATION, 0, view, written, words);
-            uint32_t x_px =
-                draw_within(words[0], part_begin(stratum, strata, width), part_begin(stratum + 1, strata, width));
-            uint32_t y_px = draw_within(words[1], part_begin(band, bands, height), part_begin(band + 1, bands, height));
-            pixels[written] = vw_pixels_at(scene, view, columns.begin + x_px, y_px);
-        }
+    for (uint32_t y = top_px; y < top_px + side && y < image->height_px; y++)
+        for (uint32_t x = left_px; x < left_px + side && x < image->width_px; x++)
+            pixels[written++] = vw_pixels_at(scene, view, x, y);
+    return written;
+}
+
+uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
+                                    uint64_t seed, uint32_t side, uint32_t count, struct vw_pixel *pixels) {
+    uint32_t first = (columns.begin + side - 1) / side, end = columns.end / side, x, y, written = 0;
+    if (columns.end == scene->views[view].image.width_px) end = (columns.end + side - 1) / side;
+    if (end <= first) end = first + 1; // narrower than a square
+    uint32_t height = (scene->views[view].image.height_px + side - 1) / side, squares = count / (side * side);
+    struct strata strata = strata_of(end - first, height, squares ? squares : 1, seed, view);
+    while (next_place(&strata, &x, &y))
+        written += take_square(scene, view, (first + x) * side, y * side, side, pixels + written);
+    return written;
+}
+
+uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
+                            uint32_t count, struct vw_pixel *pixels) {
+    return vw_pixels_stratify_squares(scene, view, columns, seed, 1, count, pixels);
+}
+
+// Draws one of `squares` that is not among the first `drawn` of the list: Floyd's sampling.
+static uint32_t draw_square(const struct vw_pixel_draw *draw, uint32_t squares, uint32_t wanted, const uint32_t *list,
+                            uint32_t drawn) {
+    uint32_t words[4], last = squares - wanted + drawn;
+    vw_random_words(draw->seed, VW_RANDOM_PIXEL, draw->step, drawn, draw->draw, words);
+    uint32_t square = vw_random_below(words[0], last + 1);
+    for (uint32_t i = 0; i < drawn; i++)
+        if (list[i] == square) return last;
+    return square;
+}
+
+// Writes all pixels of a tile; those beyond the photo weigh 0. Returns how many: none, if all are beyond.
+static uint32_t take_tile(const struct vw_scene *scene, uint32_t view, uint32_t left_px, uint32_t top_px, uint32_t side,
+                          struct vw_pixel *pixels) {
+    const struct vw_image *image = &scene->views[view].image;
+    if (left_px >= image->width_px || top_px >= image->height_px) return 0;
+    for (uint32_t i = 0; i < side * side; i++) {
+        uint32_t x = left_px + i % side, y = top_px + i / side;
+        bool inside = x < image->width_px && y < image->height_px;
+        pixels[i] = inside ? vw_pixels_at(scene, view, x, y)
+                           : (struct vw_pixel){.x_px = (float)x + 0.5f, .y_px = (float)y + 0.5f, .view = view};
+    }
+    return side * side;
+}
+
+uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
+                                uint32_t side, uint32_t tile, uint32_t count, struct vw_pixel *pixels) {
+    const struct vw_image *image = &scene->views[view].image;
+    uint32_t columns = (image->width_px + side - 1) / side, rows = (image->height_px + side - 1) / side,
+             squares = columns * rows, wanted = count / (side * side), written = 0, list[SQUARES_MAX];
+    if (wanted > squares) wanted = squares;
+    for (uint32_t i = 0; i < wanted; i++) {
+        list[i] = draw_square(draw, squares, wanted, list, i);
+        uint32_t left_px = list[i] % columns * side, top_px = list[i] / columns * side;
+        for (uint32_t y = 0; y < side; y += tile)
+            for (uint32_t x = 0; x < side; x += tile)
+                written += take_tile(scene, view, left_px + x, top_px + y, tile, pixels + written);
     }
     return written;
 }

@@ -31,6 +31,12 @@ struct vw_pixel_draw {
 void vw_pixels_draw(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw, uint32_t count,
                     struct vw_pixel *pixels);
 
+// Draws `count` / side^2 different squares of a photo, of `side` pixels from a grid at its corner. Writes them one
+// after another, each in tiles of `tile` pixels along a side, row by row. Pixels beyond the photo weigh 0, and tiles
+// beyond it are left out. A photo that has fewer squares gives all of them. Returns how many pixels it wrote.
+uint32_t vw_pixels_draw_squares(const struct vw_scene *scene, uint32_t view, const struct vw_pixel_draw *draw,
+                                uint32_t side, uint32_t tile, uint32_t count, struct vw_pixel *pixels);
+
 struct vw_pixel_columns {
     uint32_t begin, end;
 };
@@ -41,5 +47,9 @@ struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint
 // how many were written.
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
                             uint32_t count, struct vw_pixel *pixels);
+// Chooses squares of `side` pixels from a grid at the photo's corner in the same way, as many as hold `count` pixels,
+// but at least one; with a side of 1 that is the same. Squares at the photo's edge have fewer pixels.
+uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
+                                    uint64_t seed, uint32_t side, uint32_t count, struct vw_pixel *pixels);
 
 #endif

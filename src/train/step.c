@@ -67,6 +67,7 @@ enum vw_status vw_step_create(struct vw_radiance_field *field, const struct vw_c
 
 void vw_step_destroy(struct vw_step_passes *step) {
     if (step->field) vw_effects_destroy_extras(step->field->model, step);
+    if (step->field && step->field->model->renderer->destroy_step) step->field->model->renderer->destroy_step(step);
     vw_gpu_objects_destroy(&step->objects);
 }
 
@@ -81,6 +82,13 @@ uint32_t vw_step_training_state(const struct vw_step_passes *step,
     const struct vw_effect_buffers of_effects = vw_step_effect_buffers(step);
     vw_effects_training_state(step->field->model, &of_effects, buffers, &count);
     return count;
+}
+
+void vw_step_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                         const struct vw_pixel_draw *draw, bool masks, uint32_t first_pixel) {
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
+    step->field->model->renderer->draw_pixels(step, scene, view, draw, first_pixel);
+    if (!masks) vw_pixels_unmask(scene, pixels, step->rays);
 }
 
 void vw_step_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,

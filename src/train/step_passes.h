@@ -11,6 +11,7 @@
 
 struct vw_consistency_effect; // effects/consistency.h
 struct vw_photo_order;
+struct vw_splat_step; // renderers/splats/splats_renderer.h
 
 // The passes that go from rays to gradients. Several sets of them, each with its specialization, may share the buffers
 // of a step: those of the training itself, and those of the backward pass (adjoint_passes.h).
@@ -33,6 +34,7 @@ struct vw_step_passes {
     struct vw_buffer *weight_partials, *d_weights, *weight_moments;
     struct vw_buffer *d_grid, *grid_moment1, *grid_moment2, *grid_visits;
     struct vw_gradient_passes gradient;
+    struct vw_splat_step *splats; // owned; of the renderer splats, which has none of the volume's buffers
     struct vw_pass *reduce_loss, *update_weights, *update_grid[VW_LEVELS_MAX]; // update_grid: per window
     struct vw_buffer *effect_buffers[VW_SLOT_COUNT];                           // the effects', by slot
     struct vw_effect_sets effects;
@@ -54,6 +56,9 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
 // Records forward and back through the rays of one chunk, of which the next chunk overwrites all but the gradients.
 void vw_gradient_record_chunk(const struct vw_step_passes *step, const struct vw_gradient_passes *gradient,
                               struct vw_submission *submission, const struct vw_push_samples *chunk);
+// Creates those of its passes that follow the last chunk, with these params.
+enum vw_status vw_gradient_create_ends(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                       const struct vw_pass_params *common, struct vw_gradient_passes *gradient);
 // Records the chunk's beginning, after the placing of samples, up to their rgb and density, by these passes of the
 // field.
 void vw_gradient_record_forward(const struct vw_step_passes *step, const struct vw_field_passes *passes,

@@ -7,7 +7,6 @@
 
 #include "base/memory.h"
 #include "train/effects/registry.h"
-#include "train/pixels.h"
 #include "train/trainer_private.h"
 
 // ---- Parts ----------------------------------------------------------------------------------------------------------
@@ -115,12 +114,10 @@ static struct vw_trainer_parts list_parts(struct vw_trainer *trainer) {
 
 static void record_training(struct vw_trainer *trainer, struct vw_submission *submission, uint64_t step,
                             uint32_t first_pixel, uint32_t scalar_row) {
-    uint32_t rays = trainer->config.rays, view = vw_photo_order_view_of_step(&trainer->photo_order, step);
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(trainer->pixels) + first_pixel;
+    uint32_t view = vw_photo_order_view_of_step(&trainer->photo_order, step);
     const struct vw_pixel_draw drawn = {vw_config_seed_of(&trainer->config, VW_VARY_PIXELS), step,
                                         .picture_side = trainer->model.picture_side};
-    vw_pixels_draw(trainer->scene, view, &drawn, rays, pixels);
-    if (!trainer->masks) vw_pixels_unmask(trainer->scene, pixels, rays);
+    vw_step_draw_pixels(&trainer->step, trainer->scene, view, &drawn, trainer->masks, first_pixel);
     vw_step_record_passes(&trainer->step, submission, step, first_pixel, scalar_row);
     vw_validation_record(&trainer->validation, submission, scalar_row);
 }

@@ -117,6 +117,10 @@ enum vw_status vw_trainer_load_field(struct vw_trainer *trainer,
                                      const char *path); // VW_ERROR_INPUT when it does not fit the trainer, or the
                                                         // binding does not know it
 
+// Makes the bytes of a file that other programs draw (train/renderers/splats/splat_file.h), owned by the caller; NULL
+// with another field than splats.
+enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes);
+
 // ---- Views ---------------------------------------------------------------------------------------------------------
 
 // Renders a whole view with bin-centre samples: rgb floats, width * height * 3, rows top to bottom, owned by the

@@ -1,12 +1,15 @@
 // The outputs of a trainer beside step records: what it trains, its identity, its state and its field as files,
 // renders and measurements. Each function hands the parts of the trainer to the file that does the work.
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "train/effects/effects.h"
 #include "train/effects/pose.h"
 #include "train/files/checkpoint.h"
 #include "train/files/field_file.h"
 #include "train/identity.h"
+#include "train/renderers/splats/splat_file.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 #include "train/validation/measure_views.h"
@@ -117,6 +120,20 @@ enum vw_status vw_trainer_save_field(struct vw_trainer *trainer, const char *pat
 enum vw_status vw_trainer_load_field(struct vw_trainer *trainer, const char *path) {
     const struct vw_trained_field trained = trained_field_of(trainer);
     return vw_field_file_load(path, &trained, trainer->binding);
+}
+
+enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, size_t *size_bytes) {
+    const struct vw_splat_model *splats = &trainer->model.splats;
+    *data = NULL;
+    *size_bytes = 0;
+    if (trainer->config.field != VW_FIELD_SPLATS) return VW_OK;
+    uint64_t bytes = sizeof(vw_float4) * VW_SPLAT_COLUMNS(splats->degree) * (uint64_t)splats->count;
+    float *params = vw_allocate(bytes, 1);
+    enum vw_status status = params ? vw_buffer_read(trainer->field.params, 0, params, bytes) : VW_ERROR_MEMORY;
+    if (!status)
+        status = vw_splat_file_make(params, splats->count, splats->degree, &trainer->model.box, data, size_bytes);
+    free(params);
+    return status;
 }
 
 // ---- Views ----------------------------------------------------------------------------------------------------------

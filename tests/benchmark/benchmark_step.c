@@ -28,8 +28,9 @@
 
 static const char USAGE[] =
     "usage: benchmark_step [STEPS] [VALIDATION RAYS] [--run-defaults] [--float16] [--profile] [--pipelines] [--bits |\n"
-    "       --describe] [NAME=NUMBER]...\n"
+    "       --describe] [--splats] [scene=PATH] [NAME=NUMBER]...\n"
     "names: steps rounds batch together photos width_px height_px rays samples val_rays levels log2_table width\n"
+    "       splats downscale\n"
     "forced: chunk_samples slice_samples grid_texel rows_texel skip_zeros scatter (0: atomics, 1: split, 2: walk)\n";
 
 enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kind of device
@@ -37,9 +38,10 @@ enum { UNSET = UINT32_MAX }; // a choice that is not forced, but made by the kin
 struct setup {
     struct vw_config config;
     struct synthetic_scene_params scene;
-    uint32_t steps, rounds; // steps are spread over the rounds, each with trainers of its own
-    uint32_t together;      // trainings that share their submissions; times are per step and training
-    uint32_t batch;         // steps of one
+    struct vw_scene_params real; // path NULL: the synthetic scene
+    uint32_t steps, rounds;      // steps are spread over the rounds, each with trainers of its own
+    uint32_t together;           // trainings that share their submissions; times are per step and training
+    uint32_t batch;              // steps of one
     uint32_t chunk_samples, slice_samples, grid_texel, rows_texel, skip_zeros, scatter;
     bool profile;   // also prints the time of every pass
     bool pipelines; // also prints what the driver tells of every pass
@@ -67,6 +69,7 @@ static void choose_yardstick(struct setup *setup) {
     setup->steps = 160;
     setup->rounds = 5;
     setup->together = 1;
+    setup->real.downscale = 1;
     setup->batch = 8;
     setup->chunk_samples = setup->slice_samples = UNSET;
     setup->grid_texel = setup->rows_texel = setup->skip_zeros = setup->scatter = UNSET;
@@ -78,12 +81,20 @@ static void choose_run_defaults(struct setup *setup) {
     setup->config.epochs = 1000000;
 }
 
+// Sets what a run of splats does unless told otherwise.
+static void choose_splats(struct setup *setup) {
+    setup->config = vw_config_of_field(VW_FIELD_SPLATS);
+    setup->config.epochs = 1000000;
+}
+
 static bool set_flag(struct setup *setup, const char *word) {
     if (!strcmp(word, "--profile")) setup->profile = true;
     else if (!strcmp(word, "--pipelines")) setup->pipelines = true;
     else if (!strcmp(word, "--bits")) setup->bits = true;
     else if (!strcmp(word, "--describe")) setup->describe = true;
     else if (!strcmp(word, "--run-defaults")) choose_run_defaults(setup);
+    else if (!strcmp(word, "--splats")) choose_splats(setup);
+    else if (!strncmp(word, "scene=", 6)) setup->real.path = word + 6;
     else if (!strcmp(word, "--float16")) setup->config.table_precision = VW_TABLE_FLOAT16;
     else return false;
     return true;
@@ -110,6 +121,8 @@ static bool set_number(struct setup *setup, const char *name, size_t name_length
         {"levels", &setup->config.levels, 1, MOST},
         {"log2_table", &setup->config.log2_table, 1, MOST},
         {"width", &setup->config.width, 1, MOST},
+        {"splats", &setup->config.splats, 1, MOST},
+        {"downscale", &setup->real.downscale, 1, 64},
         {"chunk_samples", &setup->chunk_samples, VW_FIELD_GROUP, MOST},
         {"slice_samples", &setup->slice_samples, 128, VW_FIELD_GROUP},
         {"grid_texel", &setup->grid_texel, 0, 1},
@@ -195,7 +208,7 @@ static enum vw_status open_trainer(struct vw_gpu *gpu, const struct vw_scene *sc
                                                        .validate = validate,
                                                        .choices = &choices,
                                                        .submissions = submissions,
-                                                       .steps_per_batch = setup->batch},
+                                                       .steps_per_submission = setup->batch},
                             trainer);
 }
 
@@ -387,10 +400,12 @@ static enum vw_status measure(struct vw_gpu *gpu, const struct vw_scene *scene, 
 }
 
 static enum vw_status run(const struct setup *setup) {
-    struct vw_scene *scene = synthetic_scene(&setup->scene);
+    struct vw_scene *scene = setup->real.path ? NULL : synthetic_scene(&setup->scene);
     struct vw_gpu *gpu = NULL;
     const struct vw_gpu_params params = {.timers = setup->profile || setup->describe, .statistics = setup->pipelines};
-    enum vw_status status = vw_gpu_open(&params, &gpu);
+    enum vw_status status = setup->real.path ? vw_scene_open(&setup->real, &scene) : VW_OK;
+    if (status == VW_OK && setup->real.path) status = vw_scene_decode_all(scene);
+    if (status == VW_OK) status = vw_gpu_open(&params, &gpu);
     if (status == VW_OK)
         status = setup->describe ? describe(gpu, setup)
                  : setup->bits   ? print_bits(gpu, scene, setup)

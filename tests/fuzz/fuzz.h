@@ -23,6 +23,7 @@ fuzz_target fuzz_ledger;        // edits of a valid ledger.db and of a journal b
 fuzz_target fuzz_store;         // likewise, of retrainings.db or tradeoff.db, as the first byte says
 fuzz_target fuzz_checkpoint;    // checkpoint_0.vwc (see fuzz_write_hashed)
 fuzz_target fuzz_field;         // field.vwf, likewise
+fuzz_target fuzz_splats;        // the .ply file of --initial
 fuzz_target fuzz_steps;         // the log of import-steps
 fuzz_target fuzz_providers;     // --providers
 fuzz_target fuzz_lists;   // lists of photos: scores after an s, JSON after a j, otherwise names or a TSV after any byte

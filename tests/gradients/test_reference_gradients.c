@@ -106,7 +106,7 @@ static void open_fixture(const struct reference_case *setup, enum vw_loss loss, 
     make_model(setup, loss, choice, &f->model);
     make_rays(setup->seed, &f->model.specialization, rays);
     float *params = test_allocate(f->model.param_bytes, 1);
-    vw_model_initialise(&f->model, setup->seed, params);
+    assert_int_equal(vw_model_initialise(&f->model, NULL, setup->seed, params), VW_OK);
     size_t grid = f->model.grid.size_bytes / sizeof *params;
     for (size_t i = 0; i < grid; i++) params[i] *= 5000.0f; // from 1e-4 to 1/2
     size_t sky = f->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof *params,

@@ -85,7 +85,7 @@ static void make_params(const struct step_case *c, struct step_bench *bench) {
     float grid_scale = c->grid_scale > 0.0f ? c->grid_scale : 0.5f,
           weight_scale = c->weight_scale > 0.0f ? c->weight_scale : 1.0f;
     bench->params = test_allocate(bench->model.param_bytes, 1);
-    vw_model_initialise(&bench->model, c->seed, bench->params);
+    stop_unless(bench, vw_model_initialise(&bench->model, bench->scene, c->seed, bench->params));
     size_t grid = bench->model.grid.size_bytes / sizeof(float),
            sky = bench->model.ranges[VW_SLOT_SKY].offset_bytes / sizeof(float);
     size_t sky_end = sky + bench->model.ranges[VW_SLOT_SKY].size_bytes / sizeof(float);

@@ -59,7 +59,8 @@ check "steps that are not finished have no list" eval '
 # ---- What a stranger laid there -----------------------------------------------------------------------------------------
 
 # lay OUT: puts a forged file in the place of every derived one.
-derived=(SHA256SUMS duplicates.csv map.json matrix.csv payout.csv payout_photos.csv providers.csv report.html residuals.json scores.csv)
+derived=(SHA256SUMS duplicates.csv field.ply map.json matrix.csv payout.csv payout_photos.csv providers.csv report.html residuals.json
+    scores.csv)
 lay() {
     mkdir -p "$folder/$1"
     for name in "${derived[@]}"; do echo forged >"$folder/$1/$name"; done

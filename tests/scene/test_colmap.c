@@ -89,6 +89,23 @@ FOLDER_TEST(every_field_is_read_from_text_and_binary) {
     assert_memory_equal(scenes[0]->hash, scenes[1]->hash, VW_HASH_BYTES);
 }
 
+// Splats begin at points, so that a run with others is another run.
+FOLDER_TEST(the_hash_is_also_of_points_and_their_views) {
+    struct colmap_test_model model = colmap_test_scene(*state);
+    colmap_write_binary(*state, "sparse/0", &model);
+    const struct vw_scene *first = open_colmap(*state);
+    model.points[0].position[1] += 1e-12;
+    colmap_write_binary(*state, "sparse/0", &model);
+    const struct vw_scene *moved = open_colmap(*state);
+    model.points[0].position[1] -= 1e-12;
+    model.points[0].rgb[2] ^= 1;
+    colmap_write_binary(*state, "sparse/0", &model);
+    const struct vw_scene *painted = open_colmap(*state);
+    assert_memory_not_equal(first->hash, moved->hash, VW_HASH_BYTES);
+    assert_memory_not_equal(first->hash, painted->hash, VW_HASH_BYTES);
+    assert_memory_not_equal(moved->hash, painted->hash, VW_HASH_BYTES);
+}
+
 FOLDER_TEST(the_binary_model_wins) {
     struct colmap_test_model model = colmap_test_scene(*state);
     colmap_write_binary(*state, "sparse/0", &model);

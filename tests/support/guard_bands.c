@@ -50,7 +50,7 @@ enum vw_status __wrap_vw_gpu_close(struct vw_gpu **gpu);
 enum {
     BAND_BYTES = 16384,
     BUFFERS_MAX = 1024,
-    SLOTS_MAX = 64
+    SLOTS_MAX = 96
 }; // the band: a multiple of every offset alignment that Vulkan allows
 
 static struct guarded {

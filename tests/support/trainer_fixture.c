@@ -19,7 +19,17 @@ struct vw_config test_config(void) {
     return config;
 }
 
+static struct vw_config config_of_splats(void) {
+    struct vw_config config = vw_config_of_field(VW_FIELD_SPLATS);
+    config.epochs = 3;
+    config.rays = 2 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
+    config.val_rays = TEST_VALS * 256;
+    config.splats = 300;
+    return config;
+}
+
 struct vw_config test_config_of(enum vw_field field) {
+    if (field == VW_FIELD_SPLATS) return config_of_splats();
     struct vw_config config = test_config();
     config.field = field;
     if (field == VW_FIELD_HASH) return config;

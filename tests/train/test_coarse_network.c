@@ -142,7 +142,7 @@ TEST(both_networks_are_drawn) {
     struct step_bench *bench = step_bench_open(&setup);
     const struct vw_model *model = &bench->model;
     float *params = test_allocate(1, model->param_bytes);
-    vw_model_initialise(model, 5, params);
+    ASSERT_OK(vw_model_initialise(model, NULL, 5, params));
     const float *field = first_of(params, &model->weights), *coarse = first_of(params, &model->coarse);
     uint32_t equal = 0, drawn = 0;
     for (uint64_t i = 0; i < model->coarse.size_bytes / sizeof *params; i++) {

@@ -35,6 +35,7 @@ TEST(settings_survive_json) {
         {"'field':'mlp'", true},
         {"'field':'mlp','mlp_depth':6,'frequencies':4", true},
         {"'field':'mlp','importance_samples':12,'coarse_network':'own'", true},
+        {"'field':'splats','rays':512,'splats':1048576,'harmonics':3", true},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_config config = config_with(&vw_config_default, cases[i].settings);
@@ -68,7 +69,9 @@ TEST(defaults_are_in_the_identity) {
                                         "\"learning_rate_decay\":1.0",
                                         "\"coarse_network\":\"shared\"",
                                         "\"table_precision\":\"float32\"",
-                                        "\"field\":\"hash\""};
+                                        "\"field\":\"hash\"",
+                                        "\"splats\":0",
+                                        "\"harmonics\":1"};
     AUTO_FREE char *json = vw_config_to_json(&vw_config_default, true);
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
         if (!strstr(json, parts[i])) fail_msg("%s lacks %s", json, parts[i]);

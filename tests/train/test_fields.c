@@ -1,6 +1,6 @@
-// Every field of the registry through the whole trainer, with even samples, importance samples and a coarse network: it
-// learns, the same run has the same bits however its steps are grouped, validation is pure, a snapshot in a file
-// carries on, and what it cannot do is refused by name.
+// Every field of train/fields/ through the whole trainer, with even samples, importance samples and a coarse network:
+// it learns, the same run has the same bits however its steps are grouped, validation is pure, a snapshot in a file
+// carries on, and what it cannot do is refused by name. Splats are in renderers/test_splats_training.c.
 #include "support/cmocka_test.h"
 
 #include "base/memory.h"
@@ -10,7 +10,7 @@
 
 // Each field of the registry, alone and with importance samples and a rate that decays; at last one with a coarse
 // network.
-enum { FORMS = 2 * VW_FIELD_COUNT + 1 };
+enum { FORMS = 2 * VW_FIELD_SPLATS + 1 };
 
 static struct vw_config config_of_form(size_t form) {
     bool coarse = form == FORMS - 1;

@@ -22,7 +22,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     struct vw_pass_costs costs;
     struct test_run *run = test_allocate(1, sizeof *run);
     uint32_t timer_count = 0, matched = 0;
-    config.rays = 1200; // several chunks
+    if (field != VW_FIELD_SPLATS) config.rays = 1200; // several chunks
     config.importance_samples = importance_samples;
     config.coarse_network = coarse_network;
     config.epochs = epochs;
@@ -42,7 +42,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     for (uint32_t i = 0; i < timer_count; i++) {
         if (!strcmp(timers[i].name, "generate_rays") && timers[i].role) continue; // once, before the first step
         const struct vw_pass_cost *cost = find_cost(&costs, timers[i].name, timers[i].role);
-        if (!cost) fail_msg("%s has no cost; add it to src/train/step_costs.c", timers[i].name);
+        if (!cost) fail_msg("%s has no cost; add it to src/train/step_costs.c or the renderer's costs", timers[i].name);
         bool validates = (timers[i].role && strstr(timers[i].role, "validation")) ||
                          !strcmp(timers[i].name, "reduce_views") || !strcmp(timers[i].name, "fit_views"); // also before
         double before = validates ? cost->dispatches : 0.0;
@@ -61,6 +61,8 @@ TEST(every_dispatch_is_accounted_for) {
     check_dispatches(VW_FIELD_HASH, 16, VW_COARSE_NETWORK_SHARED, "transient,appearance_encoder", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "pose,occupancy", 16);
     check_dispatches(VW_FIELD_MLP, 16, VW_COARSE_NETWORK_OWN, "appearance_encoder,visibility", 3);
+    check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
+    check_dispatches(VW_FIELD_SPLATS, 0, VW_COARSE_NETWORK_SHARED, "sky,appearance", 3);
     if (!test_is_full()) return; // the rest has passes of those above
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "none", 3);
     check_dispatches(VW_FIELD_HASH, 0, VW_COARSE_NETWORK_SHARED, "occupancy", 16); // 80 steps: 5 refreshes

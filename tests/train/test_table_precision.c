@@ -53,8 +53,8 @@ TEST(a_run_on_halves_begins_where_one_on_floats_does) {
                       *halves = test_trainer_create(scene, &configs[1], false, 0);
     const struct vw_model *wide = &floats->model, *narrow = &halves->model;
     char *before = test_allocate(wide->param_bytes, 1), *after = test_allocate(narrow->param_bytes, 1);
-    vw_model_initialise(wide, 7, before);
-    vw_model_initialise(narrow, 7, after);
+    ASSERT_OK(vw_model_initialise(wide, NULL, 7, before));
+    ASSERT_OK(vw_model_initialise(narrow, NULL, 7, after));
     const struct vw_specialization *ours = &narrow->specialization, *theirs = &wide->specialization;
     assert_true(ours->dense_levels > 0 &&
                 ours->dense_levels < ours->levels); // dense levels of halves and of floats are padded differently

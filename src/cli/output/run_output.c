@@ -140,6 +140,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
     print_validation_views(&results->outputs.validation);
     vw_print("ledger   %s\nscores   %s\nfield    %s\n", results->ledger_path, results->scores_path,
              results->field_path);
+    if (results->outputs.has_splats) vw_print("splats   %s\n", results->splats_path);
     if (results->outputs.report_path) vw_print("report   %s\n", results->outputs.report_path);
     vw_print("head     %s (note it elsewhere: viewworth verify --expect compares it)\n", results->head);
 }
@@ -147,6 +148,7 @@ static void print_valued(const struct vw_run_results *results, const struct vw_r
 static void print_trained(const struct vw_run_results *results) {
     vw_print("%" PRIu64 " steps taken\nledger   %s\nfield    %s\n", results->statistics.steps, results->ledger_path,
              results->field_path);
+    if (results->outputs.has_splats) vw_print("splats   %s\n", results->splats_path);
 }
 
 // ---- JSON ----------------------------------------------------------------------------------------------------------
@@ -174,6 +176,7 @@ static json_t *run_to_json(const struct vw_run_results *results, const struct vw
                              "steps", (json_int_t)results->statistics.steps, "effects",
                              vw_effects_to_json(results->effects, results->effect_count), "ledger",
                              results->ledger_path, "field", results->field_path, "head", results->head);
+    if (results->outputs.has_splats) vw_json_set(&root, "splats", vw_json_string(results->splats_path));
     if (results->profile.row_count) vw_json_set(&root, "profile", profile_to_json(&results->profile));
     if (ranking) add_values(results, ranking, &root);
     return root;

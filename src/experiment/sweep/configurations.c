@@ -11,7 +11,7 @@
 
 enum how { TIMES, PLUS, SET };
 enum { VALUES_MAX = 8, VALUE_BYTES = 32 };
-enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, ALL = HASH | MLP };
+enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SAMPLED = HASH | MLP, ALL = SAMPLED | 1 << VW_FIELD_SPLATS };
 enum { LEARNING_RATE_DECAY, TABLE_PRECISION, DOWNSCALE, EFFECTS, ACCURACY, OTHER_PARAMETERS };
 
 // A number of the config, and the values to try, computed from its value at the base.
@@ -23,13 +23,13 @@ static const struct sweep {
     double values[VALUES_MAX]; // up to the first 0
 } sweeps[] = {
     {"rays", offsetof(struct vw_config, rays), TIMES, ALL, {0.125, 0.25, 0.5, 2}},
-    {"samples", offsetof(struct vw_config, samples), TIMES, ALL, {0.25, 0.5, 2}},
-    {"importance-samples", offsetof(struct vw_config, importance_samples), SET, ALL, {8, 16, 32}},
+    {"samples", offsetof(struct vw_config, samples), TIMES, SAMPLED, {0.25, 0.5, 2}},
+    {"importance-samples", offsetof(struct vw_config, importance_samples), SET, SAMPLED, {8, 16, 32}},
     {"val-rays", offsetof(struct vw_config, val_rays), SET, ALL, {64, 128, 256, 512, 1024, 2048, 4096}},
     {"levels", offsetof(struct vw_config, levels), PLUS, HASH, {-4, -2, 4}},
     {"log2-table", offsetof(struct vw_config, log2_table), PLUS, HASH, {-4, -2, 2, 4}},
     {"mlp-depth", offsetof(struct vw_config, mlp_depth), SET, MLP, {1, 2, 4, 8}},
-    {"width", offsetof(struct vw_config, width), SET, ALL, {16, 32, 64, 128, 256}},
+    {"width", offsetof(struct vw_config, width), SET, SAMPLED, {16, 32, 64, 128, 256}},
     {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
 static const double learning_rate_decays[] = {0.3, 0.1};
@@ -92,11 +92,15 @@ static bool is_listed(const struct vw_sweep_configurations *configurations, cons
     return false;
 }
 
+static bool has(const struct vw_config *config, const struct sweep *sweep) {
+    return sweep->fields >> config->field & 1;
+}
+
 // Describes the value of every parameter at the base.
 static void describe_base(struct vw_sweep_configuration *base) {
     size_t used = 0, size_bytes = sizeof base->value;
     for (size_t i = 0; i < VW_ARRAY_COUNT(sweeps) && used < size_bytes; i++)
-        if (sweeps[i].fields >> base->config.field & 1)
+        if (has(&base->config, &sweeps[i]))
             used += (size_t)snprintf(base->value + used, size_bytes - used, "%s %" PRIu32 ", ", sweeps[i].parameter,
                                      *(const uint32_t *)((const char *)&base->config + sweeps[i].offset));
     if (used < size_bytes)
@@ -286,7 +290,7 @@ enum vw_status vw_sweep_configurations_list(const struct vw_config *base, uint32
     if (!status) describe_base(&configurations->configurations[0]);
     if (!status) status = add_full_resolution(session, configurations);
     for (uint32_t i = 0; i < VW_ARRAY_COUNT(sweeps) && !status; i++) {
-        if (!is_wanted(parameters, i)) continue;
+        if (!is_wanted(parameters, i) || !has(&config, &sweeps[i])) continue;
         status = add_sweep(session, &sweeps[i], configurations);
         if (!status && sweeps[i].offset == offsetof(struct vw_config, val_rays))
             status = add_all_pixels(session, configurations);

@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "train/pixels.h"
-
 const char *const vw_probe_kind_names[VW_PROBE_KINDS] = {
     [VW_PROBE_REPEATED] = "repeated",
     [VW_PROBE_ZERO_LEARNING_RATE] = "zero_learning_rate",
@@ -31,24 +29,17 @@ void vw_prober_destroy(struct vw_prober *prober) {
     vw_step_destroy(&prober->zero_rate_step);
 }
 
-// Draws the pixels of a probe as those of the step would be.
-static void draw_pixels(const struct vw_trainer_parts *parts, uint64_t step, const struct vw_probe *probe,
-                        struct vw_pixel *pixels) {
-    uint32_t rays = parts->config->rays;
-    const struct vw_pixel_draw drawn = {vw_config_seed_of(parts->config, VW_VARY_PIXELS), step, probe->draw,
-                                        parts->field->model->picture_side};
-    vw_pixels_draw(parts->scene, probe->view, &drawn, rays, pixels);
-    if (!parts->masks) vw_pixels_unmask(parts->scene, pixels, rays);
-}
-
 static void record(const struct vw_prober *prober, uint64_t step, const struct vw_probe *probe, uint32_t place) {
     const struct vw_trainer_parts *parts = prober->parts;
     uint32_t first_pixel = place * parts->config->rays,
              row = place * vw_validation_rows_per_measurement(parts->validation);
     if (probe->kind != VW_PROBE_REPEATED) {
-        draw_pixels(parts, step, probe, (struct vw_pixel *)vw_buffer_map(parts->pixels) + first_pixel);
-        vw_step_record_passes(probe->kind == VW_PROBE_ZERO_LEARNING_RATE ? &prober->zero_rate_step : parts->step,
-                              prober->submission, step, first_pixel, row);
+        const struct vw_step_passes *passes =
+            probe->kind == VW_PROBE_ZERO_LEARNING_RATE ? &prober->zero_rate_step : parts->step;
+        const struct vw_pixel_draw drawn = {vw_config_seed_of(parts->config, VW_VARY_PIXELS), step, probe->draw,
+                                            parts->field->model->picture_side}; // as those of the step would be
+        vw_step_draw_pixels(passes, parts->scene, probe->view, &drawn, parts->masks, first_pixel);
+        vw_step_record_passes(passes, prober->submission, step, first_pixel, row);
     }
     vw_validation_record(parts->validation, prober->submission, row);
     vw_snapshot_record_restore(&prober->snapshot, prober->submission);

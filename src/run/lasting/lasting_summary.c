@@ -6,6 +6,10 @@
 #include "value/methods.h"
 
 enum vw_status vw_lasting_check_config(const struct vw_config *config) {
+    if (config && config->field == VW_FIELD_SPLATS)
+        return vw_fail(VW_ERROR_USAGE,
+                       "lasting credit and scores from gradients cannot go back through splats; value the scene with "
+                       "--field hash");
     if (!config || config->table_precision == VW_TABLE_FLOAT32) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
                    "lasting credit and scores from gradients follow small changes, which tables of halves round away; "

@@ -2,9 +2,21 @@
 
 #include <stdlib.h>
 
+#include "run/out_files.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
+
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
+                                   bool *written) {
+    void *data = NULL;
+    size_t size_bytes = 0;
+    enum vw_status status = vw_trainer_make_splats(trainer, &data, &size_bytes);
+    *written = !status && data;
+    if (*written) status = vw_result_write(out, VW_SPLATS_FILE, data, size_bytes, made);
+    free(data);
+    return status;
+}
 
 // Writes pictures of the scene and the field, so that the report can be made again without them.
 static enum vw_status write_pictures(const struct vw_run_outputs_params *params, struct vw_checksums *made) {
@@ -29,6 +41,7 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
         status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
                                           &outputs->validation);
     if (!status) status = write_pictures(params, made);
+    if (!status) status = vw_run_splats_write(params->trainer, params->out, made, &outputs->has_splats);
     if (status) return status;
     vw_checksums_note_rest_absent(made);
     if (!vw_report_folder_make(params->out, &params->report, made, &outputs->report_path)) return VW_OK;

@@ -3,6 +3,7 @@
 #ifndef VIEWWORTH_RUN_OUTPUTS_RUN_OUTPUTS_H
 #define VIEWWORTH_RUN_OUTPUTS_RUN_OUTPUTS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "run/outputs/attribution.h"
@@ -30,11 +31,15 @@ struct vw_run_outputs {
     struct vw_attribution attribution;
     struct vw_validation_views validation;
     char *report_path;
+    bool has_splats; // field.ply is there
 };
 
+// Writes field.ply where the field is splats, and notes it.
+enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
+                                   bool *written);
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, map.json, residuals.json
-// unless the report goes without photos, and report.html; notes them in `made`. Fails at the first that cannot be made.
-// Free the outputs also after a failure.
+// unless the report goes without photos, field.ply where the field is splats, and report.html; notes them in `made`.
+// Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);

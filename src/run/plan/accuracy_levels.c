@@ -55,8 +55,10 @@ static const uint32_t *part_of(const void *whole, size_t offset) {
     return (const uint32_t *)((const char *)whole + offset);
 }
 
-// Tells whether a level sets a field of this config: table and width belong to the hash grid.
+// Tells whether a level sets a field of this config: table and width belong to the hash grid, and of splats only the
+// length of the training depends on it.
 static bool is_of_field(uint32_t field, const struct vw_config *config) {
+    if (config->field == VW_FIELD_SPLATS) return field == VW_EXPLICIT_EPOCHS;
     return config->field == VW_FIELD_HASH || !(field & (VW_EXPLICIT_LOG2_TABLE | VW_EXPLICIT_WIDTH));
 }
 
@@ -66,10 +68,15 @@ void vw_accuracy_apply(const struct vw_accuracy_level *level, uint32_t explicit_
             *(uint32_t *)((char *)config + parts[i].there) = *part_of(level, parts[i].here);
 }
 
+static bool is_shown(uint32_t field, const struct vw_config *config) {
+    if (config->field == VW_FIELD_SPLATS) return field & (VW_EXPLICIT_RAYS | VW_EXPLICIT_VAL_RAYS | VW_EXPLICIT_EPOCHS);
+    return config->field == VW_FIELD_HASH || field != VW_EXPLICIT_LOG2_TABLE;
+}
+
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]) {
     size_t used = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        if (config->field == VW_FIELD_HASH || parts[i].field != VW_EXPLICIT_LOG2_TABLE)
+        if (is_shown(parts[i].field, config))
             used += (size_t)snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, "%s--%s %u", i ? " " : "",
                                      parts[i].option, *part_of(config, parts[i].there));
 }

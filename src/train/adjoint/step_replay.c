@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "train/pixels.h"
-
 enum { SUBMISSION_STEPS_MAX = 64 };
 
 enum vw_status vw_step_replay_create(const struct vw_trainer_params *training, vw_step_replayed *replayed,
@@ -29,10 +27,8 @@ uint32_t vw_step_replay_draw_photo(const struct vw_step_replay *replay, uint32_t
                                    uint32_t index) {
     const struct vw_trainer_parts *context = replay->context;
     uint32_t rays = context->config->rays;
-    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(context->pixels) + (size_t)index * rays;
     const struct vw_pixel_draw drawn = {vw_config_seed_of(context->config, VW_VARY_PIXELS), step, draw, 0};
-    vw_pixels_draw(context->scene, view, &drawn, rays, pixels);
-    if (!context->masks) vw_pixels_unmask(context->scene, pixels, rays);
+    vw_step_draw_pixels(context->step, context->scene, view, &drawn, context->masks, index * rays);
     return index * rays;
 }
 

@@ -19,15 +19,16 @@ static const char on_request[] = "nothing: on where --effects names it";
 
 // clang-format off
 static const struct vw_effect effects[] = {
-    {.name = "distortion", .constant = CONSTANT(distortion),
+    {.name = "distortion", .constant = CONSTANT(distortion), .of_splats = true,
      .meaning = "largest shift of an image corner by lens distortion, px"},
-    {.name = "background", .constant = CONSTANT(background), .meaning = "share of photos with transparent pixels"},
-    {.name = "masks", .constant = HOST_ONLY, .meaning = "share of photos with a mask file"},
-    {.name = "sky", .constant = CONSTANT(sky), .meaning = measured_gain},
+    {.name = "background", .constant = CONSTANT(background), .of_splats = true,
+     .meaning = "share of photos with transparent pixels"},
+    {.name = "masks", .constant = HOST_ONLY, .of_splats = true, .meaning = "share of photos with a mask file"},
+    {.name = "sky", .constant = CONSTANT(sky), .of_splats = true, .meaning = measured_gain},
     // Its last sample reaches so far that nothing beyond it is seen.
     {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
     {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = {{.name = "unbounded"}}},
-    {.name = "appearance", .constant = CONSTANT(appearance), .meaning = measured_gain},
+    {.name = "appearance", .constant = CONSTANT(appearance), .of_splats = true, .meaning = measured_gain},
     {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = measured_gain,
      .requires = "appearance"},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.
@@ -186,8 +187,21 @@ static enum vw_status switch_off(const struct vw_config *config, struct vw_effec
     return VW_OK;
 }
 
+// Leaves splats the effects that they can have.
+static enum vw_status follow_splats(const struct vw_config *config, struct vw_effect_verdict *verdicts,
+                                    uint32_t count) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < count && !status; i++) {
+        char refusal[128];
+        snprintf(refusal, sizeof refusal, "%s is not there with --field splats; leave it out", effects[i].name);
+        if (!effects[i].of_splats) status = switch_off(config, verdicts, count, effects[i].name, refusal, false);
+    }
+    return status;
+}
+
 static enum vw_status follow_field(const struct vw_config *config, struct vw_effect_verdict *verdicts, uint32_t count) {
     char refusal[128] = "occupancy is not there with --importance-samples above 0; leave it out";
+    if (config->field == VW_FIELD_SPLATS) return follow_splats(config, verdicts, count);
     bool skips = vw_field_kind_of(config->field)->skips_samples;
     if (skips && !config->importance_samples) return VW_OK;
     if (!skips)

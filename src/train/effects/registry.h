@@ -25,6 +25,7 @@ struct vw_effect {
     const char *requires;       // NULL, or the effect without which this one does nothing; before it in the table
     struct vw_effect_conflict conflicts[VW_EFFECT_CONFLICTS_MAX]; // the first without a name ends them
     const char *hides; // NULL, or the effect that changes nothing beside this one
+    bool of_splats;    // --field splats can have it
     bool on_request;   // nothing calls for it: it is on where --effects names it
 };
 

@@ -14,6 +14,8 @@ struct vw_drawn;
 struct vw_evaluator;
 struct vw_model;
 struct vw_pass_costs;
+struct vw_pixel_draw;
+struct vw_scene;
 struct vw_step_passes;
 
 struct vw_renderer_kind {
@@ -21,16 +23,22 @@ struct vw_renderer_kind {
     void (*specialise)(const struct vw_config *config, struct vw_model *model);
     // Lays out the first params of the block: those that lasting credit goes back to, and, after the effects of which
     // this is true as well, those that it does not go back to (may be NULL).
-    void (*lay_out)(const struct vw_config *config, struct vw_model *model);
+    void (*lay_out)(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model);
     void (*lay_out_unfollowed)(struct vw_model *model);
     // Lays out what depends on the device.
     enum vw_status (*fit)(const struct vw_config *config, const struct vw_device_choices *choices,
                           const struct vw_gpu_limits *limits, struct vw_model *model);
-    void (*initialise)(const struct vw_model *model, const struct vw_drawn *drawn, void *params);
+    enum vw_status (*initialise)(const struct vw_model *model, const struct vw_scene *scene,
+                                 const struct vw_drawn *drawn, void *params);
 
+    // Draws the pixels of a step on a photo, from `first_pixel` of the step's buffer on.
+    void (*draw_pixels)(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                        const struct vw_pixel_draw *draw, uint32_t first_pixel);
     // Creates its buffers, then its passes, of a step. The step owns them.
     enum vw_status (*create_step_buffers)(struct vw_step_passes *step);
     enum vw_status (*create_step_passes)(struct vw_step_passes *step);
+    // Destroys what it has beyond the step's objects; may be NULL.
+    void (*destroy_step)(struct vw_step_passes *step);
     // Appends the buffers that one step leaves to the next, beside the params and the moments of weights.
     void (*training_state)(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count);
     // Records everything of the step's photo from its rays to the loss of each and the gradients.
@@ -43,12 +51,15 @@ struct vw_renderer_kind {
 
     // Creates what an evaluator needs from its pixels to their colours, `generate` included. The evaluator owns it.
     enum vw_status (*create_evaluation)(struct vw_evaluator *evaluator);
+    void (*destroy_evaluation)(struct vw_evaluator *evaluator); // as destroy_step
+    // Prepares for these pixels, which the evaluator has; may be NULL.
+    enum vw_status (*take_pixels)(struct vw_evaluator *evaluator, const struct vw_pixel *pixels, uint32_t count);
     // Records the rendering of all rays into colours.
     void (*record_evaluation)(const struct vw_evaluator *evaluator, struct vw_submission *submission);
     void (*list_evaluation_costs)(const struct vw_evaluator *evaluator, struct vw_pass_costs *costs);
 };
 
-extern const struct vw_renderer_kind renderer_volume;
+extern const struct vw_renderer_kind renderer_volume, renderer_splats;
 
 const struct vw_renderer_kind *vw_renderer_kind_of(enum vw_field field);
 

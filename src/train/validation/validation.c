@@ -34,9 +34,9 @@ struct pixel_choice {
 
 static enum vw_status allocate_pixels(const struct vw_validation_params *params, struct vw_validation *validation,
                                       bool fits, struct pixel_choice *choice) {
-    uint64_t most = 0;
+    uint64_t most = 0, patch = params->field->model->patch_side; // a view takes a whole patch at least
     for (uint32_t i = 0; i < validation->view_count; i++)
-        most += (fits ? 2 : 1) * rays_of_view(params->ray_count, validation->view_count, i);
+        most += (fits ? 2 : 1) * rays_of_view(params->ray_count, validation->view_count, i) + 2 * patch * patch;
     choice->pixels = vw_allocate(most, sizeof *choice->pixels);
     choice->scored = vw_allocate(validation->view_count, 2 * sizeof *choice->scored);
     validation->pixel_counts = vw_allocate(validation->view_count, sizeof *validation->pixel_counts);
@@ -55,7 +55,8 @@ static enum vw_status choose_scored(const struct vw_validation_params *params, s
             fits ? vw_view_fit_right_half(scene, view) : vw_pixels_all_columns(scene, view);
         struct vw_pixel *pixels = choice->pixels + choice->count;
         uint32_t wanted = rays_of_view(params->ray_count, validation->view_count, i);
-        uint32_t count = vw_pixels_stratify(scene, view, columns, params->seed, wanted, pixels);
+        uint32_t count = vw_pixels_stratify_squares(scene, view, columns, params->seed,
+                                                    params->field->model->patch_side, wanted, pixels);
         choice->scored[i] = (struct vw_ray_range){.first = choice->count, .count = count};
         if (!params->masks) vw_pixels_unmask(scene, pixels, count);
         for (uint32_t ray = 0; ray < count; ray++) validation->pixel_counts[i] += pixels[ray].weight != 0.0f;
@@ -76,8 +77,9 @@ static enum vw_status choose_pixels(const struct vw_validation_params *params, s
     if (!status) status = choose_scored(params, validation, fits, choice);
     if (status || !fits) return status;
     uint32_t scored = choice->count;
-    vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed, choice->scored,
-                              choice->pixels, &choice->count, choice->fitted);
+    vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed,
+                              params->field->model->patch_side, choice->scored, choice->pixels, &choice->count,
+                              choice->fitted);
     if (!params->masks) vw_pixels_unmask(params->scene, choice->pixels + scored, choice->count - scored);
     return VW_OK;
 }

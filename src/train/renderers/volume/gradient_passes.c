@@ -39,6 +39,15 @@ static const struct vw_shader *backward_shader(const struct vw_model *model, con
     return effects ? &vw_shader_backward_rays_effects : &vw_shader_backward_rays;
 }
 
+enum vw_status vw_gradient_create_ends(const struct vw_model *model, struct vw_gpu_objects *objects,
+                                       const struct vw_pass_params *common, struct vw_gradient_passes *gradient) {
+    enum vw_status status = VW_OK;
+    for (uint32_t i = 0; i < model->effect_count && !status; i++)
+        if (model->effects[i]->ray_gradient && vw_effect_is_on(model->effects[i], &gradient->specialization))
+            status = vw_pass_create_of(objects, common, model->effects[i]->ray_gradient, &gradient->ends[i]);
+    return status;
+}
+
 enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_gpu_objects *objects,
                                   const struct vw_specialization *specialization, struct vw_gradient_passes *gradient) {
     *gradient =
@@ -56,9 +65,7 @@ enum vw_status vw_gradient_create(const struct vw_step_passes *step, struct vw_g
         {backward_shader(model, specialization, specialization->effect_transient), &gradient->backward_rays},
     };
     enum vw_status status = vw_passes_create(objects, &field.common, passes, VW_ARRAY_COUNT(passes));
-    for (uint32_t i = 0; i < model->effect_count && !status; i++)
-        if (model->effects[i]->ray_gradient && vw_effect_is_on(model->effects[i], specialization))
-            status = vw_pass_create_of(objects, &field.common, model->effects[i]->ray_gradient, &gradient->ends[i]);
+    if (!status) status = vw_gradient_create_ends(model, objects, &field.common, gradient);
     // Slopes that are given are of the field's colours.
     const struct vw_shader *coarse =
         specialization->loss == LOSS_GIVEN ? NULL : backward_shader(model, specialization, false);

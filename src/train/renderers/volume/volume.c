@@ -21,7 +21,10 @@ static void specialise(const struct vw_config *config, struct vw_model *model) {
     s->stores_rows = 1;
 }
 
-static void lay_out(const struct vw_config *config, struct vw_model *model) { model->kind->lay_out(config, model); }
+static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
+    (void)scene;
+    model->kind->lay_out(config, model);
+}
 
 static void lay_out_unfollowed(struct vw_model *model) {
     if (!model->coarse_columns) return;
@@ -29,8 +32,11 @@ static void lay_out_unfollowed(struct vw_model *model) {
     model->coarse = vw_model_columns(model, model->coarse_column, model->coarse_columns);
 }
 
-static void initialise(const struct vw_model *model, const struct vw_drawn *drawn, void *params) {
+static enum vw_status initialise(const struct vw_model *model, const struct vw_scene *scene,
+                                 const struct vw_drawn *drawn, void *params) {
+    (void)scene;
     model->kind->initialise(model, drawn, params);
+    return VW_OK;
 }
 
 // Chooses whole groups of rays whose rows fit into one binding, and no more than a step has.
@@ -84,6 +90,7 @@ const struct vw_renderer_kind renderer_volume = {
     .lay_out_unfollowed = lay_out_unfollowed,
     .fit = fit,
     .initialise = initialise,
+    .draw_pixels = vw_volume_draw_pixels,
     .create_step_buffers = vw_volume_create_step_buffers,
     .create_step_passes = vw_volume_create_step_passes,
     .training_state = vw_volume_training_state,

@@ -5,10 +5,17 @@
 #include "gpu/shaders.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
+#include "train/pixels.h"
 #include "train/renderers/volume/importance.h"
 #include "train/renderers/volume/volume.h"
 
 static uint32_t word_bytes(const struct vw_model *model) { return model->specialization.wide_gradient ? 16 : 8; }
+
+void vw_volume_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                           const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
+    vw_pixels_draw(scene, view, draw, step->rays, pixels);
+}
 
 enum vw_status vw_volume_create_step_buffers(struct vw_step_passes *step) {
     const struct vw_model *model = step->field->model;

@@ -1,0 +1,38 @@
+// The colour seen at every pixel of the tiles, its loss, and the gradients by the blended colour and by what is left of
+// the light from beyond. Gradients are of the sum over rays; the optimiser divides by their number. Sky and appearance
+// are in the variant VW_RAY_EFFECTS alone (seen.glsl).
+#define SEES_BACK
+#include "effects/seen.glsl"
+#include "rays/loss.glsl"
+#include "splats/constants.glsl"
+layout(local_size_x = 64) in;
+
+BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
+BUFFER(VW_SLOT_COLOURS) readonly buffer Colours { vec4 colours[]; };
+BUFFER(VW_SLOT_SPLAT_STATE) readonly buffer SplatState { vw_splat_state splat_state; };
+BUFFER(VW_SLOT_D_COLOURS) writeonly buffer DColours { vec4 d_colours[]; };
+BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
+BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
+PUSH uniform Push { vw_push_splats push; };
+
+void main() {
+    uint index = invocation_index();
+    if (index == 0u && splat_state.overflow != 0u) atomicOr(state.nonfinite, 1u); // the step is not taken
+    if (index >= d_colours.length()) return;
+    vw_ray ray = rays[index];
+    bool drawn = index < push.tile_count * SPLAT_SIDE * SPLAT_SIDE;
+    vec4 blended = mix(vec4(0.0), colours[index], bvec4(drawn)); // rays that the photo has no tiles for weigh 0
+    vec3 backdrop = backdrop_colour(ray, index, push.key);
+    vec3 rendered = blended.rgb + blended.a * backdrop, seen = seen_by_photo(state.view, rendered);
+    vec3 error = seen - ray.target_weight.rgb;
+    vec3 value, slope;
+    for (int channel = 0; channel < 3; channel++) loss_channel(error[channel], value[channel], slope[channel]);
+    if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
+    float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
+    float loss = share * (value.x + value.y + value.z);
+    ray_loss[index] = loss;
+    if (!finite(loss)) atomicOr(state.nonfinite, 1u); // nor here
+    vec3 d_colour = share * slope;
+    seen_back(index, state.view, rendered, backdrop, blended.a, d_colour);
+    d_colours[index] = vec4(d_colour, dot(d_colour, backdrop));
+}

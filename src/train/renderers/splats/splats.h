@@ -1,0 +1,80 @@
+// Splats on the device: passes that draw a list of tiles, go back from the colours of their rays to the splats, and
+// move these. Params, cameras, views and rays are the caller's; see shaders/interface.h for all layouts.
+#ifndef VIEWWORTH_TRAIN_RENDERERS_SPLATS_H
+#define VIEWWORTH_TRAIN_RENDERERS_SPLATS_H
+
+#include "train/passes.h"
+#include "viewworth/scene.h"
+
+// The most that passes can be asked for.
+struct vw_splat_room {
+    uint32_t splats;       // room in a column of params: the stride
+    uint32_t degree;       // highest degree of harmonics
+    uint32_t views;        // per drawing
+    uint32_t tiles;        // per drawing
+    uint32_t listed_tiles; // in the list of tiles, which may serve many drawings
+    uint32_t cells;        // in the map: the largest view's, or the sum over all views of one drawing
+    uint32_t pairs;        // per drawing
+};
+
+// Returns the constants of splats on top of a run's; `cpu` chooses how the work is shared among invocations. It sets
+// Adam's epsilon, of the mean gradient.
+struct vw_splat_specialization vw_splat_specialise(const struct vw_specialization *run, bool cpu);
+// Refuses, naming the number, more than the passes can count or key. VW_ERROR_INPUT.
+enum vw_status vw_splat_check_room(const struct vw_splat_room *room, const struct vw_splat_specialization *s);
+uint64_t vw_splat_param_bytes(const struct vw_splat_room *room);
+// Fills in a view, number `index` of the cameras, as a grid of tiles. Without `lens` the camera is a pinhole.
+struct vw_splat_view vw_splat_view_of(uint32_t index, uint32_t first_cell, const struct vw_camera *camera, bool lens,
+                                      uint32_t side);
+struct vw_splat_tile vw_splat_tile_at(const struct vw_splat_view *view, uint32_t index, uint32_t column, uint32_t row);
+// Returns 1 plus the largest digit shift of the sort, in digits.
+uint32_t vw_splat_sort_digits(const struct vw_splat_room *room, const struct vw_splat_specialization *s);
+
+struct vw_splat_pass_params {
+    struct vw_gpu *gpu;
+    const struct vw_splat_specialization *specialization;
+    struct vw_splat_room room;
+    // VW_SLOT_CAMERAS, VW_SLOT_SPLATS and VW_SLOT_SPLAT_VIEWS; for a gradient also VW_SLOT_RAYS, VW_SLOT_RAY_LOSS,
+    // VW_SLOT_STEP_STATE, VW_SLOT_OVERFLOW, and the slots of effects.
+    const struct vw_binding *bindings;
+    uint32_t binding_count;
+    const char *role;
+    bool ray_effects; // sky, appearance: their variant of slope_pixels
+};
+
+// Draws tiles. The host writes `tiles` (mapped), `record` draws a range of them.
+struct vw_splat_drawing {
+    struct vw_gpu_objects objects;
+    struct vw_splat_room room;
+    struct vw_splat_specialization specialization;
+    uint32_t digits;
+    struct vw_buffer *tiles;   // vw_splat_tile, VW_BUFFER_UPLOAD
+    struct vw_buffer *colours; // vec4 per ray of the tiles of one drawing: blended rgb, and what is left of the light
+    struct vw_buffer *state;   // vw_splat_state
+    struct vw_buffer *map, *shapes, *slot_pairs, *seen, *drawn, *pair_splats, *sorted[2], *counts, *ranges;
+    struct vw_pass *mark, *project, *place, *emit, *colour, *count_digits[2], *place_digits, *scatter[2], *blend;
+};
+enum vw_status vw_splat_drawing_create(const struct vw_splat_pass_params *params, struct vw_splat_drawing *drawing);
+void vw_splat_drawing_destroy(struct vw_splat_drawing *drawing);
+// Records the drawing of the tiles that `push` names; `shift` and `pair_capacity` are set here.
+void vw_splat_drawing_record(const struct vw_splat_drawing *drawing, struct vw_submission *submission,
+                             const struct vw_push_splats *push);
+
+// Goes back through a drawing of one view, and moves the splats that it saw.
+struct vw_splat_gradient {
+    struct vw_gpu_objects objects;
+    const struct vw_splat_drawing *drawing; // borrowed
+    struct vw_buffer *d_colours, *d_pairs, *d_splats, *moment1, *moment2;
+    struct vw_pass *slopes, *blend_back, *backward, *update;
+};
+enum vw_status vw_splat_gradient_create(const struct vw_splat_pass_params *params,
+                                        const struct vw_splat_drawing *drawing, struct vw_splat_gradient *gradient);
+void vw_splat_gradient_destroy(struct vw_splat_gradient *gradient);
+// Records loss and gradients after the drawing of `push`, whose rays are made; view_count is 1.
+void vw_splat_gradient_record(const struct vw_splat_gradient *gradient, struct vw_submission *submission,
+                              const struct vw_push_splats *push);
+// Records the step of the optimiser.
+void vw_splat_update_record(const struct vw_splat_gradient *gradient, struct vw_submission *submission,
+                            const struct vw_push_splat_update *push);
+
+#endif

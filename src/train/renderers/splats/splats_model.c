@@ -1,0 +1,128 @@
+// The renderer `splats`: 3-D Gaussians, drawn tile by tile (Kerbl et al., SIGGRAPH 2023), a fixed number of them.
+#include <math.h>
+
+#include "train/model.h"
+#include "train/renderers/registry.h"
+#include "train/renderers/splats/splats_renderer.h"
+
+enum {
+    SPLATS_MOST = 1 << 20,
+    SPLATS_WITHOUT_POINTS = 4096,
+    PATCH_SIDE = 8,       // squares of validation have a CPU's tile's side
+    ALIGNMENT_BYTES = 256 // the largest offset alignment Vulkan allows a device to ask for
+};
+
+static const float ADAM_EPSILON = 1e-8f; // for effects
+static const double EXTENT_MARGIN = 1.1; // as Kerbl et al. have it
+
+static void specialise(const struct vw_config *config, struct vw_model *model) {
+    struct vw_specialization *s = &model->specialization;
+    s->samples = s->strata = config->samples; // rays are divided into so many strata, which nothing samples
+    s->learning_rate = (float)(VW_SPLAT_RATE_UNIT * config->learning_rate);
+    s->gradient_quantum = ADAM_EPSILON * (float)config->rays; // see adam.glsl
+    model->ray_samples = model->ray_group = 1;
+    model->patch_side = PATCH_SIDE;
+    model->splats.position_decay = model->learning_rate_decay;
+    model->learning_rate_decay = 1.0;
+}
+
+// Returns how far the train cameras are from their mean, in box edges; 1 for a single camera.
+static double measure_extent(const struct vw_model *model, const struct vw_scene *scene) {
+    double mean[3] = {0}, largest2 = 0.0, count = 0.0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        if (!vw_model_trains_on(model, scene, v)) continue;
+        for (int i = 0; i < 3; i++) mean[i] += scene->views[v].camera_to_world[i][3];
+        count++;
+    }
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        double distance2 = 0.0;
+        for (int i = 0; i < 3; i++) distance2 += pow(scene->views[v].camera_to_world[i][3] - mean[i] / count, 2);
+        if (vw_model_trains_on(model, scene, v)) largest2 = fmax(largest2, distance2);
+    }
+    double extent = EXTENT_MARGIN * sqrt(largest2) / (2.0 * model->box.half_extent_world);
+    return extent > 0.0 ? extent : 1.0;
+}
+
+static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
+    struct vw_splat_model *splats = &model->splats;
+    uint32_t most = config->splats ? config->splats : SPLATS_MOST;
+    splats->initial = config->initial[0] ? config->initial : NULL;
+    splats->initial_sha256 = config->initial_sha256;
+    splats->source_count = splats->initial ? 0 : vw_splats_count_points(model, scene);
+    splats->count = splats->source_count;
+    if (!splats->count) splats->count = config->splats ? config->splats : SPLATS_WITHOUT_POINTS;
+    if (splats->count > most) splats->count = most;
+    splats->degree = config->harmonics;
+    splats->extent_edges = measure_extent(model, scene);
+    uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
+    model->weights.offset_bytes = (bytes + ALIGNMENT_BYTES - 1) / ALIGNMENT_BYTES * ALIGNMENT_BYTES;
+    uint64_t numbers = 11 + 3 * (splats->degree + 1) * (splats->degree + 1); // mean, opacity, scales, turn; colours
+    model->param_count = numbers * splats->count;
+}
+
+static enum vw_status fit(const struct vw_config *config, const struct vw_device_choices *choices,
+                          const struct vw_gpu_limits *limits, struct vw_model *model) {
+    (void)config, (void)choices;
+    model->renderer_flags = 1;
+    if (model->weights.offset_bytes <= limits->storage_binding_bytes) return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--splats: %u splats exceed this device's binding range; take fewer",
+                   model->splats.count);
+}
+
+static enum vw_status initialise(const struct vw_model *model, const struct vw_scene *scene,
+                                 const struct vw_drawn *drawn, void *params) {
+    return vw_splats_start(model, scene, drawn->seed, params);
+}
+
+// ---- What a step and an evaluator share -----------------------------------------------------------------------------
+
+struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
+                                                  const struct vw_specialization *run,
+                                                  struct vw_splat_specialization *specialization) {
+    const struct vw_splat_model *splats = &field->model->splats;
+    *specialization = vw_splat_specialise(run, vw_gpu_get_info(field->gpu)->kind == VW_GPU_CPU);
+    return (struct vw_splat_pass_params){.gpu = field->gpu,
+                                         .specialization = specialization,
+                                         .room = {.splats = splats->count, .degree = splats->degree}};
+}
+
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles) {
+    enum { PAIRS_PER_TILE = 2048, PAIRS_LEAST = 1 << 16, PAIRS_MOST = 1 << 22 };
+    uint64_t fit = vw_gpu_get_limits(field->gpu)->storage_binding_bytes / (sizeof(vw_float4) * VW_SPLAT_PAIR4);
+    uint64_t pairs = (uint64_t)tiles * PAIRS_PER_TILE;
+    if (pairs < PAIRS_LEAST) pairs = PAIRS_LEAST;
+    if (pairs > PAIRS_MOST) pairs = PAIRS_MOST;
+    return (uint32_t)(pairs < fit ? pairs : fit);
+}
+
+struct vw_binding vw_splats_binding(const struct vw_radiance_field *field) {
+    const struct vw_splat_model *splats = &field->model->splats;
+    const struct vw_splat_room room = {.splats = splats->count, .degree = splats->degree};
+    return (struct vw_binding){
+        .slot = VW_SLOT_SPLATS, .buffer = field->params, .size_bytes = vw_splat_param_bytes(&room)};
+}
+
+struct vw_push_splats vw_splats_push(const struct vw_model *model) {
+    return (struct vw_push_splats){
+        .count = model->splats.count, .stride = model->splats.count, .degree = model->splats.degree, .view_count = 1};
+}
+
+const struct vw_renderer_kind renderer_splats = {
+    .specialise = specialise,
+    .lay_out = lay_out,
+    .fit = fit,
+    .initialise = initialise,
+    .draw_pixels = vw_splats_draw_pixels,
+    .create_step_buffers = vw_splats_create_step_buffers,
+    .create_step_passes = vw_splats_create_step_passes,
+    .destroy_step = vw_splats_destroy_step,
+    .training_state = vw_splats_training_state,
+    .record_gradients = vw_splats_record_gradients,
+    .record_update = vw_splats_record_update,
+    .list_step_costs = vw_splats_list_step_costs,
+    .create_evaluation = vw_splats_create_evaluation,
+    .destroy_evaluation = vw_splats_destroy_evaluation,
+    .take_pixels = vw_splats_take_pixels,
+    .record_evaluation = vw_splats_record_evaluation,
+    .list_evaluation_costs = vw_splats_list_evaluation_costs,
+};

@@ -1,0 +1,129 @@
+// Initial values of splats: those of a file, or at the points of structure from motion that train views see, so that
+// validation and test photos add nothing; without points, drawn in the box. Sizes follow the gaps between points
+// (gaps.c).
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "base/random.h"
+#include "train/model.h"
+#include "train/renderers/splats/splat_file.h"
+#include "train/renderers/splats/splats_renderer.h"
+
+static const float OPACITY = 0.1f, CONSTANT_HARMONIC = 0.28209479f; // the latter of harmonics.glsl
+static const float GAP_LEAST = 3e-4f;                               // box edges; coincident points have none
+static const float GAP_SHARE = 0.95f; // share of gaps that are kept; those above are cut to the largest of these
+
+static bool is_seen(const struct vw_model *model, const struct vw_scene *scene, const struct vw_point *point) {
+    for (uint32_t t = 0; t < point->track_count; t++)
+        if (vw_model_trains_on(model, scene, scene->tracks[point->first_track + t].view)) return true;
+    return false;
+}
+
+uint32_t vw_splats_count_points(const struct vw_model *model, const struct vw_scene *scene) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < scene->point_count; i++) count += is_seen(model, scene, &scene->points[i]);
+    return count;
+}
+
+static int by_number(const void *a, const void *b) {
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+// Lists the points that are seen; of more than there are splats, draws as many (Fisher-Yates), in their order.
+static void choose_points(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t *list) {
+    uint32_t listed = 0, count = model->splats.count;
+    for (uint32_t i = 0; i < scene->point_count; i++)
+        if (is_seen(model, scene, &scene->points[i])) list[listed++] = i;
+    if (listed <= count) return;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t words[4], kept = list[i];
+        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 1, words);
+        uint32_t from = i + vw_random_below(words[0], listed - i);
+        list[i] = list[from];
+        list[from] = kept;
+    }
+    qsort(list, count, sizeof *list, by_number);
+}
+
+struct start {
+    uint32_t *list;           // points, by index in the scene
+    float (*means)[3], *gaps; // by splat; box coordinates
+};
+
+static void place(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, struct start *start) {
+    double edge = 2.0 * model->box.half_extent_world;
+    for (uint32_t i = 0; i < model->splats.count; i++) {
+        uint32_t words[4];
+        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
+        for (uint32_t axis = 0; axis < 3; axis++) {
+            start->means[i][axis] = vw_random_unit(words[axis]);
+            if (model->splats.source_count)
+                start->means[i][axis] =
+                    (float)((scene->points[start->list[i]].position_world[axis] - model->box.centre_world[axis]) /
+                                edge +
+                            0.5);
+        }
+    }
+}
+
+static int by_size(const void *a, const void *b) {
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static enum vw_status cut_gaps(float *gaps, uint32_t count) {
+    float *sorted = vw_allocate(count, sizeof *sorted);
+    if (!sorted) return VW_ERROR_MEMORY;
+    for (uint32_t i = 0; i < count; i++) sorted[i] = gaps[i];
+    qsort(sorted, count, sizeof *sorted, by_size);
+    float most = sorted[(uint32_t)(GAP_SHARE * (float)(count - 1))];
+    for (uint32_t i = 0; i < count; i++) gaps[i] = fminf(gaps[i], most);
+    free(sorted);
+    return VW_OK;
+}
+
+static void write_splat(const struct vw_model *model, const struct vw_scene *scene, const struct start *start,
+                        uint32_t splat, float *params) {
+    size_t column = 4 * (size_t)model->splats.count;
+    float *own = params + 4 * (size_t)splat;
+    for (uint32_t i = 0; i < 3; i++) {
+        float colour = model->splats.source_count ? scene->points[start->list[splat]].rgb[i] : 0.5f;
+        own[SPLAT_MEAN * column + i] = start->means[splat][i];
+        own[SPLAT_SCALE * column + i] = logf(start->gaps[splat]);
+        own[SPLAT_HARMONICS * column + i] = (colour - 0.5f) / CONSTANT_HARMONIC;
+    }
+    own[SPLAT_MEAN * column + 3] = logf(OPACITY / (1.0f - OPACITY));
+    own[SPLAT_TURN * column] = 1.0f;
+}
+
+static enum vw_status start_from_file(const struct vw_model *model, float *params) {
+    const struct vw_splat_model *splats = &model->splats;
+    struct vw_splat_file file = {0};
+    enum vw_status status = vw_splats_read_initial(splats->initial, splats->initial_sha256, &file);
+    if (!status && (file.count != splats->count || file.degree > splats->degree))
+        status = vw_fail(VW_ERROR_INPUT, "%s: does not have the splats that the configuration names", splats->initial);
+    if (!status) status = vw_splat_file_place(&file, splats->initial, splats->degree, &model->box, params);
+    vw_splat_file_free(&file);
+    return status;
+}
+
+enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
+                               float *params) {
+    if (model->splats.initial) return start_from_file(model, params);
+    uint32_t count = model->splats.count;
+    struct start start = {.list = vw_allocate(model->splats.source_count, sizeof *start.list),
+                          .means = vw_allocate(count, sizeof *start.means),
+                          .gaps = vw_allocate(count, sizeof *start.gaps)};
+    enum vw_status status = start.list && start.means && start.gaps ? VW_OK : VW_ERROR_MEMORY;
+    if (!status) choose_points(model, scene, seed, start.list);
+    if (!status) place(model, scene, seed, &start);
+    if (!status) status = vw_splats_measure_gaps((const float(*)[3])start.means, count, GAP_LEAST, start.gaps);
+    if (!status) status = cut_gaps(start.gaps, count);
+    for (uint32_t i = 0; i < count && !status; i++) write_splat(model, scene, &start, i, params);
+    free(start.list);
+    free(start.means);
+    free(start.gaps);
+    return status;
+}

@@ -1,0 +1,156 @@
+// Splats' part of a step: squares of the photo, drawn as tiles, back to the splats that they show, which then move.
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "gpu/shaders.h"
+#include "train/pass_costs.h"
+#include "train/passes.h"
+#include "train/pixels.h"
+#include "train/renderers/splats/splats_renderer.h"
+
+// Rates of Kerbl et al. for each kind of number; positions move in units of the scene's extent.
+static const double MEAN_RATE = 1.6e-4, SCALE_RATE = 5e-3, TURN_RATE = 1e-3, OPACITY_RATE = 2.5e-2,
+                    COLOUR_RATE = 2.5e-3, HARMONICS_RATE = 1.25e-4;
+
+static const float BEYOND_PX = 1e6f; // beyond every photo, so that no mask gives it weight
+
+struct drawn_photo { // the view of a step, and how many tiles of it were drawn
+    uint32_t view, tiles;
+};
+
+struct vw_splat_step {
+    struct vw_buffer *views;      // vw_splat_view per view of the scene; the step's objects own it
+    struct vw_splat_view *listed; // owned; the same on the host
+    uint32_t cells;               // tiles of the largest photo that is trained on
+    struct drawn_photo *photos;   // owned; by place in the step's pixels
+    struct vw_splat_drawing drawing;
+    struct vw_splat_gradient gradient;
+};
+
+const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step) {
+    return &step->splats->drawing;
+}
+
+static uint32_t tile_pixels(const struct vw_splat_step *splats) {
+    return splats->drawing.specialization.side * splats->drawing.specialization.side;
+}
+
+void vw_splats_draw_pixels(const struct vw_step_passes *step, const struct vw_scene *scene, uint32_t view,
+                           const struct vw_pixel_draw *draw, uint32_t first_pixel) {
+    const struct vw_splat_step *splats = step->splats;
+    struct vw_pixel *pixels = (struct vw_pixel *)vw_buffer_map(step->pixels) + first_pixel;
+    uint32_t side = splats->drawing.specialization.side, each = tile_pixels(splats);
+    struct vw_splat_tile *tiles = (struct vw_splat_tile *)vw_buffer_map(splats->drawing.tiles) + first_pixel / each;
+    uint32_t count = vw_pixels_draw_squares(scene, view, draw, VW_SPLAT_SQUARE, side, step->rays, pixels);
+    splats->photos[first_pixel / step->rays] = (struct drawn_photo){view, count / each};
+    for (uint32_t i = 0; i < count; i += each)
+        tiles[i / each] = vw_splat_tile_at(&splats->listed[view], view, (uint32_t)pixels[i].x_px / side,
+                                           (uint32_t)pixels[i].y_px / side);
+    for (uint32_t i = count; i < step->rays; i++) pixels[i] = (struct vw_pixel){.x_px = BEYOND_PX, .view = view};
+}
+
+static enum vw_status list_views(struct vw_step_passes *step, uint32_t side) {
+    const struct vw_scene *scene = step->field->scene;
+    struct vw_splat_view *views = vw_allocate(scene->view_count, sizeof *views);
+    step->splats->listed = views;
+    if (!views) return VW_ERROR_MEMORY;
+    bool lens = step->field->model->specialization.effect_distortion != DISTORTION_NONE;
+    for (uint32_t i = 0; i < scene->view_count; i++) {
+        views[i] = vw_splat_view_of(i, 0, &scene->views[i].camera, lens, side);
+        uint32_t cells = views[i].columns * views[i].rows;
+        if (vw_model_trains_on(step->field->model, scene, i) && cells > step->splats->cells)
+            step->splats->cells = cells;
+    }
+    uint64_t bytes = sizeof *views * scene->view_count;
+    const struct vw_buffer_row row = {&step->splats->views, "splat_views", bytes};
+    enum vw_status status = vw_buffers_create(&step->objects, VW_BUFFER_DEVICE, &row, 1);
+    if (!status) status = vw_buffer_write(step->splats->views, 0, views, bytes);
+    return status;
+}
+
+enum vw_status vw_splats_create_step_buffers(struct vw_step_passes *step) {
+    struct vw_splat_specialization s;
+    vw_splats_pass_params(step->field, &step->field->model->specialization, &s);
+    step->splats = vw_allocate(1, sizeof *step->splats);
+    if (!step->splats) return VW_ERROR_MEMORY;
+    uint64_t pixels = vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel);
+    step->splats->photos = vw_allocate(pixels / step->rays, sizeof *step->splats->photos);
+    return step->splats->photos ? list_views(step, s.side) : VW_ERROR_MEMORY;
+}
+
+enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step) {
+    const struct vw_model *model = step->field->model;
+    struct vw_splat_specialization s;
+    struct vw_splat_pass_params params = vw_splats_pass_params(step->field, &model->specialization, &s);
+    struct vw_binding bindings[VW_SLOT_COUNT];
+    uint32_t count = 0, each = s.side * s.side;
+    vw_step_bind(step, bindings, &count); // its first binding is the one of flags
+    const struct vw_pass_params common = vw_pass_params_of(&model->specialization, bindings, count, NULL);
+    step->gradient = (struct vw_gradient_passes){.specialization = model->specialization};
+    enum vw_status status =
+        vw_pass_create_of(&step->objects, &common, &vw_shader_generate_rays, &step->gradient.generate);
+    if (!status) status = vw_gradient_create_ends(model, &step->objects, &common, &step->gradient);
+    bindings[0] = vw_step_overflow_binding(step, VW_OVERFLOW_RENDERER);
+    bindings[count++] = vw_splats_binding(step->field);
+    bindings[count++] = (struct vw_binding){.slot = VW_SLOT_SPLAT_VIEWS, .buffer = step->splats->views};
+    params.room.views = 1;
+    params.room.tiles = step->rays / each;
+    params.room.listed_tiles = (uint32_t)(vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel) / each);
+    params.room.cells = step->splats->cells;
+    params.room.pairs = vw_splats_pair_room(step->field, params.room.tiles);
+    params.bindings = bindings;
+    params.binding_count = count;
+    params.ray_effects = vw_effects_are_of_rays(model, &model->specialization);
+    if (!status) status = vw_splat_drawing_create(&params, &step->splats->drawing);
+    return !status ? vw_splat_gradient_create(&params, &step->splats->drawing, &step->splats->gradient) : status;
+}
+
+void vw_splats_destroy_step(struct vw_step_passes *step) {
+    if (!step->splats) return;
+    vw_splat_gradient_destroy(&step->splats->gradient);
+    vw_splat_drawing_destroy(&step->splats->drawing);
+    free(step->splats->listed);
+    free(step->splats->photos);
+    free(step->splats);
+    step->splats = NULL;
+}
+
+void vw_splats_training_state(const struct vw_step_passes *step, struct vw_buffer **buffers, uint32_t *count) {
+    const struct vw_splat_gradient *gradient = &step->splats->gradient;
+    if (gradient->moment1) buffers[(*count)++] = gradient->moment1;
+    buffers[(*count)++] = gradient->moment2;
+}
+
+void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
+                                const struct vw_push_rays *rays) {
+    const struct vw_model *model = step->field->model;
+    const struct vw_splat_step *splats = step->splats;
+    struct vw_push_splats push = vw_splats_push(model);
+    push.first_view = splats->photos[rays->first_pixel / step->rays].view;
+    push.tile_count = splats->photos[rays->first_pixel / step->rays].tiles;
+    push.first_tile = rays->first_pixel / tile_pixels(splats);
+    push.key = rays->key;
+    vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
+    vw_splat_drawing_record(&splats->drawing, submission, &push);
+    vw_splat_gradient_record(&splats->gradient, submission, &push);
+    vw_gradient_record_end(step, &step->gradient, submission, step->padded_rays);
+    vw_effects_record_gradient(model, &step->effects, step, submission, rays, number);
+}
+
+void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submission *submission,
+                             struct vw_push_update update) {
+    const struct vw_splat_model *splats = &step->field->model->splats;
+    double decay = vw_model_decay_at_step(step->field->model, splats->position_decay, update.step_low);
+    const struct vw_push_splat_update push = {
+        .stride = splats->count,
+        .columns = VW_SPLAT_COLUMNS(splats->degree),
+        .mean = (float)(MEAN_RATE / VW_SPLAT_RATE_UNIT * splats->extent_edges * decay),
+        .scale = (float)(SCALE_RATE / VW_SPLAT_RATE_UNIT),
+        .turn = (float)(TURN_RATE / VW_SPLAT_RATE_UNIT),
+        .opacity = (float)(OPACITY_RATE / VW_SPLAT_RATE_UNIT),
+        .colour = (float)(COLOUR_RATE / VW_SPLAT_RATE_UNIT),
+        .harmonics = (float)(HARMONICS_RATE / VW_SPLAT_RATE_UNIT),
+        .extra = update.extra};
+    vw_splat_update_record(&step->splats->gradient, submission, &push);
+}

@@ -1,0 +1,306 @@
+// The renderer splats through the whole trainer: it learns, the same run has the same bits however its steps are
+// grouped, on any number of threads and from a checkpoint, validation is pure, splats begin at points that train views
+// see, and what splats cannot have is refused by name.
+#include "support/cmocka_test.h"
+
+#include "base/memory.h"
+#include "run/lasting/lasting_summary.h"
+#include "support/draws.h"
+#include "support/trainer_fixture.h"
+#include "train/renderers/splats/splats_renderer.h"
+
+enum { SQUARE = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE, POINTS = 90 };
+
+// Squares of a part of the photo, of all of it and beyond it; effects; momentum and the highest degree.
+static const struct {
+    uint32_t squares, harmonics;
+    double beta1;
+    const char *effects;
+} cases[] = {{2, 1, 0.0, "none"}, {4, 0, 0.0, "sky,appearance"}, {9, 3, 0.9, "background"}};
+
+static struct vw_config config_of_case(size_t i) {
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    config.rays = cases[i].squares * SQUARE;
+    config.harmonics = cases[i].harmonics;
+    config.beta1 = cases[i].beta1;
+    strcpy(config.effects, cases[i].effects);
+    return config;
+}
+
+TEST_CASES(splats_learn_whatever_their_submissions, i, VW_ARRAY_COUNT(cases)) {
+    enum { EPOCHS = 16, PHOTOS = 5 };
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_of_case(i);
+    config.epochs = EPOCHS;
+    struct test_run *one = test_run(scene, &config, true, 1), *many = test_run(scene, &config, true, 7);
+    double first = 0.0, last = 0.0; // sums over two epochs
+    test_run_assert_same(one, many);
+    for (uint32_t step = 1; step <= 2 * PHOTOS; step++) {
+        first += one->records[step].train_loss;
+        last += one->records[(EPOCHS - 2) * PHOTOS + step].train_loss;
+    }
+    if (!(last < 0.8 * first)) fail_msg("case %zu: loss %g, at last %g", i, first, last);
+    assert_int_equal(one->stats.nonfinite_steps, 0);
+}
+
+TEST_CASES(a_run_in_parts_is_the_run, i, VW_ARRAY_COUNT(cases)) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = config_of_case(i);
+    config.burn_in_epochs = 0;
+    test_run_assert_same(test_run(scene, &config, true, 0), test_run_in_parts(scene, &config));
+}
+
+static struct test_run *run_on_threads(const char *threads) {
+    assert_int_equal(setenv("LP_NUM_THREADS", threads, 1), 0);
+    struct vw_config config = config_of_case(1);
+    struct vw_trainer *trainer =
+        test_trainer_open((struct vw_trainer_params){.gpu = test_gpu_open((struct vw_gpu_params){.validation = true}),
+                                                     .scene = test_scene(),
+                                                     .config = &config,
+                                                     .validate = true});
+    struct test_run *run = test_run_of(trainer);
+    test_release(trainer);
+    return run;
+}
+
+TEST(threads_change_no_bit) { test_run_assert_same(run_on_threads("1"), run_on_threads("2")); }
+
+// Validation changes nothing, it is a function of the params alone, and it sees every pixel as an evaluator does that
+// looks at it alone.
+TEST(validation_is_pure) {
+    struct vw_scene *scene = test_scene();
+    const struct vw_config config = config_of_case(1);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, true, 4);
+    struct test_run *with = test_run_of(trainer), *without = test_run(scene, &config, false, 4);
+    assert_memory_equal(with->params, without->params, 4 * with->param_words);
+    struct vw_evaluator *evaluator = &trainer->validation.evaluator, one = {0};
+    uint32_t count = trainer->validation.ray_count;
+    vw_float4 *before = test_allocate(count, sizeof *before), colour = {0};
+    ASSERT_OK(vw_buffer_read(evaluator->colours, 0, before, count * sizeof *before));
+    const struct vw_pixel *pixels = vw_buffer_map(evaluator->pixels);
+    ASSERT_OK(vw_evaluator_create(&trainer->field, 1, &one));
+    for (uint32_t i = 0; i < count; i += 37) {
+        ASSERT_OK(vw_evaluator_render(&one, &pixels[i], 1, &colour));
+        assert_memory_equal(&colour, &before[i], sizeof colour);
+    }
+    vw_evaluator_destroy(&one);
+    vw_float4 *after = test_allocate(count, sizeof *after);
+    ASSERT_OK(vw_evaluator_run(evaluator));
+    ASSERT_OK(vw_buffer_read(evaluator->colours, 0, after, count * sizeof *after));
+    assert_memory_equal(before, after, count * sizeof *after);
+}
+
+// Rays that a photo has no pixels for add nothing to the loss, whatever was drawn before them.
+TEST(rays_beyond_the_photo_count_nothing) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    config.epochs = 1;
+    config.rays = 4 * SQUARE;
+    struct test_run *fits = test_run(scene, &config, false, 0);
+    config.rays = 16 * SQUARE;
+    struct test_run *beyond = test_run(scene, &config, false, 0);
+    double whole = fits->records[1].train_loss, part = beyond->records[1].train_loss;
+    assert_true(whole > 0.0 && fabs(4.0 * part / whole - 1.0) < 1e-5);
+    assert_int_equal(beyond->stats.nonfinite_steps, 0);
+}
+
+// Draws whether a pixel is kept.
+static bool keeps(uint32_t view, uint32_t place) { return (view * 7 + place) * 2654435761u >> 29 > 2; }
+
+// Masks the views of a scene, and gives the pixels that they hide other colours.
+static void mask(struct vw_scene *scene, uint8_t hidden) {
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        struct vw_view *view = &scene->views[v];
+        uint32_t pixels = view->image.width_px * view->image.height_px;
+        view->mask = vw_allocate(pixels, 1);
+        view->has_mask = true;
+        assert_non_null(view->mask);
+        for (uint32_t i = 0; i < pixels; i++) {
+            view->mask[i] = keeps(v, i) ? VW_MASK_KEEP : VW_MASK_HIDE;
+            if (!keeps(v, i)) memset((uint8_t *)view->image.pixels + 4 * (size_t)i, hidden, 3);
+        }
+    }
+    scene->masked_view_count = scene->view_count;
+}
+
+TEST(masked_pixels_change_nothing) {
+    struct vw_scene *black = test_scene(), *white = test_scene(), *whole = test_scene();
+    struct vw_config config = config_of_case(1);
+    strcpy(config.effects, "masks,sky,appearance");
+    mask(black, 0);
+    mask(white, 255);
+    struct test_run *run = test_run(black, &config, true, 0);
+    test_run_assert_same(run, test_run(white, &config, true, 0));
+    strcpy(config.effects, "sky,appearance");
+    assert_true(test_run(whole, &config, true, 0)->records[1].train_loss > run->records[1].train_loss);
+}
+
+// The loss of a masked photo is that of its pixels which the mask keeps, by what was drawn of them.
+TEST(the_loss_is_of_the_pixels_that_masks_keep) {
+    struct vw_scene *scene = test_scene();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    config.rays = 4 * SQUARE; // the whole photo
+    config.epochs = 1;
+    strcpy(config.effects, "masks");
+    mask(scene, 128);
+    struct vw_trainer *trainer = test_trainer_create(scene, &config, false, 1);
+    struct test_run *run = test_run_of(trainer);
+    const struct vw_buffer *colours = vw_splats_step_drawing(&trainer->step)->colours;
+    vw_float4 *drawn = test_allocate(config.rays, sizeof *drawn);
+    ASSERT_OK(vw_buffer_read((struct vw_buffer *)colours, 0, drawn, config.rays * sizeof *drawn));
+    const struct vw_pixel *pixels = vw_buffer_map(trainer->step.pixels);
+    const struct vw_step_record *last = &run->records[run->count - 1];
+    while (pixels->view != last->view) pixels += config.rays; // the steps of a submission, one after another
+    double loss = 0.0;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < config.rays; i++) {
+        const struct vw_image *image = &scene->views[last->view].image;
+        uint32_t x = (uint32_t)pixels[i].x_px, y = (uint32_t)pixels[i].y_px, place = y * image->width_px + x;
+        if (x >= image->width_px || y >= image->height_px || !keeps(last->view, place)) continue;
+        const uint8_t *target = (const uint8_t *)image->pixels + 4 * (size_t)place;
+        const float rgb[3] = {drawn[i].x, drawn[i].y, drawn[i].z};
+        for (int c = 0; c < 3; c++) loss += pow((double)rgb[c] - target[c] / 255.0, 2) / 3.0;
+        kept++;
+    }
+    assert_true(kept > 100 && kept < 24 * 18 - 100);
+    assert_near(last->train_loss, loss / config.rays, 1e-5 * loss / config.rays);
+}
+
+// ---- The start ------------------------------------------------------------------------------------------------------
+
+// Points, each seen by one view: every third by a validation view alone.
+static struct vw_scene *scene_with_points(void) {
+    struct vw_scene *scene = test_scene();
+    scene->points = vw_allocate(POINTS, sizeof *scene->points);
+    scene->tracks = vw_allocate(POINTS, sizeof *scene->tracks);
+    assert_true(scene->points && scene->tracks);
+    scene->point_count = scene->track_count = POINTS;
+    for (uint32_t i = 0; i < POINTS; i++) {
+        uint32_t view = 0;
+        while ((scene->views[view].split == VW_SPLIT_VAL) != (i % 3 == 0)) view++;
+        for (uint32_t axis = 0; axis < 3; axis++)
+            scene->points[i].position_world[axis] = 0.5 * test_draw(3, i % 60, axis); // some coincide
+        scene->points[i].rgb[1] = (float)i / POINTS;
+        scene->points[i].first_track = i;
+        scene->points[i].track_count = 1;
+        scene->tracks[i].view = view;
+    }
+    return scene;
+}
+
+static const float *start_of(struct vw_scene *scene, const struct vw_config *config, uint32_t *count) {
+    struct vw_trainer *trainer = test_trainer_create(scene, config, false, 0);
+    float *params = test_allocate(1, trainer->model.param_bytes);
+    ASSERT_OK(vw_buffer_read(trainer->field.params, 0, params, trainer->model.param_bytes));
+    *count = trainer->model.splats.count;
+    test_release(trainer);
+    return params;
+}
+
+// Returns which point a splat begins at, by its colour; POINTS: none.
+static uint32_t point_of(const struct vw_scene *scene, const float *params, uint32_t count, uint32_t splat) {
+    float green = params[4 * (SPLAT_HARMONICS * count + splat) + 1] * 0.28209479f + 0.5f;
+    for (uint32_t i = 0; i < POINTS; i++)
+        if (fabsf(green - scene->points[i].rgb[1]) < 1e-5f) return i;
+    return POINTS;
+}
+
+TEST(splats_begin_at_points_that_train_views_see) {
+    struct vw_scene *scene = scene_with_points();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    for (uint32_t most = 0; most <= 40; most += 40) {
+        uint32_t count = 0, last = 0;
+        config.splats = most;
+        const float *params = start_of(scene, &config, &count);
+        assert_int_equal(count, most ? 40 : POINTS - POINTS / 3);
+        for (uint32_t splat = 0; splat < count; splat++) {
+            uint32_t point = point_of(scene, params, count, splat);
+            assert_true(point < POINTS && point % 3 != 0 && (splat == 0 || point > last));
+            last = point;
+            float scale = params[4 * (SPLAT_SCALE * count + splat)];
+            assert_true(scale >= logf(2.9e-4f) && scale < 0.0f);
+            for (uint32_t axis = 0; axis < 3; axis++) {
+                double at = (scene->points[point].position_world[axis] - scene->box.centre_world[axis]) /
+                                (2.0 * scene->box.half_extent_world) +
+                            0.5;
+                assert_true(fabs((double)params[4 * splat + axis] - at) < 1e-6);
+            }
+        }
+    }
+}
+
+TEST(seeds_draw_other_points) {
+    struct vw_scene *scene = scene_with_points();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    uint32_t count = 0;
+    config.splats = 40;
+    const float *first = start_of(scene, &config, &count), *again = start_of(scene, &config, &count);
+    config.seed = 1;
+    const float *other = start_of(scene, &config, &count);
+    assert_memory_equal(first, again, 16 * count);
+    assert_memory_not_equal(first, other, 16 * count);
+}
+
+TEST(gaps_are_those_of_all_pairs) {
+    enum { COUNT = 200 };
+    float points[COUNT][3], gaps[COUNT];
+    for (uint32_t i = 0; i < COUNT; i++)
+        for (uint32_t axis = 0; axis < 3; axis++) points[i][axis] = (float)test_draw(5, i % 190, axis);
+    ASSERT_OK(vw_splats_measure_gaps((const float(*)[3])points, COUNT, 1e-4f, gaps));
+    for (uint32_t i = 0; i < COUNT; i++) {
+        double nearest2[3] = {INFINITY, INFINITY, INFINITY};
+        for (uint32_t k = 0; k < COUNT; k++) {
+            double d2 = 0.0;
+            for (uint32_t axis = 0; axis < 3; axis++) d2 += pow((double)points[i][axis] - (double)points[k][axis], 2);
+            for (uint32_t n = 0; n < 3 && k != i; n++) {
+                double kept = nearest2[n];
+                nearest2[n] = fmin(kept, d2);
+                d2 = fmax(kept, d2);
+            }
+        }
+        assert_true(fabs((double)gaps[i] / sqrt((nearest2[0] + nearest2[1] + nearest2[2]) / 3.0) - 1.0) < 1e-5);
+    }
+    ASSERT_OK(vw_splats_measure_gaps((const float(*)[3])points, 1, 1e-4f, gaps));
+    assert_true(gaps[0] > 0.0f && isfinite(gaps[0]));
+}
+
+// ---- What is refused ------------------------------------------------------------------------------------------------
+
+TEST(effects_that_splats_cannot_have_are_refused_by_name) {
+    static const char *const possible = "distortion,background,masks,sky,appearance";
+    struct vw_effect_verdict listed[VW_EFFECT_COUNT_MAX];
+    uint32_t count, kept = 0;
+    vw_effects_list(listed, &count);
+    for (uint32_t e = 0; e < count; e++) {
+        struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
+        struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+        vw_effects_list(verdicts, &count);
+        verdicts[e].on = true;
+        strcpy(config.effects, "auto");
+        ASSERT_OK(vw_effects_follow_field(&config, verdicts, count));
+        kept += verdicts[e].on;
+        bool can = verdicts[e].on;
+        assert_int_equal(can, strstr(possible, listed[e].name) != NULL && strcmp(listed[e].name, "appearance_code"));
+        verdicts[e].on = true;
+        snprintf(config.effects, sizeof config.effects, "+%s", listed[e].name);
+        enum vw_status status = vw_effects_follow_field(&config, verdicts, count);
+        if (can) assert_int_equal(status, VW_OK);
+        else ASSERT_FAILS(status, VW_ERROR_USAGE, listed[e].name);
+    }
+    assert_true(kept > 0);
+}
+
+TEST(settings_that_splats_cannot_have_are_refused_by_name) {
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    ASSERT_FAILS(vw_lasting_check_config(&config), VW_ERROR_USAGE, "--field hash");
+    config.rays = 500;
+    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--rays");
+    config = test_config_of(VW_FIELD_SPLATS);
+    config.importance_samples = 16;
+    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--samples");
+    config = vw_config_default;
+    config.splats = 10;
+    ASSERT_FAILS(vw_config_check(&config), VW_ERROR_USAGE, "--field splats");
+}
+
+TEST_GROUP(NULL, test_gpu_close)
