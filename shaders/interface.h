@@ -244,7 +244,7 @@ VW_ENUM(VW_SLOT_SPLAT_VIEWS, 80)     // vw_splat_view
 VW_ENUM(VW_SLOT_SPLAT_TILES, 81)     // vw_splat_tile
 VW_ENUM(VW_SLOT_TILE_MAP, 82)        // uint per cell: its tile, where that tile names the cell; else it means nothing
 VW_ENUM(VW_SLOT_SPLAT_SHAPES, 83)    // vw_splat_shape per slot; overwritten
-VW_ENUM(VW_SLOT_SLOT_PAIRS, 84)      // uint per slot (splat of a view) and one more: number of its tiles, after place_pairs its first pair
+VW_ENUM(VW_SLOT_SLOT_PAIRS, 84)      // uint per slot (splat of a view): its tiles, after place_pairs its first pair; pairs; slots seen
 VW_ENUM(VW_SLOT_SPLATS_SEEN, 85)     // vw_splat_seen per rank
 VW_ENUM(VW_SLOT_SPLATS_DRAWN, 86)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
 VW_ENUM(VW_SLOT_SPLAT_STATE, 87)     // vw_splat_state

@@ -3,7 +3,6 @@
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_SPLAT_SHAPES) readonly buffer Shapes { vw_splat_shape shapes[]; };
-BUFFER(VW_SLOT_SPLAT_STATE) readonly buffer State { vw_splat_state state; };
 BUFFER(VW_SLOT_SLOT_PAIRS) readonly buffer Places { uint slot_pairs[]; };
 BUFFER(VW_SLOT_SPLATS_SEEN) buffer Seen { vw_splat_seen splats_seen[]; };
 BUFFER(VW_SLOT_PAIR_SPLATS) writeonly buffer PairSplats { uint pair_splats[]; };
@@ -24,7 +23,7 @@ void emit(uint pair, uint tile, uint depth, uint rank) {
 
 void main() {
     uint rank = invocation_index();
-    if (rank >= state.seen) return;
+    if (rank >= slot_pairs[push.count * push.view_count + 1u]) return;
     uint slot = splats_seen[rank].slot, written = 0u;
     vw_splat_seen own = vw_splat_seen(slot, slot_pairs[slot], slot_pairs[slot + 1u] - slot_pairs[slot]);
     vw_splat_shape shape = shapes[own.slot];

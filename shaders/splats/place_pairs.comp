@@ -46,6 +46,7 @@ void main() {
     if (lane != 0u) return;
     uint listed = fits ? all_pairs : 0u, drawn = fits ? all_seen : 0u;
     slot_pairs[slots] = listed;
+    slot_pairs[slots + 1u] = drawn;
     state.seen_groups = uvec3(divide_up(drawn, 64u), 1u, 1u);
     state.sort_groups = uvec3(divide_up(listed, SORT_LANES * SORT_KEYS), 1u, 1u);
     state.seen = drawn;

@@ -13,7 +13,7 @@ static enum vw_status create_buffers(struct vw_splat_drawing *d) {
     const struct vw_buffer_row buffers[] = {
         {&d->map, "tile_map", 4 * (uint64_t)room->cells},
         {&d->shapes, "splat_shapes", sizeof(struct vw_splat_shape) * slots},
-        {&d->slot_pairs, "slot_pairs", 4 * (slots + 1)},
+        {&d->slot_pairs, "slot_pairs", 4 * (slots + 2)},
         {&d->seen, "splats_seen", sizeof(struct vw_splat_seen) * slots},
         {&d->drawn, "splats_drawn", 16 * VW_SPLAT_DRAWN4 * slots},
         {&d->state, "splat_state", sizeof(struct vw_splat_state)},
