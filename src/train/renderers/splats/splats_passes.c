@@ -1,0 +1,33 @@
+// Params of the passes of splats that a step and an evaluator share.
+#include "train/renderers/splats/splats_renderer.h"
+
+struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
+                                                  const struct vw_specialization *run,
+                                                  struct vw_splat_specialization *specialization) {
+    const struct vw_splat_model *splats = &field->model->splats;
+    *specialization = vw_splat_specialise(run, vw_gpu_get_info(field->gpu)->kind == VW_GPU_CPU);
+    return (struct vw_splat_pass_params){.gpu = field->gpu,
+                                         .specialization = specialization,
+                                         .room = {.splats = splats->count, .degree = splats->degree}};
+}
+
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles) {
+    enum { PAIRS_PER_TILE = 2048, PAIRS_LEAST = 1 << 16, PAIRS_MOST = 1 << 22 };
+    uint64_t fit = vw_gpu_get_limits(field->gpu)->storage_binding_bytes / (sizeof(vw_float4) * VW_SPLAT_PAIR4);
+    uint64_t pairs = (uint64_t)tiles * PAIRS_PER_TILE;
+    if (pairs < PAIRS_LEAST) pairs = PAIRS_LEAST;
+    if (pairs > PAIRS_MOST) pairs = PAIRS_MOST;
+    return (uint32_t)(pairs < fit ? pairs : fit);
+}
+
+struct vw_binding vw_splats_binding(const struct vw_radiance_field *field) {
+    const struct vw_splat_model *splats = &field->model->splats;
+    const struct vw_splat_room room = {.splats = splats->count, .degree = splats->degree};
+    return (struct vw_binding){
+        .slot = VW_SLOT_SPLATS, .buffer = field->params, .size_bytes = vw_splat_param_bytes(&room)};
+}
+
+struct vw_push_splats vw_splats_push(const struct vw_model *model) {
+    return (struct vw_push_splats){
+        .count = model->splats.count, .stride = model->splats.count, .degree = model->splats.degree, .view_count = 1};
+}
