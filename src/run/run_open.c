@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/clock.h"
 #include "base/file.h"
@@ -74,6 +75,16 @@ static enum vw_status copy_params(const struct vw_run_params *params, struct vw_
     return vw_attribution_read_payout(&params->payout, &run->config, &run->payout);
 }
 
+// Refuses to begin from the file that the run replaces.
+static enum vw_status check_initial(const struct vw_run *run) {
+    struct stat initial, own;
+    if (!run->config.initial[0] || stat(run->config.initial, &initial) || stat(run->results.splats_path, &own) ||
+        initial.st_dev != own.st_dev || initial.st_ino != own.st_ino)
+        return VW_OK;
+    return vw_fail(VW_ERROR_USAGE, "--initial %s: is in --out, which replaces it; copy it elsewhere first",
+                   run->config.initial);
+}
+
 static enum vw_status name_outputs(struct vw_run *run) {
     run->results.ledger_path = vw_path_join(run->out, "ledger.db");
     run->results.scores_path = vw_path_join(run->out, "scores.csv");
@@ -82,6 +93,7 @@ static enum vw_status name_outputs(struct vw_run *run) {
     if (!run->results.ledger_path || !run->results.scores_path || !run->results.field_path || !run->results.splats_path)
         return VW_ERROR_MEMORY;
     enum vw_status status = vw_out_check(run->out);
+    if (!status) status = check_initial(run);
     if (!status) status = vw_out_lock_take(run->out, &run->lock);
     if (!status && vw_file_exists(run->results.ledger_path) && !run->resume)
         status =

@@ -25,7 +25,11 @@ hundredths() { query "$1" "SELECT CAST(round(val_psnr * 100) AS INTEGER) FROM st
 check "where the other one ended" test "$(hundredths second ASC)" = "$(hundredths valued DESC)"
 check "it takes its steps again" run "$program" verify "$folder/second" --replay 3
 check "it is resumed with the file" run value second --initial "$folder/first/field.ply" --resume
-check "and not with another one" fails 2 'initial_sha256' value second --initial "$folder/second/field.ply" --resume
+cp "$folder/second/field.ply" "$folder/other.ply"
+check "and not with another one" fails 2 'initial_sha256' value second --initial "$folder/other.ply" --resume
+mkdir "$folder/own" && cp "$folder/other.ply" "$folder/own/field.ply"
+check "nor with the file that the run replaces" fails 2 'is in --out, which replaces it' value own --initial "$folder/own/field.ply"
+check "which stays" cmp "$folder/other.ply" "$folder/own/field.ply"
 check "nor without one" fails 2 'initial_sha256' value second --resume
 check "a replay asks for the file" eval 'cp "$folder/second/field.ply" "$folder/first/field.ply" &&
     fails 2 "first/field.ply: is not the file that the run begins from" \

@@ -159,6 +159,7 @@ FOLDER_TEST(wrong_headers_are_refused_by_line) {
         {"property uchar red", "property float f_rest_0", "has no property f_rest_1"},
         {"property uchar red", "property float f_rest_45", "above degree 3"},
         {"element vertex 1\n", "", "comes before element vertex"},
+        {"element vertex 1", "element ", "is not an element with its number of rows"},
         {"comment antialiased 1", "remark", "is not a line of a header"},
         {"end_header\n", "", "header"},
     };
@@ -177,6 +178,7 @@ FOLDER_TEST(wrong_numbers_are_refused_by_splat_and_property) {
                  {SPLAT_MEAN, 3, INFINITY, "splat 5: opacity is not finite"},
                  {SPLAT_SCALE, 2, -INFINITY, "splat 5: scale_2 is not finite"},
                  {SPLAT_HARMONICS + 1, 2, NAN, "splat 5: f_rest_6 is not finite"},
+                 {SPLAT_HARMONICS, 0, -3e38f, "splat 5: f_dc_0 is -3e+38"},
                  {SPLAT_TURN, 0, 0.0f, "splat 5: rot_* is a quaternion of length 0"},
                  {SPLAT_TURN, 0, 1e20f, "splat 5: rot_* is a quaternion of length 1e+20"}};
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {

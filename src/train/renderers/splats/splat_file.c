@@ -17,6 +17,7 @@
 enum { SPLATS_MOST = 1 << 20, HEADER_BYTES_MOST = 4096, NORMALS = 3 };
 
 static const size_t FILE_BYTES_MOST = (size_t)1 << 30;
+static const float COLOUR_MOST = 1e6f; // sums of harmonics stay finite, and so do pixels that a splat does not reach
 static const double TURN_LEAST = 1e-12, TURN_MOST = 1e15; // squared norms of quaternions that turn: projection.glsl
 
 // ---- Reading --------------------------------------------------------------------------------------------------------
@@ -45,6 +46,9 @@ static enum vw_status read_splat(const char *path, const char *row, const struct
                            "%s: splat %" PRIu32 ": %s is not finite; filter such splats, for example by "
                            "splat-transform -N",
                            path, splat, vw_splat_property_name(i, name));
+        if (place / 4 >= SPLAT_HARMONICS && fabsf(number) > COLOUR_MOST)
+            return vw_fail(VW_ERROR_INPUT, "%s: splat %" PRIu32 ": %s is %g, which is no colour; remove such splats",
+                           path, splat, vw_splat_property_name(i, name), (double)number);
         file->params[4 * ((size_t)(place / 4) * file->count + splat) + place % 4] = number;
         if (place / 4 == SPLAT_TURN) turn2 += (double)number * (double)number;
     }

@@ -122,7 +122,7 @@ static enum vw_status take_property(const struct lines *lines, const char *rest,
 
 static enum vw_status take_element(const struct lines *lines, const char *rest, bool first,
                                    struct vw_splat_header *header) {
-    char name[64], more;
+    char name[64] = "", more;
     int words = sscanf(rest, "%63s %" SCNu64 " %c", name, &header->count, &more);
     if (first && !strcmp(name, "chunk"))
         return refuse(lines, "begins a compressed .ply; decompress it, for example by splat-transform IN.ply OUT.ply");

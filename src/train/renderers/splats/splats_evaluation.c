@@ -239,7 +239,9 @@ static enum vw_status create_sized(const struct vw_evaluator *evaluator, struct 
     params->bindings = bindings;
     params->binding_count = VW_ARRAY_COUNT(bindings);
     if (!status) status = vw_splat_drawing_create(params, &splats->drawing);
-    return !status ? create_show(evaluator, &params->specialization->run) : status;
+    if (!status) status = create_show(evaluator, &params->specialization->run);
+    if (status) destroy_sized(splats); // so that has_room() finds none
+    return status;
 }
 
 static bool has_room(const struct vw_splat_evaluation *splats) {
