@@ -4,4 +4,6 @@
 
 VW_SPLAT_SPECIALIZATION(VW_DECLARE_CONSTANT)
 
+const float SPLAT_NEAR = 0.02; // box edges from the camera to the nearest splat that it shows
+
 #endif

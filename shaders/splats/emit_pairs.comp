@@ -13,7 +13,7 @@ PUSH uniform Push { vw_push_splats push; };
 // splats within one step stand in the order of their indices.
 uint depth_key(float depth) {
     const uint step_bits = 7u, most = (1u << VW_SPLAT_DEPTH_BITS) - 1u;
-    return min((floatBitsToUint(depth) - floatBitsToUint(0.02)) >> step_bits, most);
+    return min((floatBitsToUint(depth) - floatBitsToUint(SPLAT_NEAR)) >> step_bits, most);
 }
 
 void emit(uint pair, uint tile, uint depth, uint rank) {

@@ -8,8 +8,7 @@
 #include "splats/constants.glsl"
 #include "splats/lens.glsl"
 
-const float SPLAT_NEAR = 0.02;           // box edges from the camera to the nearest splat that it shows
-const float SPLAT_FAR = 1e10;            // and to the farthest
+const float SPLAT_FAR = 1e10;            // box edges from the camera to the farthest splat that it shows
 const float TURN_LEAST = 1e-12;          // squared norm of the shortest quaternion that turns
 const float OPACITY_LEAST = 1.0 / 255.0; // least opacity that is drawn
 const float DETERMINANT_MOST = 1e30;     // px^4: beyond it floats overflow

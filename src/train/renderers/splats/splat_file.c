@@ -47,7 +47,7 @@ static enum vw_status read_splat(const char *path, const char *row, const struct
                            "splat-transform -N",
                            path, splat, vw_splat_property_name(i, name));
         if (place / 4 >= SPLAT_HARMONICS && fabsf(number) > COLOUR_MOST)
-            return vw_fail(VW_ERROR_INPUT, "%s: splat %" PRIu32 ": %s is %g, which is no colour; remove such splats",
+            return vw_fail(VW_ERROR_INPUT, "%s: splat %" PRIu32 ": %s is %g, beyond all colours; remove such splats",
                            path, splat, vw_splat_property_name(i, name), (double)number);
         file->params[4 * ((size_t)(place / 4) * file->count + splat) + place % 4] = number;
         if (place / 4 == SPLAT_TURN) turn2 += (double)number * (double)number;
