@@ -11,11 +11,11 @@
 
 static uint32_t step_tiles, step_pairs; // the room for pairs of drawings of so many tiles; 0: the device's
 
-uint32_t __real_vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles);
-uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles);
+uint32_t __real_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
+uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
 
-uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles) {
-    return step_pairs && tiles == step_tiles ? step_pairs : __real_vw_splats_pair_room(field, tiles);
+uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
+    return step_pairs && room->tiles == step_tiles ? step_pairs : __real_vw_splats_pair_room(field, room);
 }
 
 // Gives steps room for so many pairs, but not validation, which draws more tiles.

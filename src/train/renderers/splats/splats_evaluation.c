@@ -14,6 +14,7 @@ enum {
     TILES_MOST = 1024,    // tiles of one drawing
     WALKED_MOST = 24,     // tiles of a view on each of which a splat is tried, rather than on all cells in its box
     SLOTS_MOST = 1 << 18, // splats times views of one drawing, if it has more than one view
+    CELLS_MOST = 1 << 22, // likewise cells of its views: 16 MiB
 };
 
 // One pixel on its way to a tile.
@@ -124,23 +125,27 @@ static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const st
     return last->first_cell + last->columns * last->rows;
 }
 
+// Tells whether the last part has no room for a view of so many cells.
+static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells) {
+    const struct drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
+    if (!last || last->splats.tile_count == TILES_MOST) return true;
+    uint64_t slots = (uint64_t)last->splats.count * (last->splats.view_count + 1);
+    return last->splats.view_count > 0 && (slots > SLOTS_MOST || cells_of_part(splats, last) + cells > CELLS_MOST);
+}
+
 // Appends a view to the last part, or to another one if that is full.
 static enum vw_status begin_view(const struct vw_radiance_field *field, uint32_t view, uint32_t side,
                                  struct vw_splat_evaluation *splats) {
     bool lens = field->model->specialization.effect_distortion != DISTORTION_NONE;
-    const struct drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
-    bool full =
-        !last || last->splats.tile_count == TILES_MOST ||
-        (last->splats.view_count > 0 && (uint64_t)last->splats.count * (last->splats.view_count + 1) > SLOTS_MOST);
-    enum vw_status status = full ? begin_part(field->model, splats) : VW_OK;
+    struct vw_splat_view own = vw_splat_view_of(view, 0, &field->scene->views[view].camera, lens, side);
+    enum vw_status status = is_full_for(splats, own.columns * own.rows) ? begin_part(field->model, splats) : VW_OK;
     if (!status)
         status =
             vw_grow((void **)&splats->views, &splats->view_capacity, splats->view_count + 1, sizeof *splats->views);
     if (status) return status;
     struct drawn_part *part = &splats->parts[splats->part_count - 1];
-    uint32_t first_cell = cells_of_part(splats, part);
-    splats->views[splats->view_count++] =
-        vw_splat_view_of(view, first_cell, &field->scene->views[view].camera, lens, side);
+    own.first_cell = cells_of_part(splats, part);
+    splats->views[splats->view_count++] = own;
     part->splats.view_count++;
     return VW_OK;
 }
@@ -259,7 +264,7 @@ static enum vw_status make_room(const struct vw_evaluator *evaluator, struct vw_
     params->room.cells = splats->needed.cells;
     params->room.tiles = power_of_two_from(splats->needed.tiles);
     params->room.listed_tiles = power_of_two_from(splats->tile_count);
-    params->room.pairs = vw_splats_pair_room(evaluator->field, params->room.tiles);
+    params->room.pairs = vw_splats_pair_room(evaluator->field, &params->room);
     return create_sized(evaluator, params);
 }
 

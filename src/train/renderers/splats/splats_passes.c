@@ -11,13 +11,15 @@ struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field
                                          .room = {.splats = splats->count, .degree = splats->degree}};
 }
 
-uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles) {
-    enum { PAIRS_PER_TILE = 2048, PAIRS_LEAST = 1 << 16, PAIRS_MOST = 1 << 22 };
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
+    enum { PAIRS_PER_TILE = 2048, PAIRS_PER_SLOT = 4, PAIRS_MOST = 1 << 22 };
+    uint64_t slots = (uint64_t)room->splats * room->views;
+    uint64_t pairs = (uint64_t)room->tiles * PAIRS_PER_TILE, every = (uint64_t)room->tiles * room->splats;
+    if (pairs < slots * PAIRS_PER_SLOT) pairs = slots * PAIRS_PER_SLOT;
+    if (pairs > every) pairs = every;
     uint64_t fit = vw_gpu_get_limits(field->gpu)->storage_binding_bytes / (sizeof(vw_float4) * VW_SPLAT_PAIR4);
-    uint64_t pairs = (uint64_t)tiles * PAIRS_PER_TILE;
-    if (pairs < PAIRS_LEAST) pairs = PAIRS_LEAST;
-    if (pairs > PAIRS_MOST) pairs = PAIRS_MOST;
-    return (uint32_t)(pairs < fit ? pairs : fit);
+    if (pairs > fit) pairs = fit;
+    return (uint32_t)(pairs < PAIRS_MOST ? pairs : PAIRS_MOST);
 }
 
 struct vw_binding vw_splats_binding(const struct vw_radiance_field *field) {

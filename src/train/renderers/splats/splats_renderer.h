@@ -24,8 +24,9 @@ enum vw_status vw_splats_measure_gaps(const float (*points)[3], uint32_t count, 
 struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field *field,
                                                   const struct vw_specialization *run,
                                                   struct vw_splat_specialization *specialization);
-// Returns room for pairs, as much as so many tiles may take on this device.
-uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, uint32_t tiles);
+// Returns room for the pairs of a drawing: for tiles full of splats, for a picture of all splats, and never for more
+// than the tiles can have or the device binds.
+uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
 struct vw_binding vw_splats_binding(const struct vw_radiance_field *field);
 struct vw_push_splats vw_splats_push(const struct vw_model *model);
 

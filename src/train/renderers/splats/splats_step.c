@@ -98,7 +98,7 @@ enum vw_status vw_splats_create_step_passes(struct vw_step_passes *step) {
     params.room.tiles = step->rays / each;
     params.room.listed_tiles = (uint32_t)(vw_buffer_size_bytes(step->pixels) / sizeof(struct vw_pixel) / each);
     params.room.cells = step->splats->cells;
-    params.room.pairs = vw_splats_pair_room(step->field, params.room.tiles);
+    params.room.pairs = vw_splats_pair_room(step->field, &params.room);
     params.bindings = bindings;
     params.binding_count = count;
     params.ray_effects = vw_effects_are_of_rays(model, &model->specialization);
