@@ -48,9 +48,10 @@ static enum vw_status find_accuracy(const double *real, const double *expected, 
 // Compares outcomes with `predicted`, the part beyond the size, [subset].
 static enum vw_status compare(const struct vw_worth_params *params, const struct vw_worths *worths,
                               const double *predicted, struct vw_worth_accuracy *accuracy) {
-    double *real = vw_allocate(params->subsets->count, 2 * sizeof *real), *expected = real + params->subsets->count;
+    double *real = vw_allocate(params->subsets->count, 2 * sizeof *real);
     *accuracy = (struct vw_worth_accuracy){NAN, NAN, NAN, NAN, 0, NAN};
     if (!real) return VW_ERROR_MEMORY;
+    double *expected = real + params->subsets->count;
     uint32_t count = take_off_size(params, worths, predicted, real, expected);
     enum vw_status status = count >= 3 ? find_accuracy(real, expected, count, accuracy) : VW_OK;
     free(real);
