@@ -68,7 +68,7 @@ void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, con
     uint32_t shown = count_at_each_end(ranking);
     for (uint32_t i = 0; i < 2 * shown; i++) {
         struct row row = row_at(ranking, i < shown ? i : ranking->count - 1 - (i - shown));
-        if (i % shown == 0) vw_print("%s\n", i ? lowest : highest);
+        if (i == 0 || i == shown) vw_print("%s\n", i ? lowest : highest);
         print_row(&row);
     }
 }
