@@ -238,13 +238,13 @@ VW_ENUM(VW_SLOT_D_ENCODER_ROWS, 76) // vec4 [ENCODER_ROW_MEAN]: gradients by the
 // And of the consistency loss:
 VW_ENUM(VW_SLOT_GIVEN_ROWS, 77)     // as VW_SLOT_ENCODER_ROWS: of the photo whose code rays are rendered with
 VW_ENUM(VW_SLOT_OWN_D_WEIGHTS, 78)  // as VW_SLOT_D_WEIGHTS: of this loss alone
-// The rest only with splats (src/train/renderers/splats/). A slot is a splat as one view of the list shows it.
+// The rest only with splats (src/train/renderers/splats/). A sighting is a splat as one view of the list shows it.
 VW_ENUM(VW_SLOT_SPLATS, 79)          // vec4 [column][stride]: the params, see below
 VW_ENUM(VW_SLOT_SPLAT_VIEWS, 80)     // vw_splat_view
 VW_ENUM(VW_SLOT_SPLAT_TILES, 81)     // vw_splat_tile
 VW_ENUM(VW_SLOT_TILE_MAP, 82)        // uint per cell: its tile, where that tile names the cell; else it means nothing
-VW_ENUM(VW_SLOT_SPLAT_SHAPES, 83)    // vw_splat_shape per slot; overwritten
-VW_ENUM(VW_SLOT_SLOT_PAIRS, 84)      // uint per slot (splat of a view): its tiles, after place_pairs its first pair; pairs; slots seen
+VW_ENUM(VW_SLOT_SPLAT_SHAPES, 83)    // vw_splat_shape per sighting; overwritten
+VW_ENUM(VW_SLOT_SIGHTING_PAIRS, 84)  // uint per sighting: its tiles, after place_pairs its first pair; pairs; sightings with pairs
 VW_ENUM(VW_SLOT_SPLATS_SEEN, 85)     // vw_splat_seen per rank
 VW_ENUM(VW_SLOT_SPLATS_DRAWN, 86)    // vec4 [rank][VW_SPLAT_DRAWN4]: x, y, conic xx, xy | conic yy, opacity, red, green | blue
 VW_ENUM(VW_SLOT_SPLAT_STATE, 87)     // vw_splat_state

@@ -34,7 +34,7 @@ void main() {
     uint rank = invocation_index();
     if (rank >= splat_state.seen) return;
     vw_splat_seen own = splats_seen[rank];
-    uint splat = own.slot;
+    uint splat = own.sighting;
     vec4 one = vec4(0.0), two = vec4(0.0), three = vec4(0.0);
     for (uint i = 0u; i < own.pairs; i++) {
         uint at = (own.first_pair + i) * VW_SPLAT_PAIR4;

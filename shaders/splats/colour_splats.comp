@@ -1,4 +1,4 @@
-// The drawn form of every slot that is seen: its shape, and its colour from the view's direction.
+// The drawn form of every sighting that is seen: its shape, and its colour from the view's direction.
 #include "splats/harmonics.glsl"
 layout(local_size_x = 64) in;
 
@@ -14,8 +14,8 @@ PUSH uniform Push { vw_push_splats push; };
 void main() {
     uint rank = invocation_index();
     if (rank >= state.seen) return;
-    uint slot = splats_seen[rank].slot, splat = slot % push.count;
-    vw_gpu_camera camera = cameras[views[push.first_view + slot / push.count].camera];
+    uint sighting = splats_seen[rank].sighting, splat = sighting % push.count;
+    vw_gpu_camera camera = cameras[views[push.first_view + sighting / push.count].camera];
     vec3 seen =
         splats[SPLAT_MEAN * push.stride + splat].xyz - camera.reference.xyz - camera.reference.w * camera.back.xyz;
     vec3 direction = normalize(seen), colour = vec3(0.5);
@@ -23,7 +23,7 @@ void main() {
         for (uint end = (degree + 1u) * (degree + 1u); k < end; k++)
             colour += harmonic(k, direction).w * splats[(SPLAT_HARMONICS + k) * push.stride + splat].rgb;
     colour = mix(colour, vec3(0.0), lessThan(colour, vec3(0.0)));
-    vw_splat_shape shape = shapes[slot];
+    vw_splat_shape shape = shapes[sighting];
     drawn[rank * VW_SPLAT_DRAWN4] = shape.centre_conic;
     drawn[rank * VW_SPLAT_DRAWN4 + 1u] = vec4(shape.conic_depth.xy, colour.rg);
     drawn[rank * VW_SPLAT_DRAWN4 + 2u] = vec4(colour.b, 0.0, 0.0, 0.0);

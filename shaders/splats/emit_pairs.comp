@@ -1,9 +1,10 @@
-// Lists the pairs of every slot that has any, with keys for the sort. The pairs of a slot stand one after another.
+// Lists the pairs of every sighting that has any, with keys for the sort. The pairs of a sighting stand one after
+// another.
 #include "splats/coverage.glsl"
 layout(local_size_x = 64) in;
 
 BUFFER(VW_SLOT_SPLAT_SHAPES) readonly buffer Shapes { vw_splat_shape shapes[]; };
-BUFFER(VW_SLOT_SLOT_PAIRS) readonly buffer Places { uint slot_pairs[]; };
+BUFFER(VW_SLOT_SIGHTING_PAIRS) readonly buffer Places { uint sighting_pairs[]; };
 BUFFER(VW_SLOT_SPLATS_SEEN) buffer Seen { vw_splat_seen splats_seen[]; };
 BUFFER(VW_SLOT_PAIR_SPLATS) writeonly buffer PairSplats { uint pair_splats[]; };
 BUFFER(VW_SLOT_SORT_TO) writeonly buffer Sort { uvec2 sort[]; };
@@ -23,11 +24,12 @@ void emit(uint pair, uint tile, uint depth, uint rank) {
 
 void main() {
     uint rank = invocation_index();
-    if (rank >= slot_pairs[push.count * push.view_count + 1u]) return;
-    uint slot = splats_seen[rank].slot, written = 0u;
-    vw_splat_seen own = vw_splat_seen(slot, slot_pairs[slot], slot_pairs[slot + 1u] - slot_pairs[slot]);
-    vw_splat_shape shape = shapes[own.slot];
-    vw_splat_view view = views[push.first_view + own.slot / push.count];
+    if (rank >= sighting_pairs[push.count * push.view_count + 1u]) return;
+    uint sighting = splats_seen[rank].sighting, written = 0u;
+    vw_splat_seen own =
+        vw_splat_seen(sighting, sighting_pairs[sighting], sighting_pairs[sighting + 1u] - sighting_pairs[sighting]);
+    vw_splat_shape shape = shapes[own.sighting];
+    vw_splat_view view = views[push.first_view + own.sighting / push.count];
     uint depth = depth_key(shape.conic_depth.z);
     cell_walk walk = begin_walk(view, shape);
     for (; written < own.pairs && has_tile(walk); walk.tile++)
@@ -36,7 +38,7 @@ void main() {
         uint tile = covered_tile(view, shape, walk.at, push.first_tile, push.tile_count);
         if (tile != NO_TILE) emit(own.first_pair + written++, tile, depth, rank);
     }
-    splats_seen[rank] = vw_splat_seen(slot, own.first_pair, written);
+    splats_seen[rank] = vw_splat_seen(sighting, own.first_pair, written);
     // Were fewer tiles found than counted, the room left over would be of a tile that does not exist.
     for (; written < own.pairs; written++) emit(own.first_pair + written, NO_TILE, depth, rank);
 }

@@ -1,15 +1,15 @@
-// Lists the slots that have pairs, and where the pairs of each begin: prefix sums by one workgroup, each invocation
-// over a run of slots. Also how many workgroups the passes after it take. More pairs than have room are not listed at
-// all: the step is skipped.
+// Lists the sightings that have pairs, and where the pairs of each begin: prefix sums by one workgroup, each invocation
+// over a run of sightings. Also how many workgroups the passes after it take. More pairs than have room are not listed
+// at all: the step is skipped.
 #include "splats/constants.glsl"
 layout(local_size_x_id = 98) in;
 
-BUFFER(VW_SLOT_SLOT_PAIRS) buffer Counts { uint slot_pairs[]; };
+BUFFER(VW_SLOT_SIGHTING_PAIRS) buffer Counts { uint sighting_pairs[]; };
 BUFFER(VW_SLOT_SPLATS_SEEN) writeonly buffer Seen { vw_splat_seen splats_seen[]; };
 BUFFER(VW_SLOT_SPLAT_STATE) writeonly buffer State { vw_splat_state state; };
 PUSH uniform Push { vw_push_splats push; };
 
-shared uvec2 sums[PLACE_LANES]; // pairs, slots with pairs
+shared uvec2 sums[PLACE_LANES]; // pairs, sightings with pairs
 
 const uint RUN_PAIRS_MOST = 0x7FFFFFFFu; // no sum of two such numbers wraps
 
@@ -17,11 +17,11 @@ uint divide_up(uint value, uint part) { return (value + part - 1u) / part; }
 uint add_capped(uint a, uint b) { return min(min(a, RUN_PAIRS_MOST) + min(b, RUN_PAIRS_MOST), RUN_PAIRS_MOST); }
 
 void main() {
-    uint lane = gl_LocalInvocationID.x, slots = push.count * push.view_count;
-    uint run = divide_up(slots, PLACE_LANES), first = min(lane * run, slots), end = min(first + run, slots);
+    uint lane = gl_LocalInvocationID.x, sightings = push.count * push.view_count;
+    uint run = divide_up(sightings, PLACE_LANES), first = min(lane * run, sightings), end = min(first + run, sightings);
     uint pairs = 0u, seen = 0u;
-    for (uint slot = first; slot < end; slot++) {
-        uint count = slot_pairs[slot];
+    for (uint sighting = first; sighting < end; sighting++) {
+        uint count = sighting_pairs[sighting];
         pairs = add_capped(pairs, count);
         seen += uint(count > 0u);
     }
@@ -36,17 +36,17 @@ void main() {
         all_seen += sum.y;
     }
     bool fits = all_pairs <= push.pair_capacity;
-    for (uint slot = first; slot < end; slot++) {
-        uint count = fits ? slot_pairs[slot] : 0u;
-        if (count > 0u) splats_seen[seen_before].slot = slot;
-        slot_pairs[slot] = pairs_before;
+    for (uint sighting = first; sighting < end; sighting++) {
+        uint count = fits ? sighting_pairs[sighting] : 0u;
+        if (count > 0u) splats_seen[seen_before].sighting = sighting;
+        sighting_pairs[sighting] = pairs_before;
         pairs_before += count;
         seen_before += uint(count > 0u);
     }
     if (lane != 0u) return;
     uint listed = fits ? all_pairs : 0u, drawn = fits ? all_seen : 0u;
-    slot_pairs[slots] = listed;
-    slot_pairs[slots + 1u] = drawn;
+    sighting_pairs[sightings] = listed;
+    sighting_pairs[sightings + 1u] = drawn;
     state.seen_groups = uvec3(divide_up(drawn, 64u), 1u, 1u);
     state.sort_groups = uvec3(divide_up(listed, SORT_LANES * SORT_KEYS), 1u, 1u);
     state.seen = drawn;

@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_CAMERAS) readonly buffer Cameras { vw_gpu_camera cameras[]; };
 BUFFER(VW_SLOT_SPLATS) readonly buffer Splats { vec4 splats[]; };
 BUFFER(VW_SLOT_SPLAT_SHAPES) writeonly buffer Shapes { vw_splat_shape shapes[]; };
-BUFFER(VW_SLOT_SLOT_PAIRS) writeonly buffer Counts { uint slot_pairs[]; };
+BUFFER(VW_SLOT_SIGHTING_PAIRS) writeonly buffer Counts { uint sighting_pairs[]; };
 PUSH uniform Push { vw_push_splats push; };
 
 vw_splat_shape shape_of(splat_projection p, float opacity) {
@@ -33,11 +33,11 @@ void main() {
                                  splats[SPLAT_TURN * push.stride + splat]);
     bool shown = is_shown(p, opacity);
     vw_splat_shape shape = shape_of(p, opacity);
-    uint pairs = 0u, slot = gl_WorkGroupID.y * push.count + splat;
+    uint pairs = 0u, sighting = gl_WorkGroupID.y * push.count + splat;
     cell_walk walk = begin_walk(view, shape);
     for (; shown && has_tile(walk); walk.tile++) pairs += uint(reaches_tile(shape, walk, push.first_tile));
     for (; shown && has_cell(walk); next_cell(walk))
         pairs += uint(covered_tile(view, shape, walk.at, push.first_tile, push.tile_count) != NO_TILE);
-    slot_pairs[slot] = pairs;
-    shapes[slot] = shape;
+    sighting_pairs[sighting] = pairs;
+    shapes[sighting] = shape;
 }

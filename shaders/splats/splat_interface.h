@@ -70,8 +70,8 @@ struct vw_splat_shape {          // on the photo
     vw_float4 extent;            // x, y: half the size in px of the box around all it can colour; z: exponent at its rim
 };
 
-struct vw_splat_seen {           // a slot with pairs
-    vw_uint slot, first_pair, pairs;
+struct vw_splat_seen {           // a sighting with pairs
+    vw_uint sighting, first_pair, pairs;
 };
 
 struct vw_tile_range {           // sorted pairs of a tile

@@ -27,7 +27,7 @@ void main() {
     uint rank = invocation_index();
     if (rank >= splat_state.seen || state.nonfinite != 0u || splat_state.overflow != 0u) return;
     if (d_splats[SPLAT_SCALE * push.stride + rank].w == 0.0) return;
-    uint splat = splats_seen[rank].slot;
+    uint splat = splats_seen[rank].sighting;
     float visits = min(splat_moment2[SPLAT_SCALE * push.stride + splat].w + 1.0, VISITS_MOST);
     for (uint column = 0u; column < push.columns; column++) {
         uint at = column * push.stride + splat;

@@ -75,7 +75,7 @@ static struct frozen freeze(struct splat_bench *bench) {
     f.seen = splat_bench_read(bench, bench->drawing.seen);
     f.shapes = test_allocate(state.seen, sizeof *f.shapes);
     for (uint32_t rank = 0; rank < state.seen; rank++) {
-        splat_bench_splat(bench, f.seen[rank].slot, numbers);
+        splat_bench_splat(bench, f.seen[rank].sighting, numbers);
         reference_splat_project(&f.view, numbers, -1.0, &f.shapes[rank]);
     }
     f.order = test_allocate(bench->tile_count, sizeof *f.order);
@@ -100,7 +100,7 @@ static double moved_loss(struct frozen *f, uint32_t rank, uint32_t number, doubl
     double numbers[REFERENCE_SPLAT_NUMBERS], loss = 0.0;
     const struct reference_splat_shape before = f->shapes[rank];
     uint32_t pixels = f->bench->s.side * f->bench->s.side;
-    splat_bench_splat(f->bench, f->seen[rank].slot, numbers);
+    splat_bench_splat(f->bench, f->seen[rank].sighting, numbers);
     numbers[number] += by;
     reference_splat_project(&f->view, numbers, before.kept, &f->shapes[rank]);
     for (uint32_t tile = 0; tile < f->bench->tile_count; tile++) {
@@ -173,7 +173,7 @@ TEST_CASES(splats_move_by_their_own_adam, index, 2) {
         uint8_t *touched = test_allocate(bench->count, 1);
         for (uint32_t rank = 0; rank < state.seen; rank++) {
             if (d[SPLAT_SCALE * bench->room.splats + rank][3] == 0.0f) continue;
-            uint32_t splat = seen[rank].slot, v = ++visits[splat];
+            uint32_t splat = seen[rank].sighting, v = ++visits[splat];
             touched[splat] = 1;
             moved++;
             for (uint32_t column = 0; column < bench->columns; column++)

@@ -38,7 +38,7 @@ static uint32_t pairs_of(struct splat_bench *bench, uint32_t splat) {
     const struct vw_splat_seen *seen = splat_bench_read(bench, bench->drawing.seen);
     const struct vw_splat_state state = splat_bench_state(bench);
     for (uint32_t rank = 0; rank < state.seen; rank++)
-        if (seen[rank].slot == splat) return seen[rank].pairs;
+        if (seen[rank].sighting == splat) return seen[rank].pairs;
     return 0;
 }
 
@@ -139,7 +139,7 @@ TEST(splats_in_one_place_are_drawn_in_the_order_of_their_indices) {
     const struct vw_splat_state list = splat_bench_state(bench);
     for (uint32_t i = 1; i < list.pairs; i++)
         if (sorted[i][0] == sorted[i - 1][0])
-            assert_true(seen[ranks[sorted[i][1]]].slot > seen[ranks[sorted[i - 1][1]]].slot);
+            assert_true(seen[ranks[sorted[i][1]]].sighting > seen[ranks[sorted[i - 1][1]]].sighting);
 }
 
 TEST(no_splat_in_view_leaves_the_background) {

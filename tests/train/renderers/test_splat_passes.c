@@ -32,12 +32,12 @@ TEST_CASES(shapes_are_those_of_the_reference, index, CASES) {
     splat_bench_run(bench, false, false);
     const struct vw_splat_shape *shapes = splat_bench_read(bench, bench->drawing.shapes);
     double numbers[REFERENCE_SPLAT_NUMBERS];
-    for (uint32_t slot = 0; slot < bench->count * bench->room.views; slot++) {
-        const struct reference_splat_view view = splat_bench_view(bench, slot / bench->count);
+    for (uint32_t sighting = 0; sighting < bench->count * bench->room.views; sighting++) {
+        const struct reference_splat_view view = splat_bench_view(bench, sighting / bench->count);
         struct reference_splat_shape expected;
-        splat_bench_splat(bench, slot % bench->count, numbers);
+        splat_bench_splat(bench, sighting % bench->count, numbers);
         reference_splat_project(&view, numbers, -1.0, &expected);
-        const struct vw_splat_shape *shape = &shapes[slot];
+        const struct vw_splat_shape *shape = &shapes[sighting];
         // Floats of box coordinates carry 6e-8, which a focal length of 40 to 12,000 px turns into 2e-5 to 7e-4 px.
         double px = 2e-4 + (bench->setup->far_camera ? 2e-3 : 0.0);
         assert_near(shape->centre_conic.x, expected.centre[0], px);
@@ -78,15 +78,16 @@ TEST_CASES(every_tile_that_a_splat_colours_has_their_pair, index, CASES) {
     assert_int_equal(state.overflow, 0);
     assert_true(state.pairs > 0 && state.seen > 0);
     for (uint32_t i = 0; i < state.pairs; i++)
-        found[(size_t)seen[ranks[sorted[i][1]]].slot * bench->tile_count + (sorted[i][0] >> VW_SPLAT_DEPTH_BITS)]++;
+        found[(size_t)seen[ranks[sorted[i][1]]].sighting * bench->tile_count + (sorted[i][0] >> VW_SPLAT_DEPTH_BITS)]++;
     uint32_t extra = 0;
-    for (uint32_t slot = 0; slot < bench->count * bench->room.views; slot++)
+    for (uint32_t sighting = 0; sighting < bench->count * bench->room.views; sighting++)
         for (uint32_t tile = 0; tile < bench->tile_count; tile++) {
-            uint8_t pairs = found[(size_t)slot * bench->tile_count + tile];
-            bool own = bench->tiles[tile].view == slot / bench->count && shapes[slot].conic_depth.y >= 1.0f / 255.0f;
-            bool must = own && colours_tile(bench, &shapes[slot], &bench->tiles[tile], 0.0);
+            uint8_t pairs = found[(size_t)sighting * bench->tile_count + tile];
+            bool own =
+                bench->tiles[tile].view == sighting / bench->count && shapes[sighting].conic_depth.y >= 1.0f / 255.0f;
+            bool must = own && colours_tile(bench, &shapes[sighting], &bench->tiles[tile], 0.0);
             assert_true(pairs <= 1 && (own || !pairs));
-            if (must && !pairs) fail_msg("%s: slot %u lacks tile %u", cases[index].name, slot, tile);
+            if (must && !pairs) fail_msg("%s: sighting %u lacks tile %u", cases[index].name, sighting, tile);
             extra += pairs && !must;
         }
     // The least exponent lies between pixels, so that some tiles are listed of which no pixel is coloured.
@@ -108,14 +109,14 @@ TEST_CASES(pairs_are_sorted_by_tile_and_depth_and_are_stable, index, CASES) {
         assert_true(sorted[i - 1][0] < sorted[i][0] ||
                     (sorted[i - 1][0] == sorted[i][0] && sorted[i - 1][1] < sorted[i][1]));
         if (sorted[i - 1][0] >> VW_SPLAT_DEPTH_BITS != sorted[i][0] >> VW_SPLAT_DEPTH_BITS) continue;
-        float near = shapes[seen[ranks[sorted[i - 1][1]]].slot].conic_depth.z;
-        float far = shapes[seen[ranks[sorted[i][1]]].slot].conic_depth.z;
+        float near = shapes[seen[ranks[sorted[i - 1][1]]].sighting].conic_depth.z;
+        float far = shapes[seen[ranks[sorted[i][1]]].sighting].conic_depth.z;
         assert_true(near <= far * 1.00002f);
     }
     uint32_t next = 0; // pairs of a splat stand together, in the order of splats
     for (uint32_t rank = 0; rank < state.seen; rank++) {
         assert_int_equal(seen[rank].first_pair, next);
-        assert_true(rank == 0 || seen[rank].slot > seen[rank - 1].slot);
+        assert_true(rank == 0 || seen[rank].sighting > seen[rank - 1].sighting);
         for (uint32_t i = 0; i < seen[rank].pairs; i++) assert_int_equal(ranks[next++], rank);
     }
     assert_int_equal(next, state.pairs);

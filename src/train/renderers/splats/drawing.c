@@ -7,15 +7,15 @@ enum { BINDINGS_MAX = VW_SLOT_COUNT };
 static enum vw_status create_buffers(struct vw_splat_drawing *d) {
     const struct vw_splat_room *room = &d->room;
     const struct vw_splat_specialization *s = &d->specialization;
-    uint64_t slots = (uint64_t)room->splats * room->views, rays = (uint64_t)room->tiles * s->side * s->side;
+    uint64_t sightings = (uint64_t)room->splats * room->views, rays = (uint64_t)room->tiles * s->side * s->side;
     uint64_t blocks = (room->pairs + s->sort_lanes * s->sort_keys - 1) / (s->sort_lanes * s->sort_keys);
     const struct vw_buffer_row tiles = {&d->tiles, "tiles", sizeof(struct vw_splat_tile) * room->listed_tiles};
     const struct vw_buffer_row buffers[] = {
         {&d->map, "tile_map", 4 * (uint64_t)room->cells},
-        {&d->shapes, "splat_shapes", sizeof(struct vw_splat_shape) * slots},
-        {&d->slot_pairs, "slot_pairs", 4 * (slots + 2)},
-        {&d->seen, "splats_seen", sizeof(struct vw_splat_seen) * slots},
-        {&d->drawn, "splats_drawn", 16 * VW_SPLAT_DRAWN4 * slots},
+        {&d->shapes, "splat_shapes", sizeof(struct vw_splat_shape) * sightings},
+        {&d->sighting_pairs, "sighting_pairs", 4 * (sightings + 2)},
+        {&d->seen, "splats_seen", sizeof(struct vw_splat_seen) * sightings},
+        {&d->drawn, "splats_drawn", 16 * VW_SPLAT_DRAWN4 * sightings},
         {&d->state, "splat_state", sizeof(struct vw_splat_state)},
         {&d->pair_splats, "pair_splats", 4 * (uint64_t)room->pairs},
         {&d->sorted[0], "pairs", 8 * (uint64_t)room->pairs},
@@ -34,7 +34,7 @@ uint32_t vw_splat_drawing_bind(const struct vw_splat_drawing *d, const struct vw
         {.slot = VW_SLOT_SPLAT_TILES, .buffer = d->tiles},
         {.slot = VW_SLOT_TILE_MAP, .buffer = d->map},
         {.slot = VW_SLOT_SPLAT_SHAPES, .buffer = d->shapes},
-        {.slot = VW_SLOT_SLOT_PAIRS, .buffer = d->slot_pairs},
+        {.slot = VW_SLOT_SIGHTING_PAIRS, .buffer = d->sighting_pairs},
         {.slot = VW_SLOT_SPLATS_SEEN, .buffer = d->seen},
         {.slot = VW_SLOT_SPLATS_DRAWN, .buffer = d->drawn},
         {.slot = VW_SLOT_SPLAT_STATE, .buffer = d->state},

@@ -42,9 +42,9 @@ static enum vw_status check(const char *what, uint64_t value, uint64_t most, con
 
 enum vw_status vw_splat_check_room(const struct vw_splat_room *room, const struct vw_splat_specialization *s) {
     enum { TRIPS = 30000 }; // trips of one loop; an invocation has two
-    uint64_t slots = (uint64_t)room->splats * room->views;
+    uint64_t sightings = (uint64_t)room->splats * room->views;
     enum vw_status status =
-        check("slots", slots, (uint64_t)TRIPS * s->place_lanes, "use fewer splats or views at once");
+        check("sightings", sightings, (uint64_t)TRIPS * s->place_lanes, "use fewer splats or views at once");
     if (!status) status = check("tiles", room->tiles, VW_SPLAT_TILES_MAX, "draw them in several parts");
     if (!status) status = check("cells", room->cells, (uint64_t)VW_SPLAT_CELLS_MAX * room->views, "use smaller photos");
     if (!status)

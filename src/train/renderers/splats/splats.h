@@ -51,7 +51,7 @@ struct vw_splat_drawing {
     struct vw_buffer *tiles;   // vw_splat_tile, VW_BUFFER_UPLOAD
     struct vw_buffer *colours; // vec4 per ray of the tiles of one drawing: blended rgb, and what is left of the light
     struct vw_buffer *state;   // vw_splat_state
-    struct vw_buffer *map, *shapes, *slot_pairs, *seen, *drawn, *pair_splats, *sorted[2], *counts, *ranges;
+    struct vw_buffer *map, *shapes, *sighting_pairs, *seen, *drawn, *pair_splats, *sorted[2], *counts, *ranges;
     struct vw_pass *mark, *project, *place, *emit, *colour, *count_digits[2], *place_digits, *scatter[2], *blend;
 };
 enum vw_status vw_splat_drawing_create(const struct vw_splat_pass_params *params, struct vw_splat_drawing *drawing);

@@ -11,10 +11,10 @@
 #include "train/renderers/splats/splats_renderer.h"
 
 enum {
-    TILES_MOST = 1024,    // tiles of one drawing
-    WALKED_MOST = 24,     // tiles of a view on each of which a splat is tried, rather than on all cells in its box
-    SLOTS_MOST = 1 << 18, // splats times views of one drawing, if it has more than one view
-    CELLS_MOST = 1 << 22, // likewise cells of its views: 16 MiB
+    TILES_MOST = 1024,        // tiles of one drawing
+    WALKED_MOST = 24,         // tiles of a view on each of which a splat is tried, rather than on all cells in its box
+    SIGHTINGS_MOST = 1 << 18, // splats times views of one drawing, if it has more than one view
+    CELLS_MOST = 1 << 22,     // likewise cells of its views: 16 MiB
 };
 
 // One pixel on its way to a tile.
@@ -129,8 +129,9 @@ static uint32_t cells_of_part(const struct vw_splat_evaluation *splats, const st
 static bool is_full_for(const struct vw_splat_evaluation *splats, uint32_t cells) {
     const struct drawn_part *last = splats->part_count ? &splats->parts[splats->part_count - 1] : NULL;
     if (!last || last->splats.tile_count == TILES_MOST) return true;
-    uint64_t slots = (uint64_t)last->splats.count * (last->splats.view_count + 1);
-    return last->splats.view_count > 0 && (slots > SLOTS_MOST || cells_of_part(splats, last) + cells > CELLS_MOST);
+    uint64_t sightings = (uint64_t)last->splats.count * (last->splats.view_count + 1);
+    return last->splats.view_count > 0 &&
+           (sightings > SIGHTINGS_MOST || cells_of_part(splats, last) + cells > CELLS_MOST);
 }
 
 // Appends a view to the last part, or to another one if that is full.

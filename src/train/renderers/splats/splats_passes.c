@@ -12,10 +12,10 @@ struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field
 }
 
 uint32_t vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
-    enum { PAIRS_PER_TILE = 2048, PAIRS_PER_SLOT = 4, PAIRS_MOST = 1 << 22 };
-    uint64_t slots = (uint64_t)room->splats * room->views;
+    enum { PAIRS_PER_TILE = 2048, PAIRS_PER_SIGHTING = 4, PAIRS_MOST = 1 << 22 };
+    uint64_t sightings = (uint64_t)room->splats * room->views;
     uint64_t pairs = (uint64_t)room->tiles * PAIRS_PER_TILE, every = (uint64_t)room->tiles * room->splats;
-    if (pairs < slots * PAIRS_PER_SLOT) pairs = slots * PAIRS_PER_SLOT;
+    if (pairs < sightings * PAIRS_PER_SIGHTING) pairs = sightings * PAIRS_PER_SIGHTING;
     if (pairs > every) pairs = every;
     uint64_t fit = vw_gpu_get_limits(field->gpu)->storage_binding_bytes / (sizeof(vw_float4) * VW_SPLAT_PAIR4);
     if (pairs > fit) pairs = fit;
