@@ -1,4 +1,4 @@
-"""A page in a headless Chromium, for tests/report/report_browser.py."""
+"""A page in a headless Chromium, for tests/report/report_browser.py and tests/long/splat_viewer.py."""
 import json
 import os
 import socket
@@ -13,11 +13,11 @@ resolve = socket.getaddrinfo
 socket.getaddrinfo = lambda host, *rest, **more: resolve('127.0.0.1' if host == 'localhost' else host, *rest, **more)
 
 
-def start_browser(folder):
+def start_browser(folder, *more):
     options = Options()
     options.binary_location = os.environ.get('CHROMIUM', '/usr/bin/chromium')
     for argument in ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run', '--hide-scrollbars',
-                     '--disable-background-networking', '--remote-debugging-pipe', f'--user-data-dir={folder}/browser'):
+                     '--disable-background-networking', '--remote-debugging-pipe', f'--user-data-dir={folder}/browser', *more):
         options.add_argument(argument)
     options.set_capability('goog:loggingPrefs', {'browser': 'ALL', 'performance': 'ALL'})
     return webdriver.Chrome(service=Service(os.environ.get('CHROMEDRIVER', '/usr/bin/chromedriver')), options=options)
