@@ -118,7 +118,7 @@ static char **make_words(const struct vw_job *job, char *const own[OWN_WORDS]) {
     memcpy(next, job->words, job->word_count * sizeof *next);
     next += job->word_count;
     *next++ = "--resume";
-    memcpy(next, own, OWN_WORDS * sizeof *next);
+    for (uint32_t i = 0; i < OWN_WORDS; i++) *next++ = own[i];
     return words;
 }
 

@@ -101,7 +101,8 @@ static enum vw_status list_all(struct vw_device_list *list) {
         bool is_cpu = infos[i].kind == VW_GPU_CPU;
         if (infos[i].unsupported_reason[0] || (is_cpu && list->count)) continue;
         char index[16];
-        add(list, index, (size_t)snprintf(index, sizeof index, "%u", infos[i].index));
+        int length = snprintf(index, sizeof index, "%u", infos[i].index);
+        add(list, index, (size_t)length);
         if (is_cpu) break;
     }
     free(infos);

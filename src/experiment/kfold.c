@@ -81,7 +81,7 @@ enum vw_status vw_kfold_divide(const struct vw_scene *scene, uint64_t seed, uint
     uint32_t *made = vw_allocate(scene->view_count, sizeof *made);
     uint32_t count = photos && made ? number_photos(scene, seed, photos) : 0;
     enum vw_status status = photos && made ? VW_OK : VW_ERROR_MEMORY;
-    if (!status && (count < folds || count - (count + folds - 1) / folds < TRAIN_PHOTOS_LEAST))
+    if (!status && (!folds || count < folds || count - (count + folds - 1) / folds < TRAIN_PHOTOS_LEAST))
         status = vw_fail(VW_ERROR_USAGE,
                          "--kfold %u: the scene has %u photos to train and validate on; every fold needs one, and the "
                          "others at least %d: use a smaller K or more photos",

@@ -74,8 +74,9 @@ static enum vw_status add_all(const struct vw_scorings *scorings, struct vw_cand
 static enum vw_status compare(const struct vw_selection *one, const struct vw_selection *other, bool *equal) {
     *equal = one->count == other->count;
     if (!*equal) return VW_OK;
-    uint32_t *sorted = vw_allocate(2 * (size_t)one->count, sizeof *sorted), *second = sorted + one->count;
+    uint32_t *sorted = vw_allocate(2 * (size_t)one->count, sizeof *sorted);
     if (!sorted) return VW_ERROR_MEMORY;
+    uint32_t *second = sorted + one->count;
     memcpy(sorted, one->image_ids, one->count * sizeof *sorted);
     memcpy(second, other->image_ids, one->count * sizeof *sorted);
     vw_sort_places(sorted, one->count);

@@ -119,7 +119,7 @@ static enum vw_status choose_extensions(VkPhysicalDevice physical, bool statisti
 }
 
 static enum vw_status create_device(struct vw_gpu *gpu, bool statistics) {
-    struct vw_extension_choice extensions;
+    struct vw_extension_choice extensions = {0};
     enum vw_status status = choose_extensions(gpu->chosen.physical, statistics, &extensions);
     if (status) return status;
     const struct vw_gpu_limits *limits = &gpu->chosen.limits;

@@ -102,6 +102,7 @@ enum vw_status vw_insertion_add(struct vw_insertion *insertion, const void *row)
     }
     vw_insertion_add_columns(insertion, row);
     if (hashed_as) vw_row_end_hash(&hasher, hash);
+    insertion->row.hasher = NULL;
     return vw_insertion_write(insertion, hashed_as ? hash : NULL);
 }
 

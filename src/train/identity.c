@@ -26,7 +26,7 @@ void vw_identity_subset_hash(const struct vw_scene *scene, const struct vw_photo
     vw_hasher_begin(&hasher);
     for (uint32_t i = 0; i < photo_order->train_count; i++) vw_hasher_add_text(&hasher, scene->views[views[i]].name);
     if (photo_order->kept) vw_hasher_add_text(&hasher, "kept");
-    for (uint32_t i = 0; i < photo_order->kept_count; i++)
+    for (uint32_t i = 0; photo_order->kept && i < photo_order->kept_count; i++)
         vw_hasher_add_text(&hasher, scene->views[views[photo_order->kept[i]]].name);
     vw_hasher_end(&hasher, hash);
 }

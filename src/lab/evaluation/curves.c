@@ -8,6 +8,7 @@
 #include "base/random.h"
 #include "base/statistics.h"
 #include "lab/evaluation/evaluation.h"
+#include "value/evaluation/resampling.h"
 
 static const uint32_t percents[] = {10, 20, 30, 50};
 static const size_t GAIN_END = 0, GAIN_PERCENT = 1;       // the point that a curve of gains has: removal_low/20

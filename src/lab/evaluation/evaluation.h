@@ -48,7 +48,6 @@ const struct vw_metric *vw_metrics_find(const struct vw_metrics *metrics, const 
 
 // Returns NULL when there is none.
 const struct vw_scorer *vw_find_scorer(const struct vw_evaluation *evaluation, const char *name);
-bool vw_all_finite(const double *values, uint32_t count);
 // Averages over the rows of values[row][column] into means[column].
 void vw_mean_of_rows(const double *values, uint32_t row_count, uint32_t column_count, double *means);
 // Averages scores[valued seed][photo] into means[photo].

@@ -50,7 +50,7 @@ static void rank(struct vw_seed_mean *means, uint32_t photo_count) {
         for (uint32_t j = 0; j < photo_count; j++) {
             if (j == i || isnan(means[j].mean)) continue;
             others++;
-            better += means[j].mean > means[i].mean || (means[j].mean == means[i].mean && j < i);
+            better += means[j].mean > means[i].mean || (j < i && means[j].mean == means[i].mean);
             above += means[j].ci_low > means[i].ci_high;
             below += means[j].ci_high < means[i].ci_low;
         }

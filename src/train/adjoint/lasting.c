@@ -69,7 +69,7 @@ static uint64_t thriftiest_steps(const struct vw_lasting *lasting) {
     uint64_t thriftiest =
                  (uint64_t)ceil(sqrt(steps * state / (double)vw_kept_step_bytes(lasting->replay.context->step))),
              most = segment_steps_most(lasting);
-    return thriftiest < most ? thriftiest : most;
+    return thriftiest < 1 ? 1 : thriftiest < most ? thriftiest : most;
 }
 
 // Puts all steps into one segment where memory allows, or else chooses the length that takes the least memory.

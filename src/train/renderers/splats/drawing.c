@@ -102,8 +102,7 @@ void vw_splat_drawing_destroy(struct vw_splat_drawing *drawing) {
 static void record_sort(const struct vw_splat_drawing *d, struct vw_submission *submission,
                         struct vw_push_splats *push) {
     const uint64_t groups = offsetof(struct vw_splat_state, sort_groups);
-    uint32_t digit_bits = 0;
-    while (1u << digit_bits < d->specialization.sort_digits) digit_bits++;
+    uint32_t digit_bits = vw_splat_digit_bits(&d->specialization);
     for (uint32_t digit = 0; digit < d->digits; digit++) {
         push->shift = digit * digit_bits;
         vw_submission_dispatch_indirect(submission, d->count_digits[digit % 2], push, sizeof *push, d->state, groups);

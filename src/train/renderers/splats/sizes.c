@@ -29,8 +29,14 @@ static uint32_t bits_of(uint32_t value) {
     return bits;
 }
 
+uint32_t vw_splat_digit_bits(const struct vw_splat_specialization *s) {
+    uint32_t bits = 1;
+    while (1u << bits < s->sort_digits) bits++;
+    return bits;
+}
+
 uint32_t vw_splat_sort_digits(const struct vw_splat_room *room, const struct vw_splat_specialization *s) {
-    uint32_t digit_bits = bits_of(s->sort_digits - 1), key_bits = VW_SPLAT_DEPTH_BITS + bits_of(room->tiles);
+    uint32_t digit_bits = vw_splat_digit_bits(s), key_bits = VW_SPLAT_DEPTH_BITS + bits_of(room->tiles);
     return (key_bits + digit_bits - 1) / digit_bits;
 }
 

@@ -27,6 +27,7 @@ uint64_t vw_splat_param_bytes(const struct vw_splat_room *room);
 struct vw_splat_view vw_splat_view_of(uint32_t index, uint32_t first_cell, const struct vw_camera *camera, bool lens,
                                       uint32_t side);
 struct vw_splat_tile vw_splat_tile_at(const struct vw_splat_view *view, uint32_t index, uint32_t column, uint32_t row);
+uint32_t vw_splat_digit_bits(const struct vw_splat_specialization *s);
 // Returns 1 plus the largest digit shift of the sort, in digits.
 uint32_t vw_splat_sort_digits(const struct vw_splat_room *room, const struct vw_splat_specialization *s);
 

@@ -229,7 +229,7 @@ static enum vw_status create_show(const struct vw_evaluator *evaluator, const st
     return vw_pass_create_of(&splats->objects, &common, &vw_shader_show_pixels, &splats->show);
 }
 
-static enum vw_status create_sized(const struct vw_evaluator *evaluator, struct vw_splat_pass_params *params) {
+static enum vw_status create_sized(const struct vw_evaluator *evaluator, const struct vw_splat_pass_params *sized) {
     struct vw_splat_evaluation *splats = evaluator->splats;
     const struct vw_buffer_row lists[] = {
         {&splats->view_list, "splat_views", sizeof *splats->views * power_of_two_from(splats->view_count)},
@@ -241,11 +241,12 @@ static enum vw_status create_sized(const struct vw_evaluator *evaluator, struct 
         {.slot = VW_SLOT_CAMERAS, .buffer = evaluator->field->cameras},
         {.slot = VW_SLOT_SPLAT_VIEWS, .buffer = splats->view_list},
     };
-    params->role = evaluator_role;
-    params->bindings = bindings;
-    params->binding_count = VW_ARRAY_COUNT(bindings);
-    if (!status) status = vw_splat_drawing_create(params, &splats->drawing);
-    if (!status) status = create_show(evaluator, &params->specialization->run);
+    struct vw_splat_pass_params params = *sized;
+    params.role = evaluator_role;
+    params.bindings = bindings;
+    params.binding_count = VW_ARRAY_COUNT(bindings);
+    if (!status) status = vw_splat_drawing_create(&params, &splats->drawing);
+    if (!status) status = create_show(evaluator, &params.specialization->run);
     if (status) destroy_sized(splats); // so that has_room() finds none
     return status;
 }
