@@ -260,7 +260,8 @@ VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 96)   // vec4 [column][stride], only with momentu
 VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of the column of scales is the splat's own step count
 VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
 VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
-VW_ENUM(VW_SLOT_COUNT, 100)
+VW_ENUM(VW_SLOT_D_WINDOWS, 100)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
+VW_ENUM(VW_SLOT_COUNT, 101)
 
 // ---- Structs ---------------------------------------------------------------------------------------------------------
 // Rays are made in box coordinates. So that a camera far from the box loses no bits, a ray starts on the plane through

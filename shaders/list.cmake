@@ -79,6 +79,8 @@ viewworth_add_shader(splats/place_digits)
 viewworth_add_shader(splats/scatter_pairs)
 viewworth_add_shader(splats/blend_tiles)
 viewworth_add_shader(splats/show_pixels) # of an evaluator
+viewworth_add_shader(splats/compare_windows)
+viewworth_add_shader(splats/compare_windows VARIANT effects DEFINE VW_RAY_EFFECTS)
 viewworth_add_shader(splats/slope_pixels)
 viewworth_add_shader(splats/slope_pixels VARIANT effects DEFINE VW_RAY_EFFECTS)
 viewworth_add_shader(splats/blend_tiles_back)

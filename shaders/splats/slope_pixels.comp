@@ -10,6 +10,7 @@ layout(local_size_x = 64) in;
 BUFFER(VW_SLOT_RAYS) readonly buffer Rays { vw_ray rays[]; };
 BUFFER(VW_SLOT_COLOURS) readonly buffer Colours { vec4 colours[]; };
 BUFFER(VW_SLOT_SPLAT_STATE) readonly buffer SplatState { vw_splat_state splat_state; };
+BUFFER(VW_SLOT_D_WINDOWS) readonly buffer DWindows { vec4 d_windows[]; };
 BUFFER(VW_SLOT_D_COLOURS) writeonly buffer DColours { vec4 d_colours[]; };
 BUFFER(VW_SLOT_RAY_LOSS) writeonly buffer RayLoss { float ray_loss[]; };
 BUFFER(VW_SLOT_STEP_STATE) buffer State { vw_step_state state; };
@@ -30,9 +31,14 @@ void main() {
     if (LOSS == LOSS_GIVEN) slope = ray.target_weight.rgb;
     float share = ray.target_weight.w / 3.0; // padding and excluded pixels weigh 0
     float loss = share * (value.x + value.y + value.z);
+    vec3 d_colour = share * slope;
+    if (SSIM_WEIGHT > 0.0) {
+        vec4 window = mix(vec4(0.0), d_windows[index], bvec4(drawn));
+        loss = mix(loss, window.w, SSIM_WEIGHT);
+        d_colour = mix(d_colour, window.rgb, SSIM_WEIGHT);
+    }
     ray_loss[index] = loss;
     if (!finite(loss)) atomicOr(state.nonfinite, 1u); // nor here
-    vec3 d_colour = share * slope;
     seen_back(index, state.view, rendered, backdrop, blended.a, d_colour);
     d_colours[index] = vec4(d_colour, dot(d_colour, backdrop));
 }

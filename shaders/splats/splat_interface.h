@@ -12,7 +12,8 @@
     X(95, SORT_LANES, sort_lanes, uint, 16)        /* workgroup of the sort; each invocation sorts SORT_KEYS pairs */ \
     X(96, SORT_KEYS, sort_keys, uint, 64) \
     X(97, SORT_DIGITS, sort_digits, uint, 256)     /* values of a digit: a power of two */ \
-    X(98, PLACE_LANES, place_lanes, uint, 64)      /* workgroup of place_pairs */
+    X(98, PLACE_LANES, place_lanes, uint, 64)      /* workgroup of place_pairs */ \
+    X(99, SSIM_WEIGHT, ssim_weight, float, 0.0)    /* share of the loss that is 1 - SSIM; above 0, compare_windows has run */
 
 #ifndef VULKAN
 #define uint uint32_t
@@ -21,6 +22,7 @@ struct vw_splat_specialization {
     uint side, lanes, group, antialiased;
     float low_pass;
     uint sort_lanes, sort_keys, sort_digits, place_lanes;
+    float ssim_weight;
 };
 #define VW_CHECK_CONSTANT(id, upper, lower, type, value) \
     _Static_assert(offsetof(struct vw_splat_specialization, lower) == 4 * (id), "specialization constant " #upper " is out of place"); \

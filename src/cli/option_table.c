@@ -184,6 +184,10 @@ const struct vw_option vw_option_table[] = {
      VW_SECTION_TRAINING, OPTION(COUNT, config.val_rays)},
     {"loss", NULL, "Training loss", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
+    {"ssim-weight", "W",
+     "Share of the training loss that is 1 - SSIM, of windows within the squares of pixels that a step of --field "
+     "splats draws; the rest is --loss. Splats are usually trained with 0.2",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.ssim_weight)},
     {"consistency-weight", "X",
      "Weight of HA-NeRF's consistency loss for the effect appearance_encoder: a render with a photo's code must encode "
      "to that code again; HA-NeRF uses 0.001; 0: none",

@@ -104,6 +104,7 @@ static const struct number {
     {"importance_samples", "importance-samples", WHOLE, offsetof(struct vw_config, importance_samples), 0, 4096, true},
     {"val_rays", "val-rays", WHOLE, offsetof(struct vw_config, val_rays), 1, 1 << 24, true},
     {"huber_length", "huber-length", REAL, offsetof(struct vw_config, huber_length), 0.001, 1.0, true},
+    {"ssim_weight", "ssim-weight", REAL, offsetof(struct vw_config, ssim_weight), 0.0, 1.0, true},
     {"beta_min", "beta-min", REAL, offsetof(struct vw_config, beta_min), 0.001, 10.0, true},
     {"consistency_weight", "consistency-weight", REAL, offsetof(struct vw_config, consistency_weight), 0.0, 1000.0,
      true},
@@ -184,6 +185,9 @@ static enum vw_status check_splats(const struct vw_config *config) {
     uint32_t square = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
     if (config->field != VW_FIELD_SPLATS && config->initial[0])
         return vw_fail(VW_ERROR_USAGE, "--initial: needs --field splats");
+    if (config->field != VW_FIELD_SPLATS && config->ssim_weight != 0.0)
+        return vw_fail(VW_ERROR_USAGE, "--ssim-weight: needs --field splats, not %s; leave it out",
+                       vw_field_name(config->field));
     if (config->field != VW_FIELD_SPLATS)
         return config->splats || config->harmonics != vw_config_default.harmonics
                    ? vw_fail(VW_ERROR_USAGE, "--splats and --harmonics: need --field splats")

@@ -30,6 +30,7 @@ struct vw_splat_model {
     uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
     const char *initial, *initial_sha256; // the file that they begin from, borrowed from the config; NULL: the points
     double extent_edges;   // size of the scene, by which positions move: how far the train cameras spread
+    float ssim_weight;     // vw_config
     double position_decay; // vw_config.learning_rate_decay, which is that of positions alone
 };
 

@@ -1,6 +1,7 @@
 #include "reference/splats.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double ALPHA_MOST = (double)0.99f, ALPHA_LEAST = 1.0 / 255.0, LEFT_LEAST = 1e-4, NEAR = (double)0.02f;
@@ -201,4 +202,37 @@ void reference_splat_pixel_back(const struct reference_splat_shape *shapes, cons
         after += before * alpha * own;
         left = before;
     }
+}
+
+// Returns 1 - SSIM of the window about a pixel.
+static double window_loss(const struct reference_splat_square *square, int x, int y) {
+    enum { SIDE = VW_SPLAT_SQUARE };
+    double shares[SIDE * SIDE], total = 0.0, mean[2] = {0}, variance[2] = {0}, covariance = 0.0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        int dx = abs(i % SIDE - x), dy = abs(i / SIDE - y);
+        double gaussian = dx <= 5 && dy <= 5 ? exp(-(dx * dx + dy * dy) / (2.0 * 1.5 * 1.5)) : 0.0;
+        total += shares[i] = square->weight[i] * gaussian;
+    }
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        mean[0] += shares[i] / total * square->seen[i];
+        mean[1] += shares[i] / total * square->photo[i];
+    }
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        variance[0] += shares[i] / total * pow(square->seen[i] - mean[0], 2);
+        variance[1] += shares[i] / total * pow(square->photo[i] - mean[1], 2);
+        covariance += shares[i] / total * (square->seen[i] - mean[0]) * (square->photo[i] - mean[1]);
+    }
+    double luminance = (2.0 * mean[0] * mean[1] + 1e-4) / (mean[0] * mean[0] + mean[1] * mean[1] + 1e-4);
+    return 1.0 - luminance * (2.0 * covariance + 9e-4) / (variance[0] + variance[1] + 9e-4);
+}
+
+double reference_splat_windows(const struct reference_splat_square *square,
+                               double losses[VW_SPLAT_SQUARE * VW_SPLAT_SQUARE]) {
+    double sum = 0.0;
+    for (int i = 0; i < VW_SPLAT_SQUARE * VW_SPLAT_SQUARE; i++) {
+        double weight = square->weight[i];
+        losses[i] = weight > 0.0 ? weight * window_loss(square, i % VW_SPLAT_SQUARE, i / VW_SPLAT_SQUARE) : 0.0;
+        sum += losses[i];
+    }
+    return sum;
 }

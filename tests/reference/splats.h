@@ -53,4 +53,13 @@ void reference_splat_pixel_back(const struct reference_splat_shape *shapes, cons
                                 double x, double y, const uint8_t *fates, const double slope[4],
                                 struct reference_splat_sums *sums);
 
+// Computes 1 - SSIM of one channel for the window about each pixel of a square, times the pixel's weight; returns the
+// sum of them. A window is a Gaussian of 11 x 11 pixels over those of the square that count.
+struct reference_splat_square {
+    double weight[VW_SPLAT_SQUARE * VW_SPLAT_SQUARE], seen[VW_SPLAT_SQUARE * VW_SPLAT_SQUARE],
+        photo[VW_SPLAT_SQUARE * VW_SPLAT_SQUARE];
+};
+double reference_splat_windows(const struct reference_splat_square *square,
+                               double losses[VW_SPLAT_SQUARE * VW_SPLAT_SQUARE]);
+
 #endif

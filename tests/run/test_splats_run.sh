@@ -50,6 +50,8 @@ check "and there are some" test "$(trainings alone | wc -l)" -ge 4
 
 check "a run is verified and its steps taken again" run "$program" verify "$folder/whole" --replay 4000000000
 check "to the last one" grep -q '^replay   360 repeated steps gave the same bits' "$folder/stdout"
+check "a run with a share of SSIM" run value ssim 3 --ssim-weight 0.2
+check "is replayed" run "$program" verify "$folder/ssim" --replay 4000000000
 check "a view is rendered" run "$program" render "$folder/whole" --device llvmpipe
 check "with the field's PSNR" grep -q 'PSNR' "$folder/stdout"
 check "a sweep" run "$program" tradeoff "$scene" --out "$folder/sweep" --seeds 2 --epochs 4 \
@@ -86,6 +88,8 @@ for effect in unbounded wide_box appearance_code occupancy visibility transient 
 done
 check "rays that are no squares are refused" fails 2 '--rays: a multiple of 256' value refused 2 --rays 300
 check "so are samples" fails 2 '--samples and --importance-samples: splats have no samples' value refused 2 --samples 16
+check "SSIM is refused without splats" fails 2 '--ssim-weight: needs --field splats, not hash' \
+    value refused 2 --field hash --ssim-weight 0.2
 check "and lasting credit" fails 2 'cannot go back through splats' value refused 2 --lasting
 check "more splats than can be" fails 2 '--splats' value refused 2 --splats 1048577
 check "nothing is left of them" test ! -e "$folder/refused/ledger.db"

@@ -69,6 +69,17 @@ static struct vw_camera lens_of(const struct splat_bench *bench, const struct vw
     return lens;
 }
 
+// Lists the tiles of most squares, square by square.
+static void list_squares(struct splat_bench *bench, uint32_t view) {
+    const struct vw_splat_view *own = &bench->views[view];
+    uint32_t along = VW_SPLAT_SQUARE / bench->s.side;
+    for (uint32_t top = 0; top < own->rows; top += along)
+        for (uint32_t left = 0; left < own->columns; left += along)
+            for (uint32_t i = 0; i < along * along && (top + left) / along != 1; i++)
+                if (left + i % along < own->columns && top + i / along < own->rows)
+                    bench->tiles[bench->tile_count++] = vw_splat_tile_at(own, view, left + i % along, top + i / along);
+}
+
 static void list_views(struct splat_bench *bench) {
     uint32_t cells = 0;
     bench->cameras = test_allocate(bench->room.views, sizeof *bench->cameras);
@@ -84,7 +95,8 @@ static void list_views(struct splat_bench *bench) {
     for (uint32_t view = 0; view < bench->room.views; view++) {
         struct vw_splat_view *own = &bench->views[view];
         uint32_t first = bench->tile_count;
-        for (uint32_t row = 0; row < own->rows; row++)
+        if (bench->setup->tiles == SQUARES_SOME) list_squares(bench, view);
+        for (uint32_t row = 0; row < own->rows && bench->setup->tiles != SQUARES_SOME; row++)
             for (uint32_t column = 0; column < own->columns; column++)
                 if (bench->setup->tiles == TILES_ALL || (row * 7 + column * 3 + view) % 4 != 1)
                     bench->tiles[bench->tile_count++] = vw_splat_tile_at(own, view, column, row);
@@ -184,6 +196,7 @@ struct splat_bench *splat_bench_open(const struct splat_case *setup) {
                                           .inverse_rays = 1.0f / 512.0f};
     bench->s = vw_splat_specialise(&run, !setup->as_on_gpus);
     bench->s.antialiased = setup->antialiased;
+    bench->s.ssim_weight = setup->ssim_weight;
     // A column has room for more splats than there are.
     bench->room = (struct vw_splat_room){
         .splats = setup->count + 5, .degree = setup->degree, .views = setup->views, .pairs = setup->pairs};

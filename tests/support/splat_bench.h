@@ -10,20 +10,21 @@
 struct splat_case {
     const char *name;
     uint64_t seed;
-    uint32_t count;               // [60]
-    uint32_t degree;              // harmonics: 0 to 3
-    uint32_t width_px, height_px; // [44, 27]
-    uint32_t views;               // [1]
-    uint32_t pairs;               // room for them [20,000]
-    enum { TILES_ALL, TILES_SOME } tiles;
-    bool as_on_gpus; // shares tiles among invocations
-    bool walk_tiles; // tries every splat on all tiles of its view
+    uint32_t count;                                     // [60]
+    uint32_t degree;                                    // harmonics: 0 to 3
+    uint32_t width_px, height_px;                       // [44, 27]
+    uint32_t views;                                     // [1]
+    uint32_t pairs;                                     // room for them [20,000]
+    enum { TILES_ALL, TILES_SOME, SQUARES_SOME } tiles; // squares: tile by tile, as a step lists them
+    bool as_on_gpus;                                    // shares tiles among invocations
+    bool walk_tiles;                                    // tries every splat on all tiles of its view
     bool antialiased;
     bool far_camera; // 300 box edges away
     float log_scale; // centre of the scales [-3]
     float logit;     // centre of the opacities [0]
     enum vw_splat_loss { SPLAT_L2, SPLAT_L1 } loss;
     uint32_t momentum;
+    float ssim_weight;
     uint32_t lens_terms;   // DISTORTION_*
     struct vw_camera lens; // its coefficients
     bool wide;             // the camera sees far beyond the box

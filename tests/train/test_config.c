@@ -36,6 +36,7 @@ TEST(settings_survive_json) {
         {"'field':'mlp','mlp_depth':6,'frequencies':4", true},
         {"'field':'mlp','importance_samples':12,'coarse_network':'own'", true},
         {"'field':'splats','rays':512,'splats':1048576,'harmonics':3", true},
+        {"'field':'splats','rays':512,'ssim_weight':0.2", true},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_config config = config_with(&vw_config_default, cases[i].settings);
@@ -66,6 +67,7 @@ TEST(defaults_are_in_the_identity) {
                                         "\"base_seed\":0",
                                         "\"huber_length\":0.1",
                                         "\"importance_samples\":0",
+                                        "\"ssim_weight\":0.0",
                                         "\"learning_rate_decay\":1.0",
                                         "\"coarse_network\":\"shared\"",
                                         "\"table_precision\":\"float32\"",
@@ -100,6 +102,9 @@ TEST(what_cannot_be_is_refused_by_name) {
         {"'rays':4097,'importance_samples':4096", "--rays times --importance-samples is 16781312"},
         {"'base_seed':1", "0 where everything varies"}, // it would be lost
         {"'huber_length':0.3", "needs --loss huber, not l2"},
+        {"'ssim_weight':0.2", "--ssim-weight: needs --field splats, not hash"},
+        {"'field':'mlp','ssim_weight':0.2", "--ssim-weight: needs --field splats, not mlp"},
+        {"'field':'splats','rays':512,'ssim_weight':1.1", "--ssim-weight takes 0 to 1, not 1.1"},
         {"'mlp_depth':3", "need --field mlp"},
         {"'field':'mlp','levels':4", "need --field hash"},
         {"'field':'mlp','coarse_network':'own'", "--coarse-network own: needs --importance-samples above 0"},

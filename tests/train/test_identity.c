@@ -24,6 +24,7 @@ static void exclude_first(struct vw_scene *scene) {
     scene->split_count[VW_SPLIT_EXCLUDED]++;
 }
 
+#define OF_SPLATS "'field':'splats','levels':8,'log2_table':14,'rays':256"
 #define OF_MLP "'field':'mlp','levels':8,'log2_table':14"
 enum { SAME = 3 }; // the first settings leave a run what it is
 static const char *const settings[] = {
@@ -44,6 +45,8 @@ static const char *const settings[] = {
     OF_MLP ",'frequencies':2",
     OF_MLP ",'importance_samples':16",
     OF_MLP ",'importance_samples':16,'coarse_network':'own'",
+    OF_SPLATS,
+    OF_SPLATS ",'ssim_weight':0.2",
     "'burn_in_epochs':2",
     "'effects':'+background'",
     "'effects':'+unbounded'",

@@ -27,6 +27,7 @@ static void check_dispatches(enum vw_field field, uint32_t importance_samples, e
     config.coarse_network = coarse_network;
     config.epochs = epochs;
     snprintf(config.effects, sizeof config.effects, "%s", effects);
+    config.ssim_weight = field == VW_FIELD_SPLATS && strstr(effects, "sky") ? 0.2 : 0.0;
     config.consistency_weight = strstr(effects, "transient") ? 0.0 : 0.001; // for the encoder, where it is on
     struct vw_gpu *gpu = test_gpu_open((struct vw_gpu_params){.validation = true, .timers = true});
     const struct vw_trainer_params params = {// of longer submissions not all dispatches are timed

@@ -29,6 +29,8 @@ static const struct vw_effect effects[] = {
     {.name = "unbounded", .constant = CONSTANT(unbounded), .meaning = measured_gain, .hides = "sky"},
     {.name = "wide_box", .constant = HOST_ONLY, .meaning = measured_gain, .conflicts = {{.name = "unbounded"}}},
     {.name = "appearance", .constant = CONSTANT(appearance), .of_splats = true, .meaning = measured_gain},
+    // Splats have no codes: a shift of all constant harmonics alike is the bias of appearance, and one per splat would
+    // need columns and passes of its own.
     {.name = "appearance_code", .constant = CONSTANT(appearance_code), .meaning = measured_gain,
      .requires = "appearance"},
     // Occupancy assumes sample spacings within the box; those of unbounded rays are far longer.

@@ -11,18 +11,24 @@
 
 enum { SQUARE = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE, POINTS = 90 };
 
-// Squares of a part of the photo, of all of it and beyond it; effects; momentum and the highest degree.
+// Squares of a part of the photo, of all of it and beyond it; effects; momentum and the highest degree; SSIM.
 static const struct {
     uint32_t squares, harmonics;
     double beta1;
     const char *effects;
-} cases[] = {{2, 1, 0.0, "none"}, {4, 0, 0.0, "sky,appearance"}, {9, 3, 0.9, "background"}};
+    double ssim_weight;
+} cases[] = {{2, 1, 0.0, "none", 0.0},
+             {4, 0, 0.0, "sky,appearance", 0.0},
+             {9, 3, 0.9, "background", 0.0},
+             {3, 1, 0.0, "none", 0.2},
+             {9, 1, 0.0, "sky,appearance", 1.0}};
 
 static struct vw_config config_of_case(size_t i) {
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
     config.rays = cases[i].squares * SQUARE;
     config.harmonics = cases[i].harmonics;
     config.beta1 = cases[i].beta1;
+    config.ssim_weight = cases[i].ssim_weight;
     strcpy(config.effects, cases[i].effects);
     return config;
 }

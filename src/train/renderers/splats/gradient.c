@@ -7,6 +7,7 @@ static enum vw_status create_buffers(struct vw_splat_gradient *g) {
     uint64_t rays = (uint64_t)d->room.tiles * d->specialization.side * d->specialization.side;
     uint64_t columns = vw_splat_param_bytes(&d->room);
     const struct vw_buffer_row buffers[] = {
+        {&g->d_windows, "d_windows", d->specialization.ssim_weight > 0.0f ? 16 * rays : 0},
         {&g->d_colours, "d_colours", 16 * rays},
         {&g->d_pairs, "d_pairs", 16 * VW_SPLAT_PAIR4 * (uint64_t)d->room.pairs},
         {&g->d_splats, "d_splats", columns},
@@ -20,6 +21,7 @@ static enum vw_status create_passes(const struct vw_splat_pass_params *params, s
     struct vw_binding bindings[VW_SLOT_COUNT];
     uint32_t count = vw_splat_drawing_bind(g->drawing, params, g->drawing->digits % 2, bindings);
     const struct vw_binding own[] = {
+        {.slot = VW_SLOT_D_WINDOWS, .buffer = g->d_windows, .unused = !g->d_windows},
         {.slot = VW_SLOT_D_COLOURS, .buffer = g->d_colours},
         {.slot = VW_SLOT_D_PAIRS, .buffer = g->d_pairs},
         {.slot = VW_SLOT_D_SPLATS, .buffer = g->d_splats},
@@ -34,7 +36,10 @@ static enum vw_status create_passes(const struct vw_splat_pass_params *params, s
         {&vw_shader_backward_splats, &g->backward},
         {&vw_shader_update_splats, &g->update},
     };
-    return vw_passes_create(&g->objects, &common, passes, VW_ARRAY_COUNT(passes));
+    const struct vw_pass_row windows = {
+        params->ray_effects ? &vw_shader_compare_windows_effects : &vw_shader_compare_windows, &g->windows};
+    enum vw_status status = g->d_windows ? vw_passes_create(&g->objects, &common, &windows, 1) : VW_OK;
+    return !status ? vw_passes_create(&g->objects, &common, passes, VW_ARRAY_COUNT(passes)) : status;
 }
 
 enum vw_status vw_splat_gradient_create(const struct vw_splat_pass_params *params,
@@ -51,10 +56,23 @@ void vw_splat_gradient_destroy(struct vw_splat_gradient *gradient) {
     *gradient = (struct vw_splat_gradient){0};
 }
 
+// Counts the squares of a drawing by their first tiles.
+static uint64_t count_squares(const struct vw_splat_drawing *d, const struct vw_push_splats *push) {
+    const struct vw_splat_tile *tiles = (const struct vw_splat_tile *)vw_buffer_map(d->tiles) + push->first_tile;
+    uint32_t along = VW_SPLAT_SQUARE / d->specialization.side, within = (along - 1) * 0x10001u;
+    uint64_t count = 0;
+    if (along == 1) return push->tile_count;
+    for (uint32_t i = 0; i < push->tile_count; i++) count += (tiles[i].corner & within) == 0;
+    return count;
+}
+
 void vw_splat_gradient_record(const struct vw_splat_gradient *g, struct vw_submission *submission,
                               const struct vw_push_splats *push) {
     const struct vw_splat_drawing *d = g->drawing;
     uint64_t pixels = (uint64_t)d->specialization.side * d->specialization.side;
+    if (g->windows)
+        vw_submission_dispatch(submission, g->windows, push, sizeof *push,
+                               count_squares(d, push) * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE);
     // Also rays that no tile of this photo has, whose loss of an earlier step would count.
     vw_submission_dispatch(submission, g->slopes, push, sizeof *push, d->room.tiles * pixels);
     vw_submission_dispatch(submission, g->blend_back, push, sizeof *push,

@@ -40,7 +40,7 @@ struct vw_splat_pass_params {
     const struct vw_binding *bindings;
     uint32_t binding_count;
     const char *role;
-    bool ray_effects; // sky, appearance: their variant of slope_pixels
+    bool ray_effects; // sky, appearance: their variants of compare_windows and slope_pixels
 };
 
 // Draws tiles. The host writes `tiles` (mapped), `record` draws a range of them.
@@ -65,7 +65,8 @@ void vw_splat_drawing_record(const struct vw_splat_drawing *drawing, struct vw_s
 struct vw_splat_gradient {
     struct vw_gpu_objects objects;
     const struct vw_splat_drawing *drawing; // borrowed
-    struct vw_buffer *d_colours, *d_pairs, *d_splats, *moment1, *moment2;
+    struct vw_buffer *d_windows, *d_colours, *d_pairs, *d_splats, *moment1, *moment2;
+    struct vw_pass *windows; // NULL without an SSIM weight
     struct vw_pass *slopes, *blend_back, *backward, *update;
 };
 enum vw_status vw_splat_gradient_create(const struct vw_splat_pass_params *params,

@@ -56,6 +56,11 @@ void vw_splats_list_step_costs(const struct vw_step_passes *step, struct vw_pass
         {"update_splats", NULL, 1, 0, w.sightings * w.columns * 16 * (3 + 2 * moments)},
     };
     add_drawing(&w, costs);
+    if (step->field->model->splats.ssim_weight > 0.0f) {
+        double taps = 3 * VW_SPLAT_SQUARE * (6 + 6 + 3 + 3); // moments and slopes of three channels, both ways
+        vw_pass_cost_add(costs, (struct vw_pass_cost){"compare_windows", NULL, 1, w.pixels * taps,
+                                                      w.pixels * (sizeof(struct vw_ray) + 32)});
+    }
     for (size_t i = 0; i < VW_ARRAY_COUNT(list); i++) vw_pass_cost_add(costs, list[i]);
     const struct vw_effect_work work = {
         .step = step, .model = step->field->model, .rays = step->padded_rays, .chunks = 1};

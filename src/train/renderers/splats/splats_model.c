@@ -53,6 +53,7 @@ static void lay_out(const struct vw_config *config, const struct vw_scene *scene
     if (!splats->count) splats->count = config->splats ? config->splats : SPLATS_WITHOUT_POINTS;
     if (splats->count > most) splats->count = most;
     splats->degree = config->harmonics;
+    splats->ssim_weight = (float)config->ssim_weight;
     splats->extent_edges = measure_extent(model, scene);
     uint64_t bytes = vw_splat_param_bytes(&(struct vw_splat_room){.splats = splats->count, .degree = splats->degree});
     model->weights.offset_bytes = (bytes + ALIGNMENT_BYTES - 1) / ALIGNMENT_BYTES * ALIGNMENT_BYTES;

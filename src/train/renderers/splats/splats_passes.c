@@ -6,6 +6,7 @@ struct vw_splat_pass_params vw_splats_pass_params(const struct vw_radiance_field
                                                   struct vw_splat_specialization *specialization) {
     const struct vw_splat_model *splats = &field->model->splats;
     *specialization = vw_splat_specialise(run, vw_gpu_get_info(field->gpu)->kind == VW_GPU_CPU);
+    specialization->ssim_weight = splats->ssim_weight;
     return (struct vw_splat_pass_params){.gpu = field->gpu,
                                          .specialization = specialization,
                                          .room = {.splats = splats->count, .degree = splats->degree}};
