@@ -101,8 +101,10 @@ enum vw_status vw_insertion_add(struct vw_insertion *insertion, const void *row)
         vw_row_begin_hash(&hasher, hashed_as);
     }
     vw_insertion_add_columns(insertion, row);
-    if (hashed_as) vw_row_end_hash(&hasher, hash);
-    insertion->row.hasher = NULL;
+    if (hashed_as) {
+        vw_row_end_hash(&hasher, hash);
+        insertion->row.hasher = NULL; // one that the caller set serves its other rows, too
+    }
     return vw_insertion_write(insertion, hashed_as ? hash : NULL);
 }
 
