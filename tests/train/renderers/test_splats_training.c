@@ -45,7 +45,9 @@ TEST_CASES(splats_learn_whatever_their_submissions, i, VW_ARRAY_COUNT(cases)) {
         first += one->records[step].train_loss;
         last += one->records[(EPOCHS - 2) * PHOTOS + step].train_loss;
     }
-    if (!(last < 0.8 * first)) fail_msg("case %zu: loss %g, at last %g", i, first, last);
+    // SSIM falls more slowly than squared errors.
+    if (!(last < (cases[i].ssim_weight > 0.0 ? 0.92 : 0.8) * first))
+        fail_msg("case %zu: loss %g, at last %g", i, first, last);
     assert_int_equal(one->stats.nonfinite_steps, 0);
 }
 
