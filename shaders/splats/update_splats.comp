@@ -1,5 +1,6 @@
 // Moves the splats that the step saw, one per invocation. Lazy Adam: a splat that no pixel shows keeps its moments and
-// its own step count. The count is in w of the second moments of the scales, which no param needs.
+// its own step count, and so does a harmonic that is not in use yet. The counts are in w of second moments that no param
+// needs: those of the scales and of each harmonic.
 #include "networks/adam.glsl"
 #include "splats/constants.glsl"
 layout(local_size_x = 64) in;
@@ -34,17 +35,19 @@ void main() {
         vec4 gradient = d_splats[column * push.stride + rank] * INVERSE_RAYS;
         vec4 moment1 = MOMENTUM != 0u ? splat_moment1[at] : vec4(0.0), moment2 = splat_moment2[at];
         vec4 before = splats[at];
-        vec4 by = (1.0 + push.extra) * rates(column) * adam_step(gradient, uint(visits), moment1, moment2);
-        if (column == SPLAT_SCALE) {
+        bool counts = column == SPLAT_SCALE || column >= SPLAT_HARMONICS;
+        float times = column > SPLAT_HARMONICS ? min(moment2.w + 1.0, VISITS_MOST) : visits;
+        vec4 by = (1.0 + push.extra) * rates(column) * adam_step(gradient, uint(times), moment1, moment2);
+        if (counts) {
             by.w = 0.0;
-            moment2.w = visits;
+            moment2.w = times;
         }
         vec4 moved = before - by;
         // Params stay finite, whatever the learning rate, and the row says so (decision 8).
         bool sound = finite(moved);
         if (!sound) overflow = 1u;
         splats[at] = sound ? moved : before;
-        if (sound || column == SPLAT_SCALE) splat_moment2[at] = sound ? moment2 : vec4(splat_moment2[at].xyz, visits);
+        if (sound || counts) splat_moment2[at] = sound ? moment2 : vec4(splat_moment2[at].xyz, times);
         if (MOMENTUM != 0u && sound) splat_moment1[at] = moment1;
     }
 }

@@ -26,7 +26,7 @@ struct vw_gradient_passes {
 struct vw_step_passes {
     struct vw_radiance_field *field;    // borrowed
     struct vw_gpu_objects objects;      // owned: all buffers and passes that are not borrowed
-    struct vw_photo_order *photo_order; // borrowed; of the consistency loss
+    struct vw_photo_order *photo_order; // borrowed
     struct vw_buffer *pixels, *scalars; // borrowed
     uint32_t rays, padded_rays, chunk_rays;
     struct vw_buffer *ray_buffer, *samples, *d_samples, *ray_loss, *overflow;

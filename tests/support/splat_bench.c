@@ -220,7 +220,7 @@ void splat_bench_write(struct splat_bench *bench) {
 
 struct vw_push_splat_update splat_bench_update(const struct splat_bench *bench) {
     return (struct vw_push_splat_update){.stride = bench->room.splats,
-                                         .columns = bench->columns,
+                                         .columns = VW_SPLAT_COLUMNS(bench->push.degree),
                                          .mean = 0.001f,
                                          .scale = 0.005f,
                                          .turn = 0.002f,

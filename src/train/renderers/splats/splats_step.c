@@ -6,6 +6,7 @@
 #include "gpu/shaders.h"
 #include "train/pass_costs.h"
 #include "train/passes.h"
+#include "train/photo_order.h"
 #include "train/pixels.h"
 #include "train/renderers/splats/splats_renderer.h"
 
@@ -122,11 +123,19 @@ void vw_splats_training_state(const struct vw_step_passes *step, struct vw_buffe
     buffers[(*count)++] = gradient->moment2;
 }
 
+// Returns the degree of the harmonics in use: one more in every epoch, but all at once of a file's splats.
+static uint32_t degree_at(const struct vw_step_passes *step, uint64_t number) {
+    const struct vw_splat_model *splats = &step->field->model->splats;
+    uint32_t epoch = vw_photo_order_epoch_of_step(step->photo_order, number);
+    return splats->initial || epoch > splats->degree ? splats->degree : epoch;
+}
+
 void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_submission *submission, uint64_t number,
                                 const struct vw_push_rays *rays) {
     const struct vw_model *model = step->field->model;
     const struct vw_splat_step *splats = step->splats;
     struct vw_push_splats push = vw_splats_push(model);
+    push.degree = degree_at(step, number);
     push.first_view = splats->photos[rays->first_pixel / step->rays].view;
     push.tile_count = splats->photos[rays->first_pixel / step->rays].tiles;
     push.first_tile = rays->first_pixel / tile_pixels(splats);
@@ -144,7 +153,7 @@ void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submis
     double decay = vw_model_decay_at_step(step->field->model, splats->position_decay, update.step_low);
     const struct vw_push_splat_update push = {
         .stride = splats->count,
-        .columns = VW_SPLAT_COLUMNS(splats->degree),
+        .columns = VW_SPLAT_COLUMNS(degree_at(step, update.step_low)),
         .mean = (float)(MEAN_RATE / VW_SPLAT_RATE_UNIT * splats->extent_edges * decay),
         .scale = (float)(SCALE_RATE / VW_SPLAT_RATE_UNIT),
         .turn = (float)(TURN_RATE / VW_SPLAT_RATE_UNIT),
