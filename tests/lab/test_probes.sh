@@ -36,7 +36,7 @@ check "nothing else in the folder changed" test "$(diff -rq "$folder/before" "$f
 check "every photo has a score of the states" answers "SELECT count(*), min(visits), max(visits) FROM own
     WHERE method = 'same_state_psnr'" '12|6|6'
 check "one query gives it" answers "SELECT count(*), max(abs(own.value - mine.value)) < 1e-12 FROM own JOIN (
-    SELECT name, avg(psnr - val_psnr) AS value FROM probe JOIN step ON probe.step = step.step WHERE kind = 'same_state'
+    SELECT name, avg(psnr - val_psnr) AS value FROM probe JOIN step ON probe.step = step.step WHERE probe.kind = 'same_state'
     GROUP BY name) AS mine USING (name) WHERE method = 'same_state_psnr'" '12|1'
 check "what sampling does is beside every score" answers "SELECT min(sampling > 0), count(*) FROM own" '1|36'
 check "the folder is intact" run "$program" verify "$folder/probed"
