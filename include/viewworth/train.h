@@ -101,7 +101,6 @@ struct vw_config {
     double growth;            // resolution ratio of neighbouring levels, 1 to 4
     uint32_t width;           // width of the hidden layers: 16, 32 or 64; for VW_FIELD_MLP a multiple of 8, 16 to 512
     uint32_t splats;          // most splats of VW_FIELD_SPLATS, up to 1,048,576; 0: as many as the scene has points
-    double structure;         // share of the epochs, from the first on, after which splats move and are added, 0 to 1
     uint32_t harmonics;       // degree of the harmonics of colours of VW_FIELD_SPLATS, 0 to 3; 1 with others
     // The .ply file whose splats VW_FIELD_SPLATS begins with; "": the scene's points. A run makes the path absolute,
     // notes the file's SHA-256, and sets `splats` to how many it has. The path is not part of the run's identity.
@@ -121,10 +120,8 @@ extern const struct vw_config vw_config_default;
 struct vw_config vw_config_of_field(enum vw_field field);
 // Checks every range; the message names the option.
 enum vw_status vw_config_check(const struct vw_config *config);
-// Returns whether steps do not depend on the planned epochs: the learning rate and the structure stay the same.
-bool vw_config_can_be_extended(const struct vw_config *config);
-// Returns how many epochs, from the first on, end with a step that changes the field's structure.
-uint32_t vw_config_structure_epochs(const struct vw_config *config);
+// Returns whether the learning rate stays the same, so that steps do not depend on the planned epochs.
+bool vw_config_rate_is_constant(const struct vw_config *config);
 // The values that an option ("rays", without dashes) accepts, in words: "1 to 65536", "a power of two, 16 to 64". False
 // when it sets no number.
 enum { VW_CONFIG_RANGE_BYTES = 64 };

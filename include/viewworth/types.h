@@ -47,14 +47,12 @@ struct vw_view_error {
 };
 
 enum { VW_RECORD_UNTRAINED = UINT32_MAX };
-#define VW_KIND_STRUCTURE "structure" // splats moved and were added
 
 struct vw_step_record {
     uint64_t step;     // 0 is the untrained field
     uint32_t epoch;    // counts from 0; step 0 has epoch 0
-    uint32_t view;     // photo trained on, as an index in vw_scene.views; VW_RECORD_UNTRAINED for step 0 and a `kind`
-    const char *kind;  // the change that the step is instead of training, VW_KIND_STRUCTURE; NULL: none. Borrowed
-    double train_loss; // mean over rays and channels; NaN without a photo
+    uint32_t view;     // photo trained on, as an index in vw_scene.views; VW_RECORD_UNTRAINED for step 0
+    double train_loss; // mean over rays and channels; NaN for step 0
     bool validated;    // false: no validation was asked for, the val_ fields are NaN and `views` is NULL
     bool nonfinite;    // the step was skipped or a validation value is not finite: values are NaN, NULL in the ledger
     uint64_t clamped_count;            // gradient contributions that were clamped to the fixed-point range

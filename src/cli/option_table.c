@@ -252,10 +252,6 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS)},
     {"splats", "N", "Most splats with --field splats; 0: as many as train photos see points of the scene",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(COUNT, config.splats)},
-    {"structure", "X",
-     "Share of the epochs, from the first, at whose ends splats that faded join others, and new ones do up to "
-     "--splats",
-     VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(REAL, config.structure)},
     {"harmonics", "N", "Degree of the spherical harmonics of colours with --field splats", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.harmonics)},
     {"initial", "FILE.ply",

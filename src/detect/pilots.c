@@ -42,7 +42,6 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
         }
         config.initial[0] = '\0';
         config.splats = vw_config_default.splats;
-        config.structure = vw_config_default.structure;
         config.harmonics = vw_config_default.harmonics;
         config.width = vw_config_default.width;
         config.mlp_depth = vw_config_default.mlp_depth;

@@ -263,9 +263,9 @@ static bool is_being_made(const struct work *work, const char *id) {
 
 // Holds the trainer at the end of the epoch that is measured next: the last of them is the end of the training.
 static void release(struct seat *seat) {
+    uint64_t epoch = vw_trainer_epoch_end(seat->trainer, 1), left = seat->ends - 1 - seat->measured;
     uint64_t total = seat->retraining->view_count > 0 ? vw_trainer_total_steps(seat->trainer) : 0;
-    uint32_t left = seat->ends - 1 - seat->measured, last = vw_trainer_epoch_of(seat->trainer, total);
-    vw_trainer_stop_after(seat->trainer, total ? vw_trainer_steps_of(seat->trainer, last + 1 - left) : 0);
+    vw_trainer_stop_after(seat->trainer, total - left * epoch);
 }
 
 // ---- The sample of recalled retrainings that are made again ----

@@ -75,17 +75,10 @@ enum vw_status vw_ledger_get_run(struct vw_ledger *ledger, struct vw_ledger_run 
 
 // ---- Tables ----
 
-// Returns whether a step without a photo names its kind, or is the first of a log.
-static bool has_kind(const struct vw_step_record *record) {
-    if (!record->kind) return record->step <= 1 || record->view != VW_RECORD_UNTRAINED;
-    return record->step > 0 && record->view == VW_RECORD_UNTRAINED && strcmp(record->kind, VW_KIND_STRUCTURE) == 0;
-}
-
 static enum vw_status check_step(struct vw_ledger *ledger, uint64_t index, void *row) {
     struct vw_step_record *record = row;
     record->validated = !isnan(record->val_psnr);
     if (record->step != index) return vw_ledger_fail_column(ledger, "step");
-    if (!has_kind(record)) return vw_ledger_fail_column(ledger, "kind");
     return vw_step_has_epoch(record) ? VW_OK : vw_ledger_fail_column(ledger, "epoch");
 }
 

@@ -22,7 +22,6 @@ static const char schema_sql[] =
     " train_loss REAL, val_psnr REAL, val_psnr_pooled REAL, val_l1 REAL,"
     " nonfinite INTEGER NOT NULL CHECK (nonfinite IN (0, 1)), row_hash TEXT NOT NULL, clamped INTEGER NOT NULL,"
     " floored INTEGER NOT NULL,"
-    " kind TEXT CHECK (kind IS NULL OR (kind = 'structure' AND image_id IS NULL AND step > 0)),"
     " PRIMARY KEY (run_id, step)) WITHOUT ROWID;"
     "CREATE TABLE view ("
     " run_id TEXT NOT NULL, step INTEGER NOT NULL, image_id INTEGER NOT NULL, mse REAL NOT NULL, l1 REAL NOT NULL,"
@@ -113,7 +112,6 @@ static const struct vw_column step_columns[] = {
     VW_COLUMN(struct vw_step_record, FLAG, nonfinite),
     VW_COLUMN_AS("clamped", struct vw_step_record, COUNT64, clamped_count),
     VW_COLUMN_AS("floored", struct vw_step_record, COUNT, floored_views),
-    VW_COLUMN(struct vw_step_record, TEXT_OR_NULL, kind),
 };
 const struct vw_table vw_step_table = {VW_TABLE("step", struct vw_step_record, step_columns), .order = "run_id, step",
                                        .doing = "record a step", .has_hash = true};

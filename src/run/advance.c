@@ -82,11 +82,12 @@ static void report_progress(struct vw_run *run, uint64_t step) {
     run->shown_step = step;
     if (!run->progress) return;
     uint64_t total = run->over ? run->results.statistics.steps : vw_stop_rules_expected_steps(run);
+    uint64_t photos = vw_trainer_epoch_end(run->trainer, 1); // steps of an epoch
     const struct vw_run_state state = {
         .step = step,
         .total_steps = total,
-        .epoch = vw_trainer_epoch_of(run->trainer, step),
-        .epochs = total ? vw_trainer_epoch_of(run->trainer, total) + 1 : 0,
+        .epoch = step ? (uint32_t)((step - 1) / photos) : 0,
+        .epochs = (uint32_t)(total / photos),
         .val_psnr_db = on_disk.last_val_psnr_db,
         .finished = run->over,
     };

@@ -27,7 +27,7 @@
 
 // Refuses --until-stable with lasting credit when the rate decays over the planned epochs.
 static enum vw_status check_decay(const struct vw_run_params *params) {
-    if (!params->config || vw_config_can_be_extended(params->config)) return VW_OK;
+    if (!params->config || vw_config_rate_is_constant(params->config)) return VW_OK;
     if (params->until_stable > 0 && params->lasting.wanted)
         return vw_fail(VW_ERROR_USAGE,
                        "--lasting needs every planned epoch when the learning rate decays; drop --until-stable");

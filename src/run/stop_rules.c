@@ -9,12 +9,6 @@ static bool keeps_time(const struct vw_run *run) { return vw_plan_keeps_time(&ru
 static bool has_rule(const struct vw_run *run) { return keeps_time(run) || run->results.until_stable > 0; }
 static uint64_t photos_of(const struct vw_run *run) { return vw_trainer_epoch_end(run->trainer, 1); }
 
-// Returns how many whole epochs the first steps are.
-static uint64_t epochs_of(const struct vw_run *run, uint64_t steps) {
-    uint64_t epoch = vw_trainer_epoch_of(run->trainer, steps);
-    return epoch + (steps > 0 && steps == vw_trainer_steps_of(run->trainer, epoch + 1));
-}
-
 enum vw_status vw_stop_rules_check(double until_stable) {
     if (until_stable >= 0 && until_stable < 1) return VW_OK;
     return vw_fail(VW_ERROR_USAGE, "--until-stable takes a rank correlation of 0 (never stop) to below 1, not %g",
@@ -44,7 +38,7 @@ static enum vw_status stop_next_at(struct vw_run *run, uint64_t step) {
     run->segment.first_step = run->results.statistics.steps;
     run->segment.started_s = vw_now_s();
     run->stop_step = step;
-    return set_epochs(run, epochs_of(run, step));
+    return set_epochs(run, step / photos_of(run));
 }
 
 enum vw_status vw_stop_rules_begin(struct vw_run *run) {
@@ -65,8 +59,8 @@ static double epoch_seconds(const struct vw_run *run) {
 
 // Epochs to take before the next look; 0: the run ends.
 static uint32_t next_segment(struct vw_run *run) {
-    uint64_t taken = epochs_of(run, run->results.statistics.steps),
-             total = epochs_of(run, vw_trainer_total_steps(run->trainer));
+    uint64_t taken = run->results.statistics.steps / photos_of(run),
+             total = vw_trainer_total_steps(run->trainer) / photos_of(run);
     if (!keeps_time(run)) return taken < total;
     struct vw_plan *plan = &run->results.plan;
     uint32_t most = (uint32_t)(total - taken), least = run->config.burn_in_epochs + 1;
@@ -85,9 +79,7 @@ enum vw_status vw_stop_rules_pass(struct vw_run *run, bool *continues) {
     enum vw_status status = vw_stop_rules_measure_stability(run, &stable);
     uint32_t epochs = status || stable ? 0 : next_segment(run);
     *continues = epochs > 0;
-    if (!*continues) return status;
-    uint64_t taken = epochs_of(run, run->results.statistics.steps);
-    return stop_next_at(run, vw_trainer_steps_of(run->trainer, taken + epochs));
+    return *continues ? stop_next_at(run, run->results.statistics.steps + epochs * photos_of(run)) : status;
 }
 
 uint64_t vw_stop_rules_expected_steps(const struct vw_run *run) {

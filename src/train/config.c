@@ -122,7 +122,6 @@ static const struct number {
     {"growth", "growth", REAL, offsetof(struct vw_config, growth), 1.0, 4.0, true},
     {"width", "width", EIGHTS, offsetof(struct vw_config, width), 16, 512, true},
     {"splats", "splats", WHOLE, offsetof(struct vw_config, splats), 0, 1 << 20, true},
-    {"structure", "structure", REAL, offsetof(struct vw_config, structure), 0.0, 1.0, true},
     {"harmonics", "harmonics", WHOLE, offsetof(struct vw_config, harmonics), 0, VW_SPLAT_DEGREE_MAX, true},
 };
 
@@ -190,8 +189,8 @@ static enum vw_status check_splats(const struct vw_config *config) {
         return vw_fail(VW_ERROR_USAGE, "--ssim-weight: needs --field splats, not %s; leave it out",
                        vw_field_name(config->field));
     if (config->field != VW_FIELD_SPLATS)
-        return config->splats || config->structure > 0.0 || config->harmonics != vw_config_default.harmonics
-                   ? vw_fail(VW_ERROR_USAGE, "--splats, --structure and --harmonics: need --field splats")
+        return config->splats || config->harmonics != vw_config_default.harmonics
+                   ? vw_fail(VW_ERROR_USAGE, "--splats and --harmonics: need --field splats")
                    : VW_OK;
     if (config->rays % square != 0)
         return vw_fail(VW_ERROR_USAGE, "--rays: a multiple of %u with --field splats, not %u", square, config->rays);
@@ -262,18 +261,13 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
     return json_integer((json_int_t)number_get(config, number));
 }
 
-uint32_t vw_config_structure_epochs(const struct vw_config *config) {
-    return (uint32_t)(config->structure * config->epochs);
-}
+bool vw_config_rate_is_constant(const struct vw_config *config) { return config->learning_rate_decay == 1.0; }
 
-bool vw_config_can_be_extended(const struct vw_config *config) {
-    return config->learning_rate_decay == 1.0 && config->structure == 0.0;
-}
-
-// Returns whether a number is part of the run's identity. The number of epochs is, where steps depend on it.
+// Returns whether a number is part of the run's identity. The number of epochs is, where it decides how the learning
+// rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
     return number->identity ||
-           (!vw_config_can_be_extended(config) && number->offset == offsetof(struct vw_config, epochs));
+           (!vw_config_rate_is_constant(config) && number->offset == offsetof(struct vw_config, epochs));
 }
 
 // Returns whether memory was short.

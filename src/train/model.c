@@ -84,15 +84,14 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
                                const struct vw_effect_verdict *verdicts, const struct vw_device_choices *choices,
                                const struct vw_gpu_limits *limits, struct vw_model *model) {
     uint32_t trained = train_views ? train_count : scene->split_count[VW_SPLIT_TRAIN];
-    *model =
-        (struct vw_model){.renderer = vw_renderer_kind_of(config->field),
-                          .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
-                          .view_count = scene->view_count,
-                          .train_views = train_views,
-                          .train_count = trained,
-                          .patch_side = 1,
-                          .learning_rate_decay = config->learning_rate_decay,
-                          .planned_steps = (uint64_t)config->epochs * trained + vw_config_structure_epochs(config)};
+    *model = (struct vw_model){.renderer = vw_renderer_kind_of(config->field),
+                               .seed = vw_config_seed_of(config, VW_VARY_PIXELS),
+                               .view_count = scene->view_count,
+                               .train_views = train_views,
+                               .train_count = trained,
+                               .patch_side = 1,
+                               .learning_rate_decay = config->learning_rate_decay,
+                               .planned_steps = (uint64_t)config->epochs * trained};
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     model->renderer->specialise(config, model);

@@ -26,9 +26,8 @@ struct vw_renderer_kind; // renderers/registry.h
 
 // The sizes of splats. Their params are at the beginning of the block.
 struct vw_splat_model {
-    uint32_t count, degree; // room for splats; degree of their harmonics
-    uint32_t first_count;   // splats to begin with
-    uint32_t source_count;  // points of the scene that they are made of, if more than these a draw of them; 0: none
+    uint32_t count, degree; // splats; degree of their harmonics
+    uint32_t source_count;  // points of the scene that they are made of, if more than `count` a draw of them; 0: none
     const char *initial, *initial_sha256; // the file that they begin from, borrowed from the config; NULL: the points
     double extent_edges;   // size of the scene, by which positions move: how far the train cameras spread
     float ssim_weight;     // vw_config

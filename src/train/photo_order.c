@@ -33,10 +33,8 @@ static enum vw_status copy_views(const struct vw_scene *scene, const uint32_t *v
 
 enum vw_status vw_photo_order_create(const struct vw_scene *scene, const uint32_t *views, uint32_t view_count,
                                      const struct vw_config *config, struct vw_photo_order *photo_order) {
-    *photo_order = (struct vw_photo_order){.epochs = config->epochs,
-                                           .structure_epochs = vw_config_structure_epochs(config),
-                                           .order_seed = vw_config_seed_of(config, VW_VARY_ORDER),
-                                           .ordered_epoch = UINT64_MAX};
+    *photo_order = (struct vw_photo_order){
+        .epochs = config->epochs, .order_seed = vw_config_seed_of(config, VW_VARY_ORDER), .ordered_epoch = UINT64_MAX};
     enum vw_status status =
         views ? copy_views(scene, views, view_count, photo_order)
               : vw_scene_list_views(scene, VW_SPLIT_TRAIN, &photo_order->train_views, &photo_order->train_count);
@@ -98,29 +96,16 @@ static void substitute(struct vw_photo_order *photo_order, uint64_t epoch) {
 
 // ---- Steps ----------------------------------------------------------------------------------------------------------
 
-uint64_t vw_photo_order_steps_of(const struct vw_photo_order *photo_order, uint64_t epochs) {
-    uint64_t structure = photo_order->structure_epochs;
-    return epochs * photo_order->train_count + (epochs < structure ? epochs : structure);
-}
-
 uint64_t vw_photo_order_total_steps(const struct vw_photo_order *photo_order) {
-    return vw_photo_order_steps_of(photo_order, photo_order->epochs);
+    return (uint64_t)photo_order->epochs * photo_order->train_count;
 }
 
 uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *photo_order, uint64_t step) {
-    uint64_t photos = photo_order->train_count, structure = photo_order->structure_epochs;
-    if (step == 0) return 0;
-    if (step <= structure * (photos + 1)) return (uint32_t)((step - 1) / (photos + 1));
-    return (uint32_t)((step - 1 - structure) / photos);
+    return step > 0 ? (uint32_t)((step - 1) / photo_order->train_count) : 0;
 }
 
 uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *photo_order, uint64_t step) {
-    return vw_photo_order_steps_of(photo_order, (uint64_t)vw_photo_order_epoch_of_step(photo_order, step) + 1);
-}
-
-bool vw_photo_order_is_structure(const struct vw_photo_order *photo_order, uint64_t step) {
-    uint64_t each = (uint64_t)photo_order->train_count + 1;
-    return step > 0 && step % each == 0 && step <= photo_order->structure_epochs * each;
+    return ((uint64_t)vw_photo_order_epoch_of_step(photo_order, step) + 1) * photo_order->train_count;
 }
 
 uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *photo_order, uint64_t step) {
@@ -130,7 +115,7 @@ uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *photo_order, uint64
         if (photo_order->kept) substitute(photo_order, epoch);
     }
     photo_order->ordered_epoch = epoch;
-    return photo_order->order[step - 1 - vw_photo_order_steps_of(photo_order, epoch)];
+    return photo_order->order[(step - 1) % photo_order->train_count];
 }
 
 uint32_t vw_photo_order_view_of_step(struct vw_photo_order *photo_order, uint64_t step) {

@@ -15,7 +15,6 @@ struct vw_photo_order {
     uint32_t *kept, kept_count;         // owned; indices in train_views of those that are not left out
     uint32_t *substitutes;              // owned; the kept ones in the order in which they take over steps
     uint32_t epochs;
-    uint32_t structure_epochs; // the first so many end with a step that changes the field's structure, without a photo
     uint64_t order_seed;
     uint32_t *order; // owned; of the epoch `ordered_epoch`: indices in train_views
     uint64_t ordered_epoch;
@@ -35,16 +34,11 @@ void vw_photo_order_destroy(struct vw_photo_order *photo_order);
 // the first step is asked for. VW_ERROR_USAGE when a view is not trained on or none is left.
 enum vw_status vw_photo_order_leave_out(const uint32_t *views, uint32_t count, struct vw_photo_order *photo_order);
 
-// Returns how many steps so many epochs have, from the first on.
-uint64_t vw_photo_order_steps_of(const struct vw_photo_order *photo_order, uint64_t epochs);
 uint64_t vw_photo_order_total_steps(const struct vw_photo_order *photo_order);
-// Returns whether a step changes the structure, and trains on no photo.
-bool vw_photo_order_is_structure(const struct vw_photo_order *photo_order, uint64_t step);
 uint32_t vw_photo_order_epoch_of_step(const struct vw_photo_order *photo_order, uint64_t step); // 0 for step 0
 uint64_t vw_photo_order_epoch_end(const struct vw_photo_order *photo_order,
                                   uint64_t step); // the last step of the step's epoch
-// Returns the photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene. Not
-// for a step that has none.
+// Returns the photo of a step (from 1), by the epoch's shuffled order: its index in train_views, and in the scene.
 uint32_t vw_photo_order_photo_of_step(struct vw_photo_order *photo_order, uint64_t step);
 uint32_t vw_photo_order_view_of_step(struct vw_photo_order *photo_order, uint64_t step);
 

@@ -68,7 +68,7 @@ enum vw_status vw_submissions_submit(struct vw_submissions *submissions, uint32_
     enum vw_status status = vw_submissions_wait(submissions, index);
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
         const struct vw_submissions_member *member = &submissions->members[i];
-        if (member->has_steps(member->trainer, index)) member->prepare(member->trainer);
+        if (member->has_steps(member->trainer, index)) member->decode_photos(member->trainer);
     }
     for (uint32_t i = 0; i < submissions->member_count && !status; i++) {
         const struct vw_submissions_member *member = &submissions->members[i];

@@ -22,9 +22,8 @@ struct vw_submissions_member {
     // Returns whether it can record steps into the submission `index` now: its steps of that submission are handed out,
     // and one is left that needs no look at the state before.
     bool (*has_steps)(const struct vw_trainer *trainer, uint32_t index);
-    // Decodes the photos that these steps draw from, and does the first one's work on the host; a failure ends this
-    // trainer alone.
-    void (*prepare)(struct vw_trainer *trainer);
+    // Decodes the photos that these steps draw from; a failure ends this trainer alone.
+    void (*decode_photos)(struct vw_trainer *trainer);
     void (*record_steps)(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission);
 };
 

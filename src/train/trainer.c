@@ -7,7 +7,6 @@
 
 #include "base/memory.h"
 #include "train/effects/registry.h"
-#include "train/renderers/registry.h"
 #include "train/trainer_private.h"
 
 // ---- Parts ----------------------------------------------------------------------------------------------------------
@@ -128,13 +127,8 @@ static uint64_t last_step(const struct vw_trainer *trainer) {
     return trainer->stop_step < total ? trainer->stop_step : total;
 }
 
-static bool is_structure(const struct vw_trainer *trainer, uint64_t step) {
-    return vw_photo_order_is_structure(&trainer->photo_order, step);
-}
-
 static bool has_steps(const struct vw_trainer *trainer, uint32_t index) {
-    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer) &&
-           !(is_structure(trainer, trainer->next_step) && vw_trainer_in_flight(trainer));
+    return !trainer->failure && !trainer->slots[index].in_flight && trainer->next_step <= last_step(trainer);
 }
 
 // Decodes the photos of the next submission and, because that is done in parallel, of some steps after it.
@@ -146,36 +140,32 @@ static enum vw_status decode_photos(struct vw_trainer *trainer) {
         trainer->photo_order.submission_steps > STEPS_LEAST ? trainer->photo_order.submission_steps : STEPS_LEAST;
     uint32_t *views = vw_allocate(steps, sizeof *views), count = 0;
     if (!views) return VW_ERROR_MEMORY;
-    for (uint64_t step = first; step < first + steps && step <= total; step++)
-        if (!is_structure(trainer, step)) views[count++] = vw_photo_order_view_of_step(&trainer->photo_order, step);
+    for (; count < steps && first + count <= total; count++)
+        views[count] = vw_photo_order_view_of_step(&trainer->photo_order, first + count);
     enum vw_status status = vw_scene_decode(trainer->scene, views, count);
     free(views);
     return status;
 }
 
-// Prepares the next steps on the host, of which the first may change the structure.
-static void prepare_or_fail(struct vw_trainer *trainer) {
+static void decode_or_fail(struct vw_trainer *trainer) {
     trainer->failure = decode_photos(trainer);
-    if (!trainer->failure && is_structure(trainer, trainer->next_step))
-        trainer->failure = trainer->model.renderer->restructure(&trainer->step, trainer->next_step);
     if (trainer->failure) trainer->why = vw_error_save();
 }
 
-// Records the next steps, up to the last one, or to the one before a change of structure.
+// Records the next steps, up to the last one.
 static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_submission *submission) {
     uint32_t row = index * rows_per_slot(trainer), steps = trainer->photo_order.submission_steps;
     uint32_t pixel = index * trainer->photo_order.submission_steps_max * trainer->config.rays;
     struct vw_submission_slot *slot = &trainer->slots[index];
     if (!vw_trainer_in_flight(trainer)) trainer->next_slot = index;
     *slot = (struct vw_submission_slot){.first_step = trainer->next_step, .in_flight = true};
-    if (trainer->next_step == 0 || is_structure(trainer, trainer->next_step)) { // nothing to train on
+    if (trainer->next_step == 0) { // the untrained field
         vw_validation_record(&trainer->validation, submission, row);
         row += rows_per_step(trainer);
         slot->row_count++;
         trainer->next_step++;
     }
-    uint64_t last = last_step(trainer);
-    for (; steps > 0 && trainer->next_step <= last && !is_structure(trainer, trainer->next_step); steps--) {
+    for (uint64_t last = last_step(trainer); steps > 0 && trainer->next_step <= last; steps--) {
         record_training(trainer, submission, trainer->next_step++, pixel, row);
         pixel += trainer->config.rays;
         row += rows_per_step(trainer);
@@ -189,7 +179,7 @@ static void record_steps(struct vw_trainer *trainer, uint32_t index, struct vw_s
 static enum vw_status join_submissions(struct vw_trainer *trainer, struct vw_submissions *shared) {
     enum vw_status status = shared ? VW_OK : vw_submissions_create(trainer->gpu, &trainer->own_submissions);
     struct vw_submissions *submissions = shared ? shared : trainer->own_submissions;
-    const struct vw_submissions_member member = {trainer, has_steps, prepare_or_fail, record_steps};
+    const struct vw_submissions_member member = {trainer, has_steps, decode_or_fail, record_steps};
     if (!status) status = vw_submissions_join(submissions, &member);
     if (!status) trainer->submissions = submissions;
     return status;
@@ -271,10 +261,8 @@ static void read_record(struct vw_trainer *trainer, uint64_t step, uint32_t inde
                                       .val_psnr = NAN,
                                       .val_psnr_pooled = NAN,
                                       .val_l1 = NAN};
-    if (step > 0) record->epoch = vw_photo_order_epoch_of_step(&trainer->photo_order, step);
-    if (is_structure(trainer, step)) {
-        record->kind = VW_KIND_STRUCTURE;
-    } else if (step > 0) {
+    if (step > 0) {
+        record->epoch = vw_photo_order_epoch_of_step(&trainer->photo_order, step);
         record->view = vw_photo_order_view_of_step(&trainer->photo_order, step);
         record->train_loss = ((double)rows->x + rows->y) / trainer->config.rays;
         record->nonfinite = rows->z != 0.0f;

@@ -62,12 +62,8 @@ bool vw_trainer_in_flight(const struct vw_trainer *trainer);
 
 // ---- What it trains ------------------------------------------------------------------------------------------------
 
-// Returns the steps of all epochs. Steps run from 1 to this.
+// Returns epochs times train views. Steps run from 1 to this.
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer);
-// Returns how many steps so many epochs have, from the first on; splats change their structure in some of them.
-uint64_t vw_trainer_steps_of(const struct vw_trainer *trainer, uint64_t epochs);
-// Returns the epoch of a step; 0 for step 0.
-uint32_t vw_trainer_epoch_of(const struct vw_trainer *trainer, uint64_t step);
 // Returns the last step of the epoch that `step` is in.
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step);
 // Returns the verdicts that the trainer follows, in registry order.

@@ -10,7 +10,6 @@
 #include "train/files/field_file.h"
 #include "train/identity.h"
 #include "train/renderers/splats/splat_file.h"
-#include "train/renderers/splats/splats_structure.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 #include "train/validation/measure_views.h"
@@ -20,14 +19,6 @@
 
 uint64_t vw_trainer_total_steps(const struct vw_trainer *trainer) {
     return vw_photo_order_total_steps(&trainer->photo_order);
-}
-
-uint64_t vw_trainer_steps_of(const struct vw_trainer *trainer, uint64_t epochs) {
-    return vw_photo_order_steps_of(&trainer->photo_order, epochs);
-}
-
-uint32_t vw_trainer_epoch_of(const struct vw_trainer *trainer, uint64_t step) {
-    return vw_photo_order_epoch_of_step(&trainer->photo_order, step);
 }
 
 uint64_t vw_trainer_epoch_end(const struct vw_trainer *trainer, uint64_t step) {
@@ -139,9 +130,8 @@ enum vw_status vw_trainer_make_splats(struct vw_trainer *trainer, void **data, s
     uint64_t bytes = sizeof(vw_float4) * VW_SPLAT_COLUMNS(splats->degree) * (uint64_t)splats->count;
     float *params = vw_allocate(bytes, 1);
     enum vw_status status = params ? vw_buffer_read(trainer->field.params, 0, params, bytes) : VW_ERROR_MEMORY;
-    struct vw_splat_set set = {.params = params, .room = splats->count, .columns = VW_SPLAT_COLUMNS(splats->degree)};
-    if (!status) vw_splats_close_up(&set);
-    if (!status) status = vw_splat_file_make(params, set.room, splats->degree, &trainer->model.box, data, size_bytes);
+    if (!status)
+        status = vw_splat_file_make(params, splats->count, splats->degree, &trainer->model.box, data, size_bytes);
     free(params);
     return status;
 }

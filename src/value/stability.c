@@ -59,7 +59,7 @@ static enum vw_status add_delta(struct vw_stability_watch *watch, const struct v
 enum vw_status vw_stability_watch_add(struct vw_stability_watch *watch, const struct vw_step_record *record) {
     double delta = record->val_psnr - watch->last_psnr;
     if (isfinite(record->val_psnr)) watch->last_psnr = record->val_psnr;
-    watch->trained_steps += record->view != VW_RECORD_UNTRAINED;
+    watch->last_step = record->step;
     bool counts = record->view != VW_RECORD_UNTRAINED && record->epoch >= watch->burn_in_epochs;
     return counts ? add_delta(watch, record, delta) : VW_OK;
 }
@@ -78,7 +78,7 @@ static enum vw_status correlate_with_half(const struct vw_stability_watch *watch
 
 enum vw_status vw_stability_watch_measure(const struct vw_stability_watch *watch, struct vw_stability *stability) {
     uint32_t burn_in = watch->burn_in_epochs;
-    uint64_t complete = watch->photo_count ? watch->trained_steps / watch->photo_count : 0;
+    uint64_t complete = watch->photo_count ? watch->last_step / watch->photo_count : 0;
     *stability =
         (struct vw_stability){.epochs = complete > burn_in ? (uint32_t)complete - burn_in : 0, .correlation = NAN};
     stability->earlier_epochs = stability->epochs / 2;

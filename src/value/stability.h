@@ -34,7 +34,7 @@ struct vw_stability_watch {
     double *sums; // owned; [epoch that counts * photo_count + photo]: the score after that epoch; NaN without a visit
     size_t epoch_count, capacity;
     double last_psnr; // the last finite val_psnr; NaN: none yet
-    uint64_t trained_steps;
+    uint64_t last_step;
 };
 
 // Begins a watch. `watch` is zero before; `photos` (ascending) are copied. VW_ERROR_MEMORY. End it also after a

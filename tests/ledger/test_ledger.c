@@ -117,8 +117,7 @@ FOLDER_TEST(tables_are_as_contracted) {
                 "status,row_hash,final_hash,scene_options_json,effects_json,plan_json,field_sha256"},
         {"image", "image_id,scene_hash,name,split,provider,sha256,ground_truth"},
         {"step",
-         "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored,"
-         "kind"},
+         "run_id,step,epoch,image_id,train_loss,val_psnr,val_psnr_pooled,val_l1,nonfinite,row_hash,clamped,floored"},
         {"view", "run_id,step,image_id,mse,l1"},
         {"score", "run_id,image_id,method,value,unit,stderr,visits,ci_low,ci_high,rank_ci_low,rank_ci_high"},
         {"retraining", "run_id,retraining,whole_providers,seed,epochs,image_ids,val_psnr"},

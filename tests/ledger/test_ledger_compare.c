@@ -73,7 +73,6 @@ static const char *change_field(struct test_recording *recording, uint32_t step,
     case 14: return errors[1].l1 = next_double(errors[1].l1), "l1 of the last view";
     case 15: return record->view_count--, "view_count";
     case 16: return views[1]++, "image_id of the last view";
-    case 17: return record->kind = VW_KIND_STRUCTURE, "kind";
     default: return NULL;
     }
 }

@@ -84,27 +84,6 @@ TEST(others_take_the_steps_of_those_left_out) {
     vw_photo_order_destroy(&some);
 }
 
-// Three of seven epochs end with a step without a photo.
-TEST(steps_without_a_photo_end_epochs) {
-    struct vw_photo_order plain = make_schedule(NULL, 0, VW_OK), order = make_schedule(NULL, 0, VW_OK);
-    order.structure_epochs = 3;
-    order.epochs = plain.epochs = 7;
-    assert_int_equal(vw_photo_order_total_steps(&order), 7 * VIEWS + 3);
-    uint64_t photos = 0, epoch = 0;
-    for (uint64_t step = 1; step <= 7 * VIEWS + 3; step++) {
-        bool ends = step % (VIEWS + 1) == 0 && step <= 3 * (VIEWS + 1);
-        assert_int_equal(vw_photo_order_is_structure(&order, step), ends);
-        assert_int_equal(vw_photo_order_epoch_of_step(&order, step), epoch);
-        if (!ends)
-            assert_int_equal(vw_photo_order_view_of_step(&order, step), vw_photo_order_view_of_step(&plain, ++photos));
-        if (step == vw_photo_order_epoch_end(&order, step)) epoch++;
-        assert_int_equal(vw_photo_order_steps_of(&order, epoch) <= step, 1);
-    }
-    assert_int_equal(epoch, 7);
-    vw_photo_order_destroy(&plain);
-    vw_photo_order_destroy(&order);
-}
-
 TEST(one_photo_can_take_all_steps) {
     static const uint32_t left_out[] = {1, 2, 4, 5, 8, 9, 11, 12};
     struct vw_photo_order photo_order = make_schedule(left_out, 8, VW_OK);

@@ -40,21 +40,6 @@ TEST(steps_add_up_to_last_minus_first) {
     }
 }
 
-// The photo after a change of structure starts from there, and nobody is credited with the change.
-TEST(changes_of_structure_credit_no_photo) {
-    AUTO_FREE struct test_game *game = test_play(noisy, 20, seed);
-    enum { CHANGE = 4 * TEST_TRAIN_COUNT }; // takes the place of a step
-    double changed = game->records[CHANGE].val_psnr - game->records[CHANGE - 1].val_psnr;
-    AUTO(vw_series_free) struct vw_series all = make(game, 0, 0, VW_FORM_STEP);
-    uint32_t photo = all.visits[CHANGE - 1].image;
-    game->records[CHANGE].view = VW_RECORD_UNTRAINED;
-    game->records[CHANGE].kind = VW_KIND_STRUCTURE;
-    AUTO(vw_series_free) struct vw_series others = make(game, 0, 0, VW_FORM_STEP);
-    assert_int_equal(others.count, all.count - 1);
-    assert_near(sum_of(&others, TEST_IMAGE_COUNT), sum_of(&all, TEST_IMAGE_COUNT) - changed, rounding);
-    assert_near(sum_of(&others, photo), sum_of(&all, photo) - changed, rounding);
-}
-
 // Each photo's revisit deltas add up to the measure after its last visit minus the one after its last visit within
 // burn-in.
 TEST(revisits_telescope) {

@@ -12,8 +12,6 @@ const char *const vw_probe_kind_names[VW_PROBE_KINDS] = {
 enum vw_status vw_prober_create(struct vw_trainer *trainer, struct vw_prober *prober) {
     const struct vw_trainer_parts *parts = vw_trainer_get_parts(trainer);
     const struct vw_photo_order *order = parts->photo_order;
-    if (order->structure_epochs)
-        return vw_fail(VW_ERROR_USAGE, "probes need a photo in every step; leave out --structure");
     *prober =
         (struct vw_prober){.parts = parts, .zero_rate_model = *parts->field->model, .zero_rate_field = *parts->field};
     prober->zero_rate_model.specialization.learning_rate = 0.0f;

@@ -18,7 +18,7 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
 }
 
 enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config) {
-    if (!vw_config_can_be_extended(config) && config->epochs != taken)
+    if (!vw_config_rate_is_constant(config) && config->epochs != taken)
         return vw_fail(
             VW_ERROR_USAGE,
             "%s: stopped after %u of %u planned epochs, over which its learning rate decays; to take its steps "

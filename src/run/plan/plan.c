@@ -260,9 +260,9 @@ static enum vw_status take_recorded(const struct vw_run_params *params, struct v
 
 enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger *recorded, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan) {
-    if (params->budget_s > 0 && !vw_config_can_be_extended(config))
-        return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay and --structure, which depend on "
-                                       "--epochs: leave out one of them");
+    if (params->budget_s > 0 && !vw_config_rate_is_constant(config))
+        return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay, whose rates depend on --epochs: leave "
+                                       "out one of them");
     plan->budget_s = params->budget_s;
     if (recorded) return take_recorded(params, recorded, config, plan);
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);

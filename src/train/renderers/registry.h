@@ -48,9 +48,6 @@ struct vw_renderer_kind {
     void (*record_update)(const struct vw_step_passes *step, struct vw_submission *submission,
                           struct vw_push_update update);
     void (*list_step_costs)(const struct vw_step_passes *step, struct vw_pass_costs *costs);
-    // Changes the structure of the field, on the host, at a step that trains on no photo; needed where the config has
-    // such steps (vw_config_structure_epochs).
-    enum vw_status (*restructure)(const struct vw_step_passes *step, uint64_t number);
 
     // Creates what an evaluator needs from its pixels to their colours, `generate` included. The evaluator owns it.
     enum vw_status (*create_evaluation)(struct vw_evaluator *evaluator);

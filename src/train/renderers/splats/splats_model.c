@@ -1,4 +1,4 @@
-// The renderer `splats`: 3-D Gaussians, drawn tile by tile (Kerbl et al., SIGGRAPH 2023).
+// The renderer `splats`: 3-D Gaussians, drawn tile by tile (Kerbl et al., SIGGRAPH 2023), a fixed number of them.
 #include <math.h>
 
 #include "train/model.h"
@@ -51,9 +51,7 @@ static void lay_out(const struct vw_config *config, const struct vw_scene *scene
     splats->source_count = splats->initial ? 0 : vw_splats_count_points(model, scene);
     splats->count = splats->source_count;
     if (!splats->count) splats->count = config->splats ? config->splats : SPLATS_WITHOUT_POINTS;
-    splats->first_count = splats->count < most ? splats->count : most;
-    splats->count =
-        config->splats > splats->first_count && vw_config_structure_epochs(config) ? most : splats->first_count;
+    if (splats->count > most) splats->count = most;
     splats->degree = config->harmonics;
     splats->ssim_weight = (float)config->ssim_weight;
     splats->extent_edges = measure_extent(model, scene);
@@ -90,7 +88,6 @@ const struct vw_renderer_kind renderer_splats = {
     .record_gradients = vw_splats_record_gradients,
     .record_update = vw_splats_record_update,
     .list_step_costs = vw_splats_list_step_costs,
-    .restructure = vw_splats_change_structure,
     .create_evaluation = vw_splats_create_evaluation,
     .destroy_evaluation = vw_splats_destroy_evaluation,
     .take_pixels = vw_splats_take_pixels,

@@ -40,7 +40,6 @@ void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_sub
                                 const struct vw_push_rays *rays);
 void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submission *submission,
                              struct vw_push_update update);
-enum vw_status vw_splats_change_structure(const struct vw_step_passes *step, uint64_t number);
 void vw_splats_list_step_costs(const struct vw_step_passes *step, struct vw_pass_costs *costs);
 
 const struct vw_splat_drawing *vw_splats_step_drawing(const struct vw_step_passes *step);

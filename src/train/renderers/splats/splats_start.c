@@ -9,7 +9,6 @@
 #include "train/model.h"
 #include "train/renderers/splats/splat_file.h"
 #include "train/renderers/splats/splats_renderer.h"
-#include "train/renderers/splats/splats_structure.h"
 
 static const float OPACITY = 0.1f, CONSTANT_HARMONIC = 0.28209479f; // the latter of harmonics.glsl
 static const float GAP_LEAST = 3e-4f;                               // box edges; coincident points have none
@@ -34,7 +33,7 @@ static int by_number(const void *a, const void *b) {
 
 // Lists the points that are seen; of more than there are splats, draws as many (Fisher-Yates), in their order.
 static void choose_points(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t *list) {
-    uint32_t listed = 0, count = model->splats.first_count;
+    uint32_t listed = 0, count = model->splats.count;
     for (uint32_t i = 0; i < scene->point_count; i++)
         if (is_seen(model, scene, &scene->points[i])) list[listed++] = i;
     if (listed <= count) return;
@@ -55,7 +54,7 @@ struct start {
 
 static void place(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, struct start *start) {
     double edge = 2.0 * model->box.half_extent_world;
-    for (uint32_t i = 0; i < model->splats.first_count; i++) {
+    for (uint32_t i = 0; i < model->splats.count; i++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
         for (uint32_t axis = 0; axis < 3; axis++) {
@@ -113,7 +112,7 @@ static enum vw_status start_from_file(const struct vw_model *model, float *param
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params) {
     if (model->splats.initial) return start_from_file(model, params);
-    uint32_t count = model->splats.first_count, room = model->splats.count;
+    uint32_t count = model->splats.count;
     struct start start = {.list = vw_allocate(model->splats.source_count, sizeof *start.list),
                           .means = vw_allocate(count, sizeof *start.means),
                           .gaps = vw_allocate(count, sizeof *start.gaps)};
@@ -123,10 +122,6 @@ enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_sce
     if (!status) status = vw_splats_measure_gaps((const float(*)[3])start.means, count, GAP_LEAST, start.gaps);
     if (!status) status = cut_gaps(start.gaps, count);
     for (uint32_t i = 0; i < count && !status; i++) write_splat(model, scene, &start, i, params);
-    for (uint32_t i = count; i < room && !status; i++) {
-        params[4 * ((size_t)SPLAT_MEAN * room + i) + 3] = VW_SPLAT_UNBORN;
-        params[4 * ((size_t)SPLAT_TURN * room + i)] = 1.0f;
-    }
     free(start.list);
     free(start.means);
     free(start.gaps);

@@ -9,7 +9,6 @@
 #include "train/photo_order.h"
 #include "train/pixels.h"
 #include "train/renderers/splats/splats_renderer.h"
-#include "train/renderers/splats/splats_structure.h"
 
 // Rates of Kerbl et al. for each kind of number; positions move in units of the scene's extent.
 static const double MEAN_RATE = 1.6e-4, SCALE_RATE = 5e-3, TURN_RATE = 1e-3, OPACITY_RATE = 2.5e-2,
@@ -163,34 +162,4 @@ void vw_splats_record_update(const struct vw_step_passes *step, struct vw_submis
         .harmonics = (float)(HARMONICS_RATE / VW_SPLAT_RATE_UNIT),
         .extra = update.extra};
     vw_splat_update_record(&step->splats->gradient, submission, &push);
-}
-
-// Returns how many splats there are to be after the change of an epoch: all after the last one, and by the same factor
-// more each time.
-static uint32_t wanted_after(const struct vw_splat_model *splats, uint32_t epoch, uint32_t epochs) {
-    double factor = pow((double)splats->count / splats->first_count, (epoch + 1.0) / epochs);
-    return epoch + 1 < epochs ? (uint32_t)(splats->first_count * factor) : splats->count;
-}
-
-enum vw_status vw_splats_change_structure(const struct vw_step_passes *step, uint64_t number) {
-    const struct vw_model *model = step->field->model;
-    const struct vw_splat_gradient *gradient = &step->splats->gradient;
-    struct vw_splat_set set = {.room = model->splats.count,
-                               .columns = VW_SPLAT_COLUMNS(model->splats.degree),
-                               .seed = model->seed,
-                               .step = number};
-    struct vw_buffer *buffers[] = {step->field->params, gradient->moment2, gradient->moment1};
-    float **numbers[] = {&set.params, &set.moments[0], &set.moments[1]};
-    uint64_t bytes = sizeof(vw_float4) * set.columns * (uint64_t)set.room;
-    enum vw_status status = VW_OK;
-    for (int i = 0; i < 3 && buffers[i] && !status; i++) {
-        *numbers[i] = vw_allocate(bytes, 1);
-        status = *numbers[i] ? vw_buffer_read(buffers[i], 0, *numbers[i], bytes) : VW_ERROR_MEMORY;
-    }
-    uint32_t epoch = vw_photo_order_epoch_of_step(step->photo_order, number);
-    if (!status)
-        status = vw_splats_restructure(&set, wanted_after(&model->splats, epoch, step->photo_order->structure_epochs));
-    for (int i = 0; i < 3 && buffers[i] && !status; i++) status = vw_buffer_write(buffers[i], 0, *numbers[i], bytes);
-    for (int i = 0; i < 3; i++) free(*numbers[i]);
-    return status;
 }
