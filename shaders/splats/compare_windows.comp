@@ -69,7 +69,7 @@ void filter_moment(uint kind, uint row) {
 // photo. `second`: the means of both squares and of the products.
 float similarity(vec2 mean, vec3 second, out vec3 d_moments) {
     float square = dot(mean, mean), product = 2.0 * mean.x * mean.y, means = product + C1;
-    float covariance = 2.0 * second.z - product + C2, variances = second.x + second.y - square + C2;
+    float covariance = 2.0 * second.z - product + C2, variances = max(second.x + second.y - square, 0.0) + C2;
     float share = 1.0 / ((square + C1) * variances), value = means * covariance * share;
     d_moments.x = 2.0 * mean.y * (covariance - means) * share;
     d_moments.x += 2.0 * mean.x * value * (1.0 / variances - 1.0 / (square + C1));

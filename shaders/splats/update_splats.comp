@@ -1,6 +1,6 @@
 // Moves the splats that the step saw, one per invocation. Lazy Adam: a splat that no pixel shows keeps its moments and
-// its own step count, and so does a harmonic that is not in use yet. The counts are in w of second moments that no param
-// needs: those of the scales and of each harmonic.
+// its own step count, and so does a harmonic that is not in use yet. The counts are in w of second moments that no
+// param needs: those of the scales and of each harmonic.
 #include "networks/adam.glsl"
 #include "splats/constants.glsl"
 layout(local_size_x = 64) in;

@@ -250,7 +250,7 @@ const struct vw_option vw_option_table[] = {
     {"field", NULL,
      "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS)},
-    {"splats", "N", "Most splats with --field splats; 0: as many as train photos see points of the scene",
+    {"splats", "N", "Most splats with --field splats; 0: one for each point of the scene that a train photo sees",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(COUNT, config.splats)},
     {"harmonics", "N", "Degree of the spherical harmonics of colours with --field splats", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.harmonics)},

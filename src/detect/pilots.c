@@ -43,6 +43,7 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
         config.initial[0] = '\0';
         config.splats = vw_config_default.splats;
         config.harmonics = vw_config_default.harmonics;
+        config.ssim_weight = vw_config_default.ssim_weight;
         config.width = vw_config_default.width;
         config.mlp_depth = vw_config_default.mlp_depth;
         config.frequencies = vw_config_default.frequencies;

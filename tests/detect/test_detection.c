@@ -150,10 +150,17 @@ TEST(pilots_are_of_the_hash_grid) {
     planned.frequencies = 4;
     planned.importance_samples = 8;
     planned.coarse_network = VW_COARSE_NETWORK_OWN;
-    ASSERT_OK(vw_config_check(&planned));
-    const struct vw_config pilot = vw_pilots_config(&planned, 8);
-    assert_int_equal(pilot.field, VW_FIELD_HASH);
-    ASSERT_OK(vw_config_check(&pilot));
+    struct vw_config splats = vw_config_of_field(VW_FIELD_SPLATS);
+    splats.splats = 100;
+    splats.harmonics = 3;
+    splats.ssim_weight = 0.2;
+    const struct vw_config *configs[] = {&planned, &splats};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(configs); i++) {
+        ASSERT_OK(vw_config_check(configs[i]));
+        const struct vw_config pilot = vw_pilots_config(configs[i], 8);
+        assert_int_equal(pilot.field, VW_FIELD_HASH);
+        ASSERT_OK(vw_config_check(&pilot));
+    }
 }
 
 // Six pilots, of two trainings each, look at no more than a tenth of the rays of the run, unless that leaves too few
