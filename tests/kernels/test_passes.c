@@ -77,11 +77,12 @@ static const struct vw_shader *const elsewhere[] = {
     &vw_shader_convolve_photo, &vw_shader_convolve_photo_back, &vw_shader_pool_photo, &vw_shader_spread_photo,
     &vw_shader_gradient_photo, &vw_shader_shrink_colours, &vw_shader_spread_photo_codes, &vw_shader_spread_colours,
     &vw_shader_add_gradients,
-    // test_splat_passes; test_splat_gradient, and test_splats_training the last
+    // test_splat_passes; test_splat_gradient, test_splat_windows, and test_splats_training the last
     &vw_shader_mark_tiles, &vw_shader_project_splats, &vw_shader_place_pairs, &vw_shader_emit_pairs,
     &vw_shader_colour_splats, &vw_shader_count_digits, &vw_shader_place_digits, &vw_shader_scatter_pairs,
     &vw_shader_blend_tiles, &vw_shader_slope_pixels, &vw_shader_slope_pixels_effects, &vw_shader_blend_tiles_back,
-    &vw_shader_backward_splats, &vw_shader_update_splats, &vw_shader_show_pixels};
+    &vw_shader_backward_splats, &vw_shader_update_splats, &vw_shader_compare_windows,
+    &vw_shader_compare_windows_effects, &vw_shader_show_pixels};
 
 enum { BENCHES_MAX = 24 };
 static struct step_bench *benches[BENCHES_MAX]; // one per case, shared by the passes
@@ -173,7 +174,7 @@ static void only_ray_effects_declare_more_storage_buffers_than_the_floor(void **
         if (vw_shaders[i] == &vw_shader_backward_rays_effects) assert_int_equal(storage_buffers, 12);
         else if (vw_shaders[i] == &vw_shader_backward_transient_effects) assert_int_equal(storage_buffers, 12);
         else if (vw_shaders[i] == &vw_shader_difference_rays_effects) assert_int_equal(storage_buffers, 10);
-        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 10);
+        else if (vw_shaders[i] == &vw_shader_slope_pixels_effects) assert_int_equal(storage_buffers, 11);
         else if (storage_buffers > most) most = storage_buffers;
     }
     assert_int_equal(most, vw_gpu_floor_limits.storage_buffers);
