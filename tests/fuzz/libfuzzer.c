@@ -6,8 +6,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes);
 
 // Tries no bytes before inputs are timed: what a target prepares once, such as a decoder, may take longer than one.
 int LLVMFuzzerInitialize(int *argument_count, char ***arguments) {
+    static const uint8_t none[1];
     (void)argument_count, (void)arguments;
-    FUZZ_TARGET(NULL, 0);
+    FUZZ_TARGET(none, 0);
     return 0;
 }
 
