@@ -257,7 +257,7 @@ VW_ENUM(VW_SLOT_D_COLOURS, 93)       // vec4 per ray: gradient by rgb and by wha
 VW_ENUM(VW_SLOT_D_PAIRS, 94)         // vec4 [pair][VW_SPLAT_PAIR4]: moments and colour, see blending.glsl; overwritten
 VW_ENUM(VW_SLOT_D_SPLATS, 95)        // vec4 [column][stride]: by rank; w of the column of scales is 1 where a pixel shows it
 VW_ENUM(VW_SLOT_SPLAT_MOMENT1, 96)   // vec4 [column][stride], only with momentum
-VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of the column of scales is the splat's own step count
+VW_ENUM(VW_SLOT_SPLAT_MOMENT2, 97)   // vec4 [column][stride]; w of scales and of harmonics: their own step counts
 VW_ENUM(VW_SLOT_BLENDED, 98)         // VW_SLOT_COLOURS of a drawing, where show_pixels copies from
 VW_ENUM(VW_SLOT_SHOWN, 99)           // uvec2 per pixel that is looked at: its place among these, and its ray of the drawing
 VW_ENUM(VW_SLOT_D_WINDOWS, 100)      // vec4 per ray: gradient by its seen rgb, of the sum over rays, and loss of its window
