@@ -8,11 +8,13 @@
 #define CONTRACTION_GLSL
 
 // Maps box coordinates, over the whole range of floats, to the unit cube. Lengths are those of q / size, since squares
-// overflow beyond 1e19.
+// overflow beyond 1e19. Both are made smaller before, since division by more than 2^126 is not defined in Vulkan: GPUs
+// multiply by a reciprocal, which they flush to 0.
 vec3 contract(vec3 box) {
     precise vec3 q = 2.0 * box - 1.0;
     float size = max(1.0, max(abs(q.x), max(abs(q.y), abs(q.z))));
-    vec3 scaled = q / size;
+    float smaller = size > 1e30 ? 1e-30 : 1.0;
+    vec3 scaled = (q * smaller) / (size * smaller);
     float scaled_length = length(scaled); // 0 at the centre alone, which is not divided by it
     float q_length = size * scaled_length;
     vec3 c = q;

@@ -28,8 +28,9 @@ void main() {
     vw_gpu_camera camera = cameras[pixel.view];
     if (EFFECT_POSE != 0u) camera = corrected_camera(camera, poses[pixel.view]);
     vw_ray ray = camera_ray(camera, vec2(pixel.x_px, pixel.y_px));
-    vec3 target = pixel.rgba.rgb;
-    if (EFFECT_BACKGROUND != 0u) target = mix(background_colour(index, push.key), target, pixel.rgba.a);
+    precise vec3 target = pixel.rgba.rgb; // not mix(), of which GPUs make background + a (target - background)
+    if (EFFECT_BACKGROUND != 0u)
+        target = pixel.rgba.a * target + (1.0 - pixel.rgba.a) * background_colour(index, push.key);
     ray.target_weight = vec4(target, index < push.ray_count ? pixel.weight : 0.0);
     rays[index] = ray;
 }

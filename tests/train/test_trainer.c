@@ -200,18 +200,21 @@ TEST(a_device_at_the_floor_trains_the_same) {
     }
 }
 
-// With slices of one length; those of GPUs round otherwise.
-TEST(the_choices_for_gpus_train_the_same) {
-    struct vw_device_choices choices;
-    vw_device_choose(&(struct vw_gpu_info){.kind = VW_GPU_DISCRETE}, &choices);
-    assert_true(choices.skip_zeros && choices.scatter == SCATTER_ATOMICS);
+static const enum vw_gpu_kind kinds[] = {VW_GPU_CPU, VW_GPU_DISCRETE}; // one of them is chosen for like the device
+
+// With slices of one length; those of the other kind round otherwise.
+TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
+    struct vw_device_choices choices, own;
+    vw_device_choose(&(struct vw_gpu_info){.kind = kinds[i]}, &choices);
+    vw_device_choose(vw_gpu_get_info(test_gpu()), &own);
+    assert_int_equal(choices.skip_zeros, kinds[i] == VW_GPU_DISCRETE);
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *ordinary = test_run(scene, &config, true, 0);
     struct test_run *rounded = run_clamped(scene, &config, NULL, &choices, 0);
-    for (uint32_t i = 0; i < ordinary->count; i++)
-        assert_near(rounded->records[i].val_psnr, ordinary->records[i].val_psnr, 1e-3);
-    choices.slice_samples = 128;
+    for (uint32_t k = 0; k < ordinary->count; k++)
+        assert_near(rounded->records[k].val_psnr, ordinary->records[k].val_psnr, 1e-3);
+    choices.slice_samples = own.slice_samples;
     struct test_run *same = run_clamped(scene, &config, NULL, &choices, 0);
     test_run_assert_same(same, ordinary);
 }

@@ -217,6 +217,7 @@ static void check_sample(const struct step_bench *bench, const struct reference 
                         slope * LEAST_LIGHT + 3.0 * FLOAT_LEAST);
         // Both the sample and what lies beyond it are seen through `light`; their difference may be much smaller.
         double seen = light * (reference->points[i].rgb[c] + 1.0);
+        raw_error += slope * seen * reference->points[i].length * FLOAT_LEAST; // a density below it may be 0
         raw_error += tau * slope * LEAST_LIGHT;
         raw_error += tau * seen *
                      (slope_error +

@@ -9,21 +9,22 @@
 #include "support/trainer_fixture.h"
 #include "train/renderers/splats/splats_renderer.h"
 
-static uint32_t step_tiles, step_pairs; // the room for pairs of drawings of so many tiles; 0: the device's
+static uint32_t step_pairs, validation_pairs; // the room for pairs of one drawing; 0: the device's
 
 uint32_t __real_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
 uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room);
 
 uint32_t __wrap_vw_splats_pair_room(const struct vw_radiance_field *field, const struct vw_splat_room *room) {
-    return step_pairs && room->tiles == step_tiles ? step_pairs : __real_vw_splats_pair_room(field, room);
+    uint32_t pairs = room->views == 1 ? step_pairs : validation_pairs; // the scene has two validation photos
+    return pairs ? pairs : __real_vw_splats_pair_room(field, room);
 }
 
-// Gives steps room for so many pairs, but not validation, which draws more tiles.
+// Gives steps room for so many pairs, but not validation.
 static struct vw_config config_with_room(uint32_t pairs) {
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);
     config.rays = VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
-    step_tiles = config.rays / 64;
     step_pairs = pairs;
+    validation_pairs = 0;
     strcpy(config.effects, "none");
     return config;
 }
@@ -72,8 +73,8 @@ TEST(a_step_without_room_is_left_out_and_the_others_are_taken) {
 }
 
 TEST(a_validation_without_room_has_no_values) {
-    struct vw_config config = config_with_room(1);
-    step_tiles = 16; // the power of two from those of validation, 12
+    struct vw_config config = config_with_room(0);
+    validation_pairs = 1;
     const struct test_run *run = test_run(test_scene(), &config, true, 0);
     assert_int_equal(count_flagged(run), run->count);
     for (uint32_t i = 1; i < run->count; i++) assert_true(isfinite(run->records[i].train_loss)); // they are taken
