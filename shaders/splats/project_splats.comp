@@ -25,6 +25,7 @@ void main() {
     // lane.
     uint splat = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     vw_splat_view view = views[push.first_view + gl_WorkGroupID.y];
+    if (push.walked_tiles > 0u) view.tiles = push.walked_tiles;
     vw_gpu_camera camera = cameras[view.camera];
     if (splat >= push.count) return;
     vec4 mean = splats[SPLAT_MEAN * push.stride + splat];

@@ -6,6 +6,9 @@
 #include "train/passes.h"
 #include "viewworth/scene.h"
 
+// Most tiles of a view on each of which a splat is tried, rather than on all cells in its box.
+enum { VW_SPLAT_WALKED_TILES_MAX = 24 };
+
 // The most that passes can be asked for.
 struct vw_splat_room {
     uint32_t splats;       // room in a column of params: the stride

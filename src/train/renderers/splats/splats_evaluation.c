@@ -12,7 +12,6 @@
 
 enum {
     TILES_MOST = 1024,        // tiles of one drawing
-    WALKED_MOST = 24,         // tiles of a view on each of which a splat is tried, rather than on all cells in its box
     SIGHTINGS_MOST = 1 << 18, // splats times views of one drawing, if it has more than one view
     CELLS_MOST = 1 << 22,     // likewise cells of its views: 16 MiB
 };
@@ -171,7 +170,7 @@ static void end_view(struct vw_splat_evaluation *splats) {
     struct vw_splat_view *view = &splats->views[splats->view_count - 1];
     uint32_t end = splats->tile_count, first = end;
     while (first > part->splats.first_tile && splats->tiles[first - 1].view == splats->view_count - 1) first--;
-    if (end - first > WALKED_MOST) return;
+    if (end - first > VW_SPLAT_WALKED_TILES_MAX) return;
     view->first_tile = first - part->splats.first_tile;
     view->tiles = end - first;
 }

@@ -139,6 +139,7 @@ void vw_splats_record_gradients(const struct vw_step_passes *step, struct vw_sub
     push.first_view = splats->photos[rays->first_pixel / step->rays].view;
     push.tile_count = splats->photos[rays->first_pixel / step->rays].tiles;
     push.first_tile = rays->first_pixel / tile_pixels(splats);
+    push.walked_tiles = push.tile_count <= VW_SPLAT_WALKED_TILES_MAX ? push.tile_count : 0;
     push.key = rays->key;
     vw_submission_dispatch(submission, step->gradient.generate, rays, sizeof *rays, step->padded_rays);
     vw_splat_drawing_record(&splats->drawing, submission, &push);
