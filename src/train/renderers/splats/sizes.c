@@ -1,3 +1,5 @@
+#include <assert.h>
+
 #include "train/renderers/splats/splats.h"
 
 static const float EPSILON = 1e-15f; // Adam's, as Kerbl et al. have it
@@ -49,6 +51,7 @@ static enum vw_status check(const char *what, uint64_t value, uint64_t most, con
 enum vw_status vw_splat_check_room(const struct vw_splat_room *room, const struct vw_splat_specialization *s) {
     enum { TRIPS = 30000 }; // trips of one loop; an invocation has two
     uint64_t sightings = (uint64_t)room->splats * room->views;
+    assert(s->lanes == 1 || s->group == s->lanes); // lanes of a tile meet at barriers, as often as it has pairs
     enum vw_status status =
         check("sightings", sightings, (uint64_t)TRIPS * s->place_lanes, "use fewer splats or views at once");
     if (!status) status = check("tiles", room->tiles, VW_SPLAT_TILES_MAX, "draw them in several parts");
