@@ -9,6 +9,8 @@ static const struct {
     // instant-ngp (Mueller et al., SIGGRAPH 2022): its configs/nerf/base.json
     [VW_PRESET_HASH] = {"hash", "field=hash levels=8 features=4 log2-table=19 base-resolution=16 growth=2 width=64 "
                                 "rays=4096 samples=64 loss=huber lr=0.01"},
+    // 3-D Gaussian splatting (Kerbl et al., SIGGRAPH 2023), section 5 and appendix
+    [VW_PRESET_SPLATS] = {"splats", "field=splats harmonics=3 loss=l1 ssim-weight=0.2"},
     // NeRF (Mildenhall et al., ECCV 2020), section 5.3
     [VW_PRESET_NERF] = {"nerf", "field=mlp mlp-depth=8 width=256 frequencies=10 rays=4096 samples=64 "
                                 "importance-samples=128 coarse-network=own loss=l2 lr=0.0005 learning-rate-decay=0.1 "

@@ -186,8 +186,9 @@ const struct vw_option vw_option_table[] = {
      CHOICE(config.loss, loss_choice, VW_LOSS_HUBER)},
     {"ssim-weight", "W",
      "Share of the training loss that is 1 - SSIM, of windows within the squares of pixels that a step of --field "
-     "splats draws; the rest is --loss. Splats are usually trained with 0.2",
-     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.ssim_weight)},
+     "splats draws; the rest is --loss",
+     VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.ssim_weight),
+     DEFAULT("0.2 with --field splats, else 0")},
     {"consistency-weight", "X",
      "Weight of HA-NeRF's consistency loss for the effect appearance_encoder: a render with a photo's code must encode "
      "to that code again; HA-NeRF uses 0.001; 0: none",
@@ -250,7 +251,9 @@ const struct vw_option vw_option_table[] = {
     {"field", NULL,
      "What is trained: a hash grid with two small networks, one deep network as in NeRF, or Gaussian splats",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, CHOICE(config.field, field_choice, VW_FIELD_SPLATS)},
-    {"splats", "N", "Most splats with --field splats; 0: one for each point of the scene that a train photo sees",
+    {"splats", "N",
+     "Number of splats with --field splats; 0: one for each point of the scene that a train photo sees; with more, "
+     "points have several",
      VW_OPTIONS_TRAINING, VW_SECTION_FIELD, OPTION(COUNT, config.splats)},
     {"harmonics", "N", "Degree of the spherical harmonics of colours with --field splats", VW_OPTIONS_TRAINING,
      VW_SECTION_FIELD, OPTION(COUNT, config.harmonics)},

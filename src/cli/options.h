@@ -16,6 +16,7 @@ struct vw_program;
 enum vw_option_preset {
     VW_PRESET_NONE,
     VW_PRESET_HASH,
+    VW_PRESET_SPLATS,
     VW_PRESET_NERF,
     VW_PRESET_NERF_W,
     VW_PRESET_HA_NERF,

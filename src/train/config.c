@@ -51,6 +51,7 @@ struct vw_config vw_config_of_field(enum vw_field field) {
         config.learning_rate_decay = 0.01;
         config.beta2 = 0.999;
         config.val_rays = 4096;
+        config.ssim_weight = 0.2;
     }
     return config;
 }

@@ -9,7 +9,10 @@
 // interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
-enum { SQUARES_MAX = 256 }; // 65,536 rays in squares of 16 x 16
+enum {
+    SQUARES_MAX = 256, // 65,536 rays in squares of 16 x 16
+    ATTEMPTS = 32,     // to find a square in a stratum that no mask hides
+};
 
 struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box) {
     const struct vw_camera *camera = &view->camera;
@@ -110,17 +113,36 @@ static struct strata strata_of(uint32_t width, uint32_t height, uint32_t count, 
         .width = width, .height = height, .count = count, .seed = seed, .view = view, .bands = bands};
 }
 
-static bool next_place(struct strata *s, uint32_t *x, uint32_t *y) {
-    if ((uint64_t)s->width * s->height <= s->count) {
-        *x = s->written % s->width, *y = s->written / s->width;
-        return s->written++ < s->width * s->height;
-    }
-    if (s->written == s->count) return false;
-    uint32_t strata = part_begin(s->band + 1, s->bands, s->count) - part_begin(s->band, s->bands, s->count), words[4];
-    vw_random_words(s->seed, VW_RANDOM_VALIDATION, 0, s->view, s->written++, words);
+static bool takes_all(const struct strata *s) { return (uint64_t)s->width * s->height <= s->count; }
+
+static bool has_stratum(const struct strata *s) {
+    return s->written < (takes_all(s) ? s->width * s->height : s->count);
+}
+
+static uint32_t strata_in_band(const struct strata *s) {
+    return part_begin(s->band + 1, s->bands, s->count) - part_begin(s->band, s->bands, s->count);
+}
+
+// Draws a place of the stratum, another one with each attempt.
+static void draw_place(const struct strata *s, uint32_t attempt, uint32_t *x, uint32_t *y) {
+    uint32_t strata = strata_in_band(s), words[4];
+    *x = s->written % s->width, *y = s->written / s->width;
+    if (takes_all(s)) return;
+    vw_random_words(s->seed, VW_RANDOM_VALIDATION, attempt, s->view, s->written, words);
     *x = draw_within(words[0], part_begin(s->stratum, strata, s->width), part_begin(s->stratum + 1, strata, s->width));
     *y = draw_within(words[1], part_begin(s->band, s->bands, s->height), part_begin(s->band + 1, s->bands, s->height));
-    if (++s->stratum == strata) s->band++, s->stratum = 0;
+}
+
+static void next_stratum(struct strata *s) {
+    s->written++;
+    if (++s->stratum == strata_in_band(s)) s->band++, s->stratum = 0;
+}
+
+// Tells whether a mask hides all pixels of a square.
+static bool is_hidden(const struct vw_view *view, uint32_t left_px, uint32_t top_px, uint32_t side) {
+    for (uint32_t y = top_px; y < top_px + side && y < view->image.height_px; y++)
+        for (uint32_t x = left_px; x < left_px + side && x < view->image.width_px; x++)
+            if (vw_view_keeps(view, x, y)) return false;
     return true;
 }
 
@@ -142,8 +164,13 @@ uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view,
     if (end <= first) end = first + 1; // narrower than a square
     uint32_t height = (scene->views[view].image.height_px + side - 1) / side, squares = count / (side * side);
     struct strata strata = strata_of(end - first, height, squares ? squares : 1, seed, view);
-    while (next_place(&strata, &x, &y))
+    for (; has_stratum(&strata); next_stratum(&strata)) {
+        uint32_t attempt = 0;
+        do draw_place(&strata, attempt++, &x, &y);
+        while (side > 1 && !takes_all(&strata) && attempt < ATTEMPTS &&
+               is_hidden(&scene->views[view], (first + x) * side, y * side, side));
         written += take_square(scene, view, (first + x) * side, y * side, side, pixels + written);
+    }
     return written;
 }
 

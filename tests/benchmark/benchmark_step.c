@@ -84,6 +84,7 @@ static void choose_run_defaults(struct setup *setup) {
 // Sets what a run of splats does unless told otherwise.
 static void choose_splats(struct setup *setup) {
     setup->config = vw_config_of_field(VW_FIELD_SPLATS);
+    setup->config.ssim_weight = 0.0; // as the yardstick
     setup->config.epochs = 1000000;
 }
 

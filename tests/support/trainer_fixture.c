@@ -25,6 +25,7 @@ static struct vw_config config_of_splats(void) {
     config.rays = 2 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
     config.val_rays = TEST_VALS * 256;
     config.splats = 300;
+    config.ssim_weight = 0.0;
     return config;
 }
 

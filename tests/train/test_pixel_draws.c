@@ -2,6 +2,7 @@
 // label: host
 #include "support/cmocka_test.h"
 
+#include "base/memory.h"
 #include "support/synthetic_scene.h"
 #include "train/pixels.h"
 
@@ -48,4 +49,23 @@ TEST(draws_are_functions_of_their_numbers) {
     vw_pixels_draw(scene, 0, &(struct vw_pixel_draw){7, 3, 0, 0}, RAYS, other);
     assert_memory_equal(first + SIDE * SIDE, other + SIDE * SIDE, sizeof first - SIDE * SIDE * sizeof *first);
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
+}
+
+// Of a photo of which a mask keeps a corner, squares show it wherever their stratum does; single pixels fall anywhere.
+TEST(squares_are_chosen_where_a_mask_keeps_something) {
+    enum { WIDTH = 240, HEIGHT = 160, SQUARE = 8, COUNT = 6 * SQUARE * SQUARE, KEPT = 64 };
+    struct vw_scene *scene = make_scene(WIDTH, HEIGHT);
+    struct vw_view *view = &scene->views[0];
+    struct vw_pixel_columns all = vw_pixels_all_columns(scene, 0);
+    struct vw_pixel pixels[COUNT];
+    view->mask = vw_allocate(WIDTH * HEIGHT, 1);
+    assert_non_null(view->mask);
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
+        view->mask[i] = i % WIDTH < KEPT && i / WIDTH < KEPT ? VW_MASK_KEEP : VW_MASK_HIDE;
+    for (uint64_t seed = 0; seed < 20; seed++) {
+        uint32_t kept = 0, count = vw_pixels_stratify_squares(scene, 0, all, seed, SQUARE, COUNT, pixels);
+        assert_int_equal(count, COUNT);
+        for (uint32_t i = 0; i < count; i++) kept += pixels[i].weight > 0.0f;
+        assert_int_equal(kept, SQUARE * SQUARE); // of six strata, 80 x 80 pixels, only the first shows it
+    }
 }

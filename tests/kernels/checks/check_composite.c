@@ -209,15 +209,16 @@ static void check_sample(const struct step_bench *bench, const struct reference 
                          const vw_float4 *device, uint64_t index) {
     const double rgb[3] = {device->x, device->y, device->z};
     double tau = reference->points[i].density * reference->points[i].length,
-           light = exp(-reference->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST;
+           light = exp(-reference->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST,
+           least_tau = reference->points[i].length * FLOAT_LEAST; // of a density that may be taken for 0
     for (int c = 0; c < 3; c++) {
         double slope = fabs(taken->d_colour[c]), slope_error = taken->d_colour_error[c];
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
                     reference->weight[i] * (slope_error + (reference->share_error[i] + 3.0 * FLOAT_ROUNDING) * slope) +
-                        slope * LEAST_LIGHT + 3.0 * FLOAT_LEAST);
+                        slope * (LEAST_LIGHT + least_tau) + 3.0 * FLOAT_LEAST);
         // Both the sample and what lies beyond it are seen through `light`; their difference may be much smaller.
         double seen = light * (reference->points[i].rgb[c] + 1.0);
-        raw_error += slope * seen * reference->points[i].length * FLOAT_LEAST; // a density below it may be 0
+        raw_error += slope * seen * least_tau;
         raw_error += tau * slope * LEAST_LIGHT;
         raw_error += tau * seen *
                      (slope_error +

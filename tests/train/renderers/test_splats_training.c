@@ -237,6 +237,28 @@ TEST(splats_begin_at_points_that_train_views_see) {
     }
 }
 
+// Of more splats than points, each further one begins near its point, as far as the nearest others are at most.
+TEST(more_splats_than_points_begin_beside_them) {
+    struct vw_scene *scene = scene_with_points();
+    struct vw_config config = test_config_of(VW_FIELD_SPLATS);
+    uint32_t points = POINTS - POINTS / 3, count = 0, fewer = 0, moved = 0;
+    config.splats = points;
+    const float *one = start_of(scene, &config, &fewer);
+    config.splats = 2 * points + 5;
+    const float *several = start_of(scene, &config, &count);
+    assert_int_equal(count, 2 * points + 5);
+    for (uint32_t splat = 0; splat < count; splat++) {
+        uint32_t from = splat % points;
+        double gap = expf(one[4 * (SPLAT_SCALE * fewer + from)]), distance = 0.0;
+        for (uint32_t axis = 0; axis < 3; axis++)
+            distance = fmax(distance, fabs((double)several[4 * splat + axis] - one[4 * from + axis]));
+        assert_true(splat < points ? distance == 0.0 : distance <= 1.001 * gap);
+        moved += distance > 0.0;
+        assert_int_equal(point_of(scene, several, count, splat), point_of(scene, one, fewer, from));
+    }
+    assert_int_equal(moved, points + 5);
+}
+
 TEST(seeds_draw_other_points) {
     struct vw_scene *scene = scene_with_points();
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);

@@ -45,13 +45,13 @@ static double measure_extent(const struct vw_model *model, const struct vw_scene
 
 static void lay_out(const struct vw_config *config, const struct vw_scene *scene, struct vw_model *model) {
     struct vw_splat_model *splats = &model->splats;
-    uint32_t most = config->splats ? config->splats : SPLATS_MOST;
     splats->initial = config->initial[0] ? config->initial : NULL;
     splats->initial_sha256 = config->initial_sha256;
     splats->source_count = splats->initial ? 0 : vw_splats_count_points(model, scene);
-    splats->count = splats->source_count;
-    if (!splats->count) splats->count = config->splats ? config->splats : SPLATS_WITHOUT_POINTS;
-    if (splats->count > most) splats->count = most;
+    splats->count = config->splats         ? config->splats
+                    : splats->source_count ? splats->source_count
+                                           : SPLATS_WITHOUT_POINTS;
+    if (splats->count > SPLATS_MOST) splats->count = SPLATS_MOST;
     splats->degree = config->harmonics;
     splats->ssim_weight = (float)config->ssim_weight;
     splats->extent_edges = measure_extent(model, scene);

@@ -52,9 +52,11 @@ struct start {
     float (*means)[3], *gaps; // by splat; box coordinates
 };
 
-static void place(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, struct start *start) {
+// Places the first splats: one at each point that is listed, or all in the box if there are no points.
+static void place(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed, uint32_t count,
+                  struct start *start) {
     double edge = 2.0 * model->box.half_extent_world;
-    for (uint32_t i = 0; i < model->splats.count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         uint32_t words[4];
         vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
         for (uint32_t axis = 0; axis < 3; axis++) {
@@ -65,6 +67,17 @@ static void place(const struct vw_model *model, const struct vw_scene *scene, ui
                                 edge +
                             0.5);
         }
+    }
+}
+
+// Places the splats beyond one for each point: at each point in turn, as far from it as others are.
+static void place_more(uint64_t seed, uint32_t points, uint32_t count, struct start *start) {
+    for (uint32_t i = points; i < count; i++) {
+        uint32_t words[4], from = i % points;
+        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
+        for (uint32_t axis = 0; axis < 3; axis++)
+            start->means[i][axis] =
+                start->means[from][axis] + start->gaps[from] * (2.0f * vw_random_unit(words[axis]) - 1.0f);
     }
 }
 
@@ -84,12 +97,18 @@ static enum vw_status cut_gaps(float *gaps, uint32_t count) {
     return VW_OK;
 }
 
+static enum vw_status measure_gaps(struct start *start, uint32_t count) {
+    enum vw_status status = vw_splats_measure_gaps((const float(*)[3])start->means, count, GAP_LEAST, start->gaps);
+    return status ? status : cut_gaps(start->gaps, count);
+}
+
 static void write_splat(const struct vw_model *model, const struct vw_scene *scene, const struct start *start,
                         uint32_t splat, float *params) {
     size_t column = 4 * (size_t)model->splats.count;
     float *own = params + 4 * (size_t)splat;
     for (uint32_t i = 0; i < 3; i++) {
-        float colour = model->splats.source_count ? scene->points[start->list[splat]].rgb[i] : 0.5f;
+        uint32_t sources = model->splats.source_count;
+        float colour = sources ? scene->points[start->list[splat % sources]].rgb[i] : 0.5f;
         own[SPLAT_MEAN * column + i] = start->means[splat][i];
         own[SPLAT_SCALE * column + i] = logf(start->gaps[splat]);
         own[SPLAT_HARMONICS * column + i] = (colour - 0.5f) / CONSTANT_HARMONIC;
@@ -112,15 +131,17 @@ static enum vw_status start_from_file(const struct vw_model *model, float *param
 enum vw_status vw_splats_start(const struct vw_model *model, const struct vw_scene *scene, uint64_t seed,
                                float *params) {
     if (model->splats.initial) return start_from_file(model, params);
-    uint32_t count = model->splats.count;
+    uint32_t count = model->splats.count, sources = model->splats.source_count,
+             first = sources && sources < count ? sources : count;
     struct start start = {.list = vw_allocate(model->splats.source_count, sizeof *start.list),
                           .means = vw_allocate(count, sizeof *start.means),
                           .gaps = vw_allocate(count, sizeof *start.gaps)};
     enum vw_status status = start.list && start.means && start.gaps ? VW_OK : VW_ERROR_MEMORY;
     if (!status) choose_points(model, scene, seed, start.list);
-    if (!status) place(model, scene, seed, &start);
-    if (!status) status = vw_splats_measure_gaps((const float(*)[3])start.means, count, GAP_LEAST, start.gaps);
-    if (!status) status = cut_gaps(start.gaps, count);
+    if (!status) place(model, scene, seed, first, &start);
+    if (!status) status = measure_gaps(&start, first);
+    if (!status) place_more(seed, first, count, &start);
+    if (!status && first < count) status = measure_gaps(&start, count);
     for (uint32_t i = 0; i < count && !status; i++) write_splat(model, scene, &start, i, params);
     free(start.list);
     free(start.means);
