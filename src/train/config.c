@@ -47,7 +47,7 @@ struct vw_config vw_config_of_field(enum vw_field field) {
         config.learning_rate = 5e-4;
     } else if (field == VW_FIELD_SPLATS) {
         config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
-        config.learning_rate = 3;
+        config.learning_rate = 6;
         config.learning_rate_decay = 0.01;
         config.beta2 = 0.999;
         config.val_rays = 4096;

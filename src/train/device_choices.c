@@ -14,9 +14,9 @@ static const struct vw_device_choices of_cpus = {
     .slice_samples = 128,
 };
 
-// Choices by what is known of GPUs, not measured (scripts/benchmark_gpu does): a chunk fills a large one; equal
-// addresses contend, those of padding and of empty space above all; loads of storage buffers are as fast as texels,
-// which take the way of textures; and fewer slices make the serial sum over them shorter.
+// Choices by what is known of GPUs, not measured against one another (scripts/benchmark_gpu does): a chunk fills a
+// large one; equal addresses contend, those of padding and of empty space above all; loads of storage buffers are as
+// fast as texels, which take the way of textures; and fewer slices make the serial sum over them shorter.
 static const struct vw_device_choices of_gpus = {
     .chunk_samples = 1 << 18,
     .scatter = SCATTER_ATOMICS,
