@@ -51,7 +51,7 @@ TEST(draws_are_functions_of_their_numbers) {
     assert_memory_not_equal(first, other, SIDE * SIDE * sizeof *first);
 }
 
-// Of a photo of which a mask keeps a corner, squares show it wherever their stratum does; single pixels fall anywhere.
+// Squares show the corner of a photo that a mask keeps, wherever their stratum does.
 TEST(squares_are_chosen_where_a_mask_keeps_something) {
     enum { WIDTH = 240, HEIGHT = 160, SQUARE = 8, COUNT = 6 * SQUARE * SQUARE, KEPT = 64 };
     struct vw_scene *scene = make_scene(WIDTH, HEIGHT);
@@ -66,6 +66,6 @@ TEST(squares_are_chosen_where_a_mask_keeps_something) {
         uint32_t kept = 0, count = vw_pixels_stratify_squares(scene, 0, all, seed, SQUARE, COUNT, pixels);
         assert_int_equal(count, COUNT);
         for (uint32_t i = 0; i < count; i++) kept += pixels[i].weight > 0.0f;
-        assert_int_equal(kept, SQUARE * SQUARE); // of six strata, 80 x 80 pixels, only the first shows it
+        assert_int_equal(kept, SQUARE * SQUARE); // one stratum of six shows it
     }
 }

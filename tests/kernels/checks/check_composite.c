@@ -210,7 +210,7 @@ static void check_sample(const struct step_bench *bench, const struct reference 
     const double rgb[3] = {device->x, device->y, device->z};
     double tau = reference->points[i].density * reference->points[i].length,
            light = exp(-reference->tau_before[i] - tau) + LEAST_LIGHT, raw_error = FLOAT_LEAST,
-           least_tau = reference->points[i].length * FLOAT_LEAST; // of a density that may be taken for 0
+           least_tau = reference->points[i].length * FLOAT_LEAST; // a density below it may be 0
     for (int c = 0; c < 3; c++) {
         double slope = fabs(taken->d_colour[c]), slope_error = taken->d_colour_error[c];
         check_value(bench->where, "d_rgb", index, rgb[c], expected->rgb[c],
