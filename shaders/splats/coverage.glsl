@@ -1,5 +1,5 @@
 // The tiles that a splat colours, the same to the bit in the pass that counts pairs and in the one that lists them:
-// both ask covered_tile() about the same bits.
+// both ask reaches() about the same bits.
 #ifndef COVERAGE_GLSL
 #define COVERAGE_GLSL
 #include "splats/constants.glsl"
@@ -17,7 +17,10 @@ struct cell_walk { // over the cells that a box of pixels touches row by row, or
     uint tile, end;
 };
 
-cell_walk begin_walk(vw_splat_view view, vw_splat_shape shape) {
+// Begins a walk over the view's tiles, `walked_tiles` from the first of the dispatch where these are given, or over
+// cells if neither says how many.
+cell_walk begin_walk(vw_splat_view view, vw_splat_shape shape, uint walked_tiles) {
+    uint tiles_of_view = walked_tiles > 0u ? walked_tiles : view.tiles;
     cell_walk walk;
     precise vec2 low = (shape.centre_conic.xy - shape.extent.xy) / float(SPLAT_SIDE);
     precise vec2 high = (shape.centre_conic.xy + shape.extent.xy) / float(SPLAT_SIDE);
@@ -27,8 +30,8 @@ cell_walk begin_walk(vw_splat_view view, vw_splat_shape shape) {
     walk.at = walk.first;
     bool nothing = walk.first.x > walk.last.x || walk.first.y > walk.last.y;
     walk.tile = view.first_tile;
-    walk.end = nothing ? 0u : view.first_tile + view.tiles;
-    if (nothing || view.tiles > 0u) walk.at.y = walk.last.y + 1;
+    walk.end = nothing ? 0u : view.first_tile + tiles_of_view;
+    if (nothing || tiles_of_view > 0u) walk.at.y = walk.last.y + 1;
     return walk;
 }
 

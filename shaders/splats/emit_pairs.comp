@@ -30,9 +30,8 @@ void main() {
         vw_splat_seen(sighting, sighting_pairs[sighting], sighting_pairs[sighting + 1u] - sighting_pairs[sighting]);
     vw_splat_shape shape = shapes[own.sighting];
     vw_splat_view view = views[push.first_view + own.sighting / push.count];
-    if (push.walked_tiles > 0u) view.tiles = push.walked_tiles;
     uint depth = depth_key(shape.conic_depth.z);
-    cell_walk walk = begin_walk(view, shape);
+    cell_walk walk = begin_walk(view, shape, push.walked_tiles);
     for (; written < own.pairs && has_tile(walk); walk.tile++)
         if (reaches_tile(shape, walk, push.first_tile)) emit(own.first_pair + written++, walk.tile, depth, rank);
     for (; written < own.pairs && has_cell(walk); next_cell(walk)) {

@@ -25,7 +25,6 @@ void main() {
     // lane.
     uint splat = gl_WorkGroupID.x * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     vw_splat_view view = views[push.first_view + gl_WorkGroupID.y];
-    if (push.walked_tiles > 0u) view.tiles = push.walked_tiles;
     vw_gpu_camera camera = cameras[view.camera];
     if (splat >= push.count) return;
     vec4 mean = splats[SPLAT_MEAN * push.stride + splat];
@@ -35,7 +34,7 @@ void main() {
     bool shown = is_shown(p, opacity);
     vw_splat_shape shape = shape_of(p, opacity);
     uint pairs = 0u, sighting = gl_WorkGroupID.y * push.count + splat;
-    cell_walk walk = begin_walk(view, shape);
+    cell_walk walk = begin_walk(view, shape, push.walked_tiles);
     for (; shown && has_tile(walk); walk.tile++) pairs += uint(reaches_tile(shape, walk, push.first_tile));
     for (; shown && has_cell(walk); next_cell(walk))
         pairs += uint(covered_tile(view, shape, walk.at, push.first_tile, push.tile_count) != NO_TILE);

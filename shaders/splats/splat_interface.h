@@ -93,7 +93,7 @@ struct vw_push_splats {      // the passes of splats but update_splats
     vw_uint degree;          // degree of the harmonics that count
     vw_uint first_view, view_count; // range in the list of views
     vw_uint first_tile, tile_count; // range in the list of tiles
-    vw_uint walked_tiles;    // tile_count, where the only view's range of tiles is all of the dispatch; else 0
+    vw_uint walked_tiles;    // tile_count of a single view, if it is small enough that each is tried; else 0
     vw_uint pair_capacity;
     vw_uint shift;           // bits of the key below the digit that is sorted by
     vw_uint4 key;            // slope_pixels, in training

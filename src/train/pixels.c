@@ -9,10 +9,7 @@
 // interface.h.
 static const double FAR_CAMERA_EDGES = 4.0;
 
-enum {
-    SQUARES_MAX = 256, // 65,536 rays in squares of 16 x 16
-    ATTEMPTS = 32,     // to find a square in a stratum that no mask hides
-};
+enum { SQUARES_MAX = 256 }; // 65,536 rays in squares of 16 x 16
 
 struct vw_gpu_camera vw_pixels_camera(const struct vw_view *view, const struct vw_box *box) {
     const struct vw_camera *camera = &view->camera;
@@ -123,14 +120,31 @@ static uint32_t strata_in_band(const struct strata *s) {
     return part_begin(s->band + 1, s->bands, s->count) - part_begin(s->band, s->bands, s->count);
 }
 
-// Draws a place of the stratum, another one with each attempt.
-static void draw_place(const struct strata *s, uint32_t attempt, uint32_t *x, uint32_t *y) {
+struct place {
+    uint32_t x, y;
+};
+
+// Returns the place of the stratum that is `further` after the drawn one, in turn.
+static struct place place_of(const struct strata *s, uint32_t further) {
+    if (takes_all(s)) return (struct place){s->written % s->width, s->written / s->width};
     uint32_t strata = strata_in_band(s), words[4];
-    *x = s->written % s->width, *y = s->written / s->width;
-    if (takes_all(s)) return;
-    vw_random_words(s->seed, VW_RANDOM_VALIDATION, attempt, s->view, s->written, words);
-    *x = draw_within(words[0], part_begin(s->stratum, strata, s->width), part_begin(s->stratum + 1, strata, s->width));
-    *y = draw_within(words[1], part_begin(s->band, s->bands, s->height), part_begin(s->band + 1, s->bands, s->height));
+    uint32_t left = part_begin(s->stratum, strata, s->width), right = part_begin(s->stratum + 1, strata, s->width),
+             top = part_begin(s->band, s->bands, s->height), bottom = part_begin(s->band + 1, s->bands, s->height);
+    vw_random_words(s->seed, VW_RANDOM_VALIDATION, 0, s->view, s->written, words);
+    struct place drawn = {draw_within(words[0], left, right), draw_within(words[1], top, bottom)};
+    if (!further) return drawn;
+    uint32_t columns = right > left ? right - left : 1, rows = bottom > top ? bottom - top : 1,
+             index = ((drawn.y - top) * columns + drawn.x - left + further) % (columns * rows);
+    return (struct place){left + index % columns, top + index / columns};
+}
+
+// Returns how many places the stratum has to choose from.
+static uint32_t count_places(const struct strata *s) {
+    if (takes_all(s)) return 1;
+    uint32_t strata = strata_in_band(s),
+             columns = part_begin(s->stratum + 1, strata, s->width) - part_begin(s->stratum, strata, s->width),
+             rows = part_begin(s->band + 1, s->bands, s->height) - part_begin(s->band, s->bands, s->height);
+    return (columns ? columns : 1) * (rows ? rows : 1);
 }
 
 static void next_stratum(struct strata *s) {
@@ -138,12 +152,12 @@ static void next_stratum(struct strata *s) {
     if (++s->stratum == strata_in_band(s)) s->band++, s->stratum = 0;
 }
 
-// Tells whether a mask hides all pixels of a square.
-static bool is_hidden(const struct vw_view *view, uint32_t left_px, uint32_t top_px, uint32_t side) {
+// Tells whether any pixel of a square counts.
+static bool shows(const struct vw_view *view, bool masks, uint32_t left_px, uint32_t top_px, uint32_t side) {
     for (uint32_t y = top_px; y < top_px + side && y < view->image.height_px; y++)
         for (uint32_t x = left_px; x < left_px + side && x < view->image.width_px; x++)
-            if (vw_view_keeps(view, x, y)) return false;
-    return true;
+            if (masks ? vw_view_keeps(view, x, y) : vw_view_can_use(view, x, y)) return true;
+    return false;
 }
 
 // Writes the pixels of a square that lie in the photo; returns how many.
@@ -158,25 +172,26 @@ static uint32_t take_square(const struct vw_scene *scene, uint32_t view, uint32_
 }
 
 uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
-                                    uint64_t seed, uint32_t side, uint32_t count, struct vw_pixel *pixels) {
-    uint32_t first = (columns.begin + side - 1) / side, end = columns.end / side, x, y, written = 0;
+                                    uint64_t seed, bool masks, uint32_t side, uint32_t count, struct vw_pixel *pixels) {
+    uint32_t first = (columns.begin + side - 1) / side, end = columns.end / side, written = 0;
     if (columns.end == scene->views[view].image.width_px) end = (columns.end + side - 1) / side;
     if (end <= first) end = first + 1; // narrower than a square
     uint32_t height = (scene->views[view].image.height_px + side - 1) / side, squares = count / (side * side);
     struct strata strata = strata_of(end - first, height, squares ? squares : 1, seed, view);
     for (; has_stratum(&strata); next_stratum(&strata)) {
-        uint32_t attempt = 0;
-        do draw_place(&strata, attempt++, &x, &y);
-        while (side > 1 && !takes_all(&strata) && attempt < ATTEMPTS &&
-               is_hidden(&scene->views[view], (first + x) * side, y * side, side));
-        written += take_square(scene, view, (first + x) * side, y * side, side, pixels + written);
+        struct place at = place_of(&strata, 0);
+        for (uint32_t further = 1, places = count_places(&strata); side > 1 && further < places; further++) {
+            if (shows(&scene->views[view], masks, (first + at.x) * side, at.y * side, side)) break;
+            at = place_of(&strata, further);
+        }
+        written += take_square(scene, view, (first + at.x) * side, at.y * side, side, pixels + written);
     }
     return written;
 }
 
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
                             uint32_t count, struct vw_pixel *pixels) {
-    return vw_pixels_stratify_squares(scene, view, columns, seed, 1, count, pixels);
+    return vw_pixels_stratify_squares(scene, view, columns, seed, true, 1, count, pixels);
 }
 
 // Draws one of `squares` that is not among the first `drawn` of the list: Floyd's sampling.

@@ -48,9 +48,9 @@ struct vw_pixel_columns vw_pixels_all_columns(const struct vw_scene *scene, uint
 uint32_t vw_pixels_stratify(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns, uint64_t seed,
                             uint32_t count, struct vw_pixel *pixels);
 // Chooses squares of `side` pixels from a grid at the photo's corner in the same way, as many as hold `count` pixels,
-// but at least one; with a side of 1 that is the same. Of a stratum that a mask hides in part, squares are preferred
-// that show something. Squares at the photo's edge have fewer pixels.
+// but at least one; with a side of 1 that is the same. A square of which no pixel counts (`masks`: masked ones do not)
+// is not chosen where its stratum has another. Squares at the photo's edge have fewer pixels.
 uint32_t vw_pixels_stratify_squares(const struct vw_scene *scene, uint32_t view, struct vw_pixel_columns columns,
-                                    uint64_t seed, uint32_t side, uint32_t count, struct vw_pixel *pixels);
+                                    uint64_t seed, bool masks, uint32_t side, uint32_t count, struct vw_pixel *pixels);
 
 #endif

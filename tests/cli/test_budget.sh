@@ -33,6 +33,10 @@ check "what a budget cannot buy is refused" refuses 'allow more time' --budget 1
 check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" \
     --budget 9h
 
+check "splats take a budget" run value splats --field splats --budget 10s --epochs 2 --rays 256 \
+    --splats 50 --effects none
+check "and no rate decays then, positions' neither" test "$(config splats learning_rate_decay)" = 1.0
+
 # ---- An accuracy -------------------------------------------------------------------------------------------------------------
 
 check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none \

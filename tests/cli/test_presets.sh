@@ -12,10 +12,14 @@ holds() { # holds PRESET TEXT: in the config that the run has
     query "$1" 'SELECT config_json FROM run' | grep -qF -- "$2" || { query "$1" 'SELECT config_json FROM run'; return 1; }
 }
 
-check "an unknown preset is refused with those there are" fails 2 'none.*hash.*nerf.*nerf-w.*ha-nerf.*paper' value best
+check "an unknown preset is refused with those there are" fails 2 'none.*hash.*splats.*nerf.*nerf-w.*ha-nerf.*paper' value best
 check "the preset hash trains" run value hash --log2-table 8
 check "it has instant-ngp's grid" holds hash '"features":4'
 check "and keeps an explicit size of it" holds hash '"log2_table":8'
+check "the preset splats trains" run "$program" value "$scene" --preset splats --out "$folder/splats" --rays 256 --splats 100 \
+    --epochs 2 --pilot-steps 0 --quiet
+check "it has the loss of Kerbl et al." holds splats '"loss":"l1"'
+check "and its SSIM" holds splats '"ssim_weight":0.2'
 check "the preset nerf trains" run value nerf "${mlp[@]}"
 check "its learning rate decays" holds nerf '"learning_rate_decay":0.1'
 check "it is of the field mlp" holds nerf '"field":"mlp"'

@@ -101,7 +101,7 @@ static void list_views(struct splat_bench *bench) {
                 if (bench->setup->tiles == TILES_ALL || (row * 7 + column * 3 + view) % 4 != 1)
                     bench->tiles[bench->tile_count++] = vw_splat_tile_at(own, view, column, row);
         own->first_tile = first;
-        own->tiles = bench->setup->walk_tiles ? bench->tile_count - first : 0;
+        own->tiles = bench->setup->walk_tiles && bench->setup->views > 1 ? bench->tile_count - first : 0;
     }
     bench->room.tiles = bench->room.listed_tiles = bench->tile_count;
 }
@@ -203,11 +203,13 @@ struct splat_bench *splat_bench_open(const struct splat_case *setup) {
     list_views(bench);
     draw_rays(bench);
     bench->params = test_allocate((size_t)bench->columns * bench->room.splats * 4, sizeof(float));
-    bench->push = (struct vw_push_splats){.count = setup->count,
-                                          .stride = bench->room.splats,
-                                          .degree = setup->degree,
-                                          .view_count = setup->views,
-                                          .tile_count = bench->tile_count};
+    bench->push =
+        (struct vw_push_splats){.count = setup->count,
+                                .stride = bench->room.splats,
+                                .degree = setup->degree,
+                                .view_count = setup->views,
+                                .tile_count = bench->tile_count,
+                                .walked_tiles = setup->walk_tiles && setup->views == 1 ? bench->tile_count : 0};
     draw_splats(bench);
     create_buffers(bench);
     create_passes(bench);

@@ -116,10 +116,11 @@ static enum vw_status measure_view(const struct vw_measured_field *measured, str
     uint32_t fit_max = pixels_max < VIEW_FIT_RAYS_MAX ? pixels_max : VIEW_FIT_RAYS_MAX,
              side = measured->field->model->patch_side;
     struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
-    seen->fit_count = fits ? vw_pixels_stratify_squares(scene, view, left, 0, side, fit_max, seen->pixels) : 0;
+    seen->fit_count =
+        fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks, side, fit_max, seen->pixels) : 0;
     seen->count =
         seen->fit_count + vw_pixels_stratify_squares(scene, view, fits ? right : vw_pixels_all_columns(scene, view), 0,
-                                                     side, pixels_max, seen->pixels + seen->fit_count);
+                                                     measured->masks, side, pixels_max, seen->pixels + seen->fit_count);
     if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     return see(measured, evaluator, view, seen, error);
 }
@@ -154,9 +155,10 @@ static void choose_all(const struct vw_measured_field *measured, uint32_t view, 
     bool fits = measured->fits;
     struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
     const struct vw_image *image = &scene->views[view].image;
-    seen->fit_count = fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->field->model->patch_side,
-                                                        VIEW_FIT_RAYS_MAX, seen->pixels)
-                           : 0;
+    seen->fit_count =
+        fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks, measured->field->model->patch_side,
+                                          VIEW_FIT_RAYS_MAX, seen->pixels)
+             : 0;
     seen->count = seen->fit_count + image->width_px * image->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count;

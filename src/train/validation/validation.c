@@ -55,7 +55,7 @@ static enum vw_status choose_scored(const struct vw_validation_params *params, s
             fits ? vw_view_fit_right_half(scene, view) : vw_pixels_all_columns(scene, view);
         struct vw_pixel *pixels = choice->pixels + choice->count;
         uint32_t wanted = rays_of_view(params->ray_count, validation->view_count, i);
-        uint32_t count = vw_pixels_stratify_squares(scene, view, columns, params->seed,
+        uint32_t count = vw_pixels_stratify_squares(scene, view, columns, params->seed, params->masks,
                                                     params->field->model->patch_side, wanted, pixels);
         choice->scored[i] = (struct vw_ray_range){.first = choice->count, .count = count};
         if (!params->masks) vw_pixels_unmask(scene, pixels, count);
@@ -77,7 +77,7 @@ static enum vw_status choose_pixels(const struct vw_validation_params *params, s
     if (!status) status = choose_scored(params, validation, fits, choice);
     if (status || !fits) return status;
     uint32_t scored = choice->count;
-    vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed,
+    vw_view_fit_choose_pixels(params->scene, validation->views, validation->view_count, params->seed, params->masks,
                               params->field->model->patch_side, choice->scored, choice->pixels, &choice->count,
                               choice->fitted);
     if (!params->masks) vw_pixels_unmask(params->scene, choice->pixels + scored, choice->count - scored);

@@ -13,12 +13,13 @@ struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uin
 }
 
 void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
-                               uint32_t side, const struct vw_ray_range *scored, struct vw_pixel *pixels,
+                               bool masks, uint32_t side, const struct vw_ray_range *scored, struct vw_pixel *pixels,
                                uint32_t *written, struct vw_ray_range *ranges) {
     for (uint32_t i = 0; i < count; i++) {
         struct vw_pixel_columns columns = vw_view_fit_left_half(scene, views[i]);
         uint32_t wanted = scored[i].count < VIEW_FIT_RAYS_MAX ? scored[i].count : VIEW_FIT_RAYS_MAX;
-        uint32_t taken = vw_pixels_stratify_squares(scene, views[i], columns, seed, side, wanted, pixels + *written);
+        uint32_t taken =
+            vw_pixels_stratify_squares(scene, views[i], columns, seed, masks, side, wanted, pixels + *written);
         ranges[i] = (struct vw_ray_range){.first = *written, .count = taken};
         *written += taken;
     }

@@ -19,11 +19,11 @@ struct vw_pixel_columns vw_view_fit_left_half(const struct vw_scene *scene, uint
 struct vw_pixel_columns vw_view_fit_right_half(const struct vw_scene *scene, uint32_t view);
 
 // Writes the fixed pixels to fit each view on, after the `*written` pixels that are scored: as many per view as are
-// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers. `seed` and
-// `side` are those of the scored ones (vw_pixels_stratify_squares).
+// scored, but at most VIEW_FIT_RAYS_MAX, since more do not improve the fit of two numbers. `seed`, `masks`
+// and `side` are those of the scored ones (vw_pixels_stratify_squares).
 enum { VIEW_FIT_RAYS_MAX = 128 };
 void vw_view_fit_choose_pixels(const struct vw_scene *scene, const uint32_t *views, uint32_t count, uint64_t seed,
-                               uint32_t side, const struct vw_ray_range *scored, struct vw_pixel *pixels,
+                               bool masks, uint32_t side, const struct vw_ray_range *scored, struct vw_pixel *pixels,
                                uint32_t *written, struct vw_ray_range *ranges);
 // Creates the pass over an evaluator that renders those pixels as well. `objects` own it.
 enum vw_status vw_view_fit_create(const struct vw_evaluator *evaluator, struct vw_gpu_objects *objects,

@@ -16,6 +16,7 @@ static const struct splat_case cases[] = {
     {"far camera", .seed = 8, .far_camera = true, .degree = 1},
     {"three views", .seed = 9, .views = 3, .degree = 3},
     {"three views, a walk over tiles", .seed = 14, .views = 3, .tiles = TILES_SOME, .walk_tiles = true},
+    {"one view, a walk over tiles", .seed = 15, .tiles = TILES_SOME, .walk_tiles = true},
     {"many pairs", .seed = 10, .count = 700, .log_scale = -2.5f},
     {"polynomial lens", .seed = 11, .lens_terms = DISTORTION_ANY_LENS,
      .lens = {.k1 = 0.3, .k2 = -0.1, .k3 = 0.05, .k4 = 0.5, .k5 = 0.1, .k6 = 0.02, .p1 = -0.01, .p2 = 0.02}},

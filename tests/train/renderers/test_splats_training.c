@@ -237,7 +237,7 @@ TEST(splats_begin_at_points_that_train_views_see) {
     }
 }
 
-// Each splat beyond the first of its point begins no farther from it than the nearest points are.
+// Each splat beyond the first of its point begins along no axis farther from it than the gap between points there.
 TEST(more_splats_than_points_begin_beside_them) {
     struct vw_scene *scene = scene_with_points();
     struct vw_config config = test_config_of(VW_FIELD_SPLATS);

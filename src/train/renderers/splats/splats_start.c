@@ -70,11 +70,12 @@ static void place(const struct vw_model *model, const struct vw_scene *scene, ui
     }
 }
 
-// Places the splats beyond one for each point: at each point in turn, as far from it as others are.
+// Places the splats beyond one for each point: each point has one more in turn, along no axis farther from it than the
+// gap between points there. A point's own do not depend on what other points there are, but for their gaps.
 static void place_more(uint64_t seed, uint32_t points, uint32_t count, struct start *start) {
     for (uint32_t i = points; i < count; i++) {
-        uint32_t words[4], from = i % points;
-        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, i, 0, words);
+        uint32_t words[4], from = i % points, copy = i / points;
+        vw_random_words(seed, VW_RANDOM_INITIALISATION, 0, start->list[from], 1 + copy, words);
         for (uint32_t axis = 0; axis < 3; axis++)
             start->means[i][axis] =
                 start->means[from][axis] + start->gaps[from] * (2.0f * vw_random_unit(words[axis]) - 1.0f);
