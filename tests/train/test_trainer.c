@@ -208,6 +208,7 @@ TEST_CASES(the_choices_for_each_kind_train_the_same, i, VW_ARRAY_COUNT(kinds)) {
     vw_device_choose(&(struct vw_gpu_info){.kind = kinds[i]}, &choices);
     vw_device_choose(vw_gpu_get_info(test_gpu()), &own);
     assert_int_equal(choices.skip_zeros, kinds[i] == VW_GPU_DISCRETE);
+    assert_true(kinds[i] == VW_GPU_CPU || choices.scatter == SCATTER_ATOMICS);
     struct vw_scene *scene = test_scene();
     struct vw_config config = test_config();
     struct test_run *ordinary = test_run(scene, &config, true, 0);
