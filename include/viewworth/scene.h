@@ -114,11 +114,12 @@ struct vw_scene_params {
     const char *format; // "recipe", "transforms", "phototourism" or "colmap"; NULL: the first of these that fits
     const char *pool;   // "all": every registered photo, as in the paper; "list": those in a NeRF-W TSV; NULL: "all"
     const char *train_list, *val_list, *test_list; // files with one name per line; NULL: the scene decides
-    const char *providers;                         // CSV file with the header name,provider; NULL: none
-    uint32_t downscale;                            // factor by which width and height are divided; 0: 1
-    uint32_t corrupt;                              // number of train photos to corrupt (see below); 0: none
-    bool headers_only;  // read image headers, but no pixels and no file hashes; `hash` stays zero
-    struct vw_gpu *gpu; // ray-traces recipes; may be NULL for other formats
+    const char *splits;    // splits.json of an earlier run, without the lists above; NULL: the scene decides
+    const char *providers; // CSV file with the header name,provider; NULL: none
+    uint32_t downscale;    // factor by which width and height are divided; 0: 1
+    uint32_t corrupt;      // number of train photos to corrupt (see below); 0: none
+    bool headers_only;     // read image headers, but no pixels and no file hashes; `hash` stays zero
+    struct vw_gpu *gpu;    // ray-traces recipes; may be NULL for other formats
 };
 
 // Opens a scene; the caller closes it.

@@ -158,6 +158,10 @@ const struct vw_option vw_option_table[] = {
      OPTION(TEXT, val_list), COMMON},
     {"test", "FILE", "Photos to keep for tests: a file with one name per line", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(TEXT, test_list), COMMON},
+    {"splits", "FILE",
+     "The splits.json of an earlier run, instead of --train, --val and --test: every photo stays in its split. Photos "
+     "that it does not name train; near-duplicates of validation and test photos join those",
+     VW_OPTIONS_SCENE, VW_SECTION_SCENE, OPTION(TEXT, splits), COMMON},
     {"downscale", "N", "Factor by which width and height of the photos are divided", VW_OPTIONS_SCENE, VW_SECTION_SCENE,
      OPTION(COUNT, downscale), RANGE(1, 64), COMMON},
 

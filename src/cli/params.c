@@ -21,6 +21,7 @@ struct vw_scene_params vw_params_of_scene(const struct vw_options *options) {
         .train_list = options->train_list,
         .val_list = options->val_list,
         .test_list = options->test_list,
+        .splits = options->splits,
         .providers = options->providers,
         .downscale = options->downscale,
         .corrupt = options->corrupt,

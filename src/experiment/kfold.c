@@ -166,6 +166,7 @@ static enum vw_status plan(struct work *work) {
         run->scene.train_list = fold->lists[VW_SPLIT_TRAIN];
         run->scene.val_list = fold->lists[VW_SPLIT_VAL];
         run->scene.test_list = fold->lists[VW_SPLIT_TEST];
+        run->scene.splits = NULL;
     }
     return status;
 }

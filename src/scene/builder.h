@@ -27,6 +27,7 @@ struct vw_scene_builder {
     uint32_t missing_count;  // photos without a file, which have no view
     char *missing_name;      // owned; of the first of them
     uint32_t rescaled_count; // photos of another size than their camera
+    bool *added;             // owned; of each view: params->splits does not name it; NULL: without such a file
 };
 
 // Appends a view and returns it; name and image path are copied. The header is the photo's, for a view that has a file.
@@ -54,8 +55,12 @@ struct vw_view *vw_scene_find_named(const struct vw_scene *scene, const char *na
 // Takes the points of a COLMAP model beside another scene file, if the model's cameras are those of the scene
 // (sfm_evidence.c).
 enum vw_status vw_sfm_evidence_find(struct vw_scene_builder *builder);
-// Decides the splits: by lists, otherwise by the loader, otherwise by every eighth view (split.c).
-enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene);
+// Decides the splits: by lists or splits.json, otherwise by the loader, otherwise by every eighth view (split.c).
+enum vw_status vw_splits_assign(struct vw_scene_builder *builder);
+// Counts the views of each split. VW_ERROR_INPUT if too few are left to train.
+enum vw_status vw_splits_count(const char *path, struct vw_scene *scene);
+// Moves added photos that are near-duplicates of a validation or test photo to its split (splits_file.c). Needs pixels.
+enum vw_status vw_splits_join_duplicates(struct vw_scene_builder *builder);
 // Copies a provider's name without the spaces around it (providers.c). VW_ERROR_INPUT, without a place, when it has
 // characters that cannot be seen.
 enum vw_status vw_provider_name_take(const char *text, char **name);

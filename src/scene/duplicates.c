@@ -275,3 +275,30 @@ enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_
     free(similarities);
     return status;
 }
+
+// ---- Pairs ----
+
+static enum vw_status take_fingerprints(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                                        struct fingerprint *prints) {
+    enum vw_status status = vw_scene_decode(scene, views, count);
+    for (uint32_t i = 0; !status && i < count; i++) take_fingerprint(&scene->views[views[i]], &prints[views[i]]);
+    return status;
+}
+
+enum vw_status vw_scene_match_duplicates(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                                         const uint32_t *others, uint32_t other_count, uint32_t *matches) {
+    struct fingerprint *prints = vw_allocate(scene->view_count, sizeof *prints);
+    enum vw_status status = prints ? take_fingerprints(scene, views, count, prints) : VW_ERROR_MEMORY;
+    if (!status) status = take_fingerprints(scene, others, other_count, prints);
+    for (uint32_t i = 0; !status && i < count; i++) {
+        double most = 0;
+        matches[i] = UINT32_MAX;
+        for (uint32_t j = 0; j < other_count; j++) {
+            double similarity = similarity_of(scene, prints, others[j], views[i]);
+            if (similarity > most) matches[i] = others[j];
+            most = fmax(most, similarity);
+        }
+    }
+    free(prints);
+    return status;
+}

@@ -21,4 +21,9 @@
 enum vw_status vw_scene_find_duplicates(const struct vw_scene *scene, struct vw_duplicate **duplicates,
                                         uint32_t *count);
 
+// Finds for each of `views` (scene indices) the photo among `others` that it is most like: matches[i], UINT32_MAX if it
+// is a near-duplicate of none. Decodes no further photos, and makes count * other_count comparisons.
+enum vw_status vw_scene_match_duplicates(const struct vw_scene *scene, const uint32_t *views, uint32_t count,
+                                         const uint32_t *others, uint32_t other_count, uint32_t *matches);
+
 #endif

@@ -72,9 +72,10 @@ static enum vw_status finish(struct vw_scene_builder *builder) {
     const struct vw_scene_params *params = builder->params;
     struct vw_scene *scene = builder->scene;
     enum vw_status status = vw_scene_index_names(scene);
-    if (!status) status = vw_splits_assign(params, scene);
+    if (!status) status = vw_splits_assign(builder);
     if (!status) status = vw_providers_read(params->providers, scene);
     if (!status && builder->photos) status = vw_photos_read(builder);
+    if (!status && builder->added && !params->headers_only) status = vw_splits_join_duplicates(builder);
     if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);
     return status;
@@ -99,6 +100,7 @@ static void close_builder(struct vw_scene_builder *builder) {
         free(builder->photos[i].mask_path);
     }
     free(builder->photos);
+    free(builder->added);
     free(builder->folder);
     free(builder->missing_name);
 }

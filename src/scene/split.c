@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "scene/builder.h"
 #include "scene/formats/nerfw_tsv.h"
+#include "scene/splits_file.h"
 
 enum { LIST_COUNT = VW_SPLIT_EXCLUDED, TRAIN_VIEWS_MIN = 2, STRIDE = 8, TEST_PHASE = 4 };
 
@@ -115,21 +116,52 @@ static enum vw_status check_counts(const char *path, const struct vw_scene *scen
                    train ? "only one view is" : "no view is", TRAIN_VIEWS_MIN);
 }
 
-enum vw_status vw_splits_assign(const struct vw_scene_params *params, struct vw_scene *scene) {
+enum vw_status vw_splits_count(const char *path, struct vw_scene *scene) {
+    memset(scene->split_count, 0, sizeof scene->split_count);
+    for (uint32_t v = 0; v < scene->view_count; v++) scene->split_count[scene->views[v].split]++;
+    return check_counts(path, scene);
+}
+
+static enum vw_status assign_by_lists(const struct vw_scene_params *params, struct vw_scene *scene, uint8_t *claims) {
     const char *const lists[LIST_COUNT] = {params->train_list, params->val_list, params->test_list};
-    uint8_t *claims = vw_allocate(scene->view_count, sizeof *claims);
-    if (!claims) return VW_ERROR_MEMORY;
     enum vw_status status = VW_OK;
     for (enum vw_split split = 0; !status && split < VW_SPLIT_EXCLUDED; split++)
         if (lists[split])
             status = vw_tsv_has_header(NULL, lists[split]) ? read_tsv(scene, lists[split], split, claims)
                                                            : read_list(scene, lists[split], split, claims);
-    if (!status) {
-        if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
-        apply_claims(scene, lists, claims);
-    }
-    free(claims);
     if (status) return status;
-    for (uint32_t v = 0; v < scene->view_count; v++) scene->split_count[scene->views[v].split]++;
-    return check_counts(params->path, scene);
+    if (!loader_has_opinion(scene)) split_by_stride(scene, lists);
+    apply_claims(scene, lists, claims);
+    return VW_OK;
+}
+
+// Obeys the splits of an earlier run. Photos that came later train, unless the scene excludes them.
+static enum vw_status assign_by_file(struct vw_scene_builder *builder, uint8_t *claims) {
+    const struct vw_scene_params *params = builder->params;
+    struct vw_scene *scene = builder->scene;
+    uint32_t absent = 0;
+    if (params->train_list || params->val_list || params->test_list)
+        return vw_fail(VW_ERROR_USAGE, "--splits names the photos of all splits; leave out --train, --val and --test");
+    builder->added = vw_allocate(scene->view_count, sizeof *builder->added);
+    enum vw_status status =
+        builder->added ? vw_splits_file_read(scene, params->splits, claims, &absent) : VW_ERROR_MEMORY;
+    for (uint32_t v = 0; !status && v < scene->view_count; v++) {
+        struct vw_view *view = &scene->views[v];
+        builder->added[v] = !claims[v] && view->split != VW_SPLIT_EXCLUDED;
+        if (claims[v]) view->split = claims[v] - 1u;
+        else if (builder->added[v]) view->split = VW_SPLIT_TRAIN;
+    }
+    return status || !absent ? status
+                             : vw_scene_note(scene, "%u photos that %s names are not in the scene; they are skipped",
+                                             absent, params->splits);
+}
+
+enum vw_status vw_splits_assign(struct vw_scene_builder *builder) {
+    const struct vw_scene_params *params = builder->params;
+    uint8_t *claims = vw_allocate(builder->scene->view_count, sizeof *claims);
+    if (!claims) return VW_ERROR_MEMORY;
+    enum vw_status status =
+        params->splits ? assign_by_file(builder, claims) : assign_by_lists(params, builder->scene, claims);
+    free(claims);
+    return status ? status : vw_splits_count(params->path, builder->scene);
 }

@@ -45,6 +45,7 @@ check "help fits a terminal of 80 columns" test "$("$program" value --help-all |
 check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 500, with --field splats 3072\)\.' value --help-all
 check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' train --help-all
 check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
+check "help shows what keeps the splits" helps '--splits FILE The splits.json of an earlier run' info
 check "help shows choices" helps '--loss l1\|l2\|huber Training loss \(default l2\)\.' value --help-all
 check "no command is refused" refuses 'no command'
 check "an unknown command is refused" refuses 'unknown command "frobnicate"' frobnicate

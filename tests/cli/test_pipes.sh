@@ -66,7 +66,7 @@ done
 
 mkfifo "$folder/pipe"
 for file in "$folder/pipe" /dev/zero "$folder"; do
-    for option in --train --val --test --providers; do
+    for option in --train --val --test --splits --providers; do
         check "$option ${file##*/}" ends "$option" info "$root/tests/support/tiny.json" "$option" "$file" --quiet --device llvmpipe
     done
     check "a recipe ${file##*/}" ends recipe info "$file" --format recipe --quiet --device llvmpipe

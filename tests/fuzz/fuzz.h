@@ -26,7 +26,8 @@ fuzz_target fuzz_field;         // field.vwf, likewise
 fuzz_target fuzz_splats;        // the .ply file of --initial
 fuzz_target fuzz_steps;         // the log of import-steps
 fuzz_target fuzz_providers;     // --providers
-fuzz_target fuzz_lists;   // lists of photos: scores after an s, JSON after a j, otherwise names or a TSV after any byte
+// Lists of photos: scores after an s, JSON after a j, splits.json after a p, otherwise names or a TSV after any byte.
+fuzz_target fuzz_lists;
 fuzz_target fuzz_tables;  // CSV files that a report shows; a byte before them says which one
 fuzz_target fuzz_compare; // compare.json
 fuzz_target fuzz_jobs;    // JOBS.json of submission

@@ -197,6 +197,20 @@ TEST(copies_are_found) {
     }
 }
 
+// An added photo is like the more similar one of two others, by pixels or bytes, whatever its split.
+TEST(added_photos_are_matched) {
+    struct vw_scene *scene = make_scene();
+    change_pixels(copy_photo(scene, TRAIN, 9), 1, 0, 40);
+    change_pixels(copy_photo(scene, TRAIN, 17), 0.8, 5, 8);
+    memcpy(scene->views[20].sha256, scene->views[TRAIN + 1].sha256, sizeof scene->views[20].sha256);
+    const uint32_t added[] = {17, 18, 20}, others[] = {TRAIN, 9, TRAIN + 1};
+    uint32_t matches[3];
+    ASSERT_OK(vw_scene_match_duplicates(scene, added, 3, others, 3, matches));
+    assert_int_equal(matches[0], TRAIN);
+    assert_int_equal(matches[1], UINT32_MAX);
+    assert_int_equal(matches[2], TRAIN + 1);
+}
+
 // Somebody's photo may itself be a near-duplicate of another. Its copy is more like it than that other one is, and both
 // are a group.
 TEST(copies_of_near_duplicates_are_found) {

@@ -129,6 +129,12 @@ static void print_next(const struct selection_job *job) {
             "train    with other trainers; viewworth opens it when --to is in the scene's folder or in one above\n");
         return;
     }
+    if (!job->list.opens && json_is_string(json_object_get(job->run.scene_options, "splits"))) {
+        vw_print(
+            "train    viewworth value --splits, with a copy of the run's splits.json in which the other photos are "
+            "\"excluded\"\n");
+        return;
+    }
     vw_print("train    viewworth value");
     vw_print_shell_path(job->list.opens ? job->options->to : job->run.recorded.row.scene_path);
     if (!job->list.opens) {

@@ -1,0 +1,139 @@
+#include "scene/splits_file.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/file.h"
+#include "base/json.h"
+#include "base/json_reader.h"
+#include "base/memory.h"
+#include "scene/builder.h"
+#include "scene/duplicates.h"
+
+// ---- Reading -------------------------------------------------------------------------------------------------------
+
+static const size_t LIMIT_BYTES = (size_t)1 << 26;
+
+struct reading {
+    struct vw_json_reader reader;
+    const struct vw_scene *scene;
+    json_t *named; // owned; by name: its split
+    uint8_t *claims;
+    uint32_t claimed_count, absent_count; // names of photos that are in the scene, and that are not
+};
+
+// Notes the split of a name. A photo that the scene does not have is refused in two splits, too.
+static void take_name(struct reading *reading, enum vw_split split, size_t place, const json_t *item) {
+    char key[64];
+    const char *name = json_string_value(item) ? vw_view_name_of(json_string_value(item)) : NULL;
+    const json_t *before = name ? json_object_get(reading->named, name) : NULL;
+    const struct vw_view *view = name ? vw_scene_find_view(reading->scene, name) : NULL;
+    snprintf(key, sizeof key, "%s[%zu]", vw_split_name(split), place);
+    if (!name) vw_json_refuse(&reading->reader, key, "expected a text, the name of a photo");
+    if (before && json_integer_value(before) != (json_int_t)split)
+        vw_json_refuse(&reading->reader, key, "%s is in two splits, %s and %s; keep it in one", name,
+                       vw_split_name((enum vw_split)json_integer_value(before)), vw_split_name(split));
+    if (!name || before) return;
+    vw_json_set(&reading->named, name, json_integer(split));
+    if (view) reading->claims[view - reading->scene->views] = (uint8_t)(1 + split);
+    reading->claimed_count += view != NULL;
+    reading->absent_count += view == NULL;
+}
+
+static void read_split(struct reading *reading, const json_t *root, enum vw_split split) {
+    const json_t *names = json_object_get(root, vw_split_name(split));
+    if (!names && split == VW_SPLIT_EXCLUDED) return;
+    if (!json_is_array(names))
+        vw_json_refuse(&reading->reader, vw_split_name(split), "%s; give a list of names, [] for none",
+                       names ? "is not a list" : "is missing");
+    for (size_t i = 0; i < json_array_size(names) && !reading->reader.status; i++)
+        take_name(reading, split, i, json_array_get(names, i));
+}
+
+static void read_all(struct reading *reading, const json_t *root) {
+    vw_json_check_keys(&reading->reader, root, "train val test excluded");
+    for (enum vw_split split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED && !reading->reader.status; split++)
+        read_split(reading, root, split);
+    if (!reading->reader.status && !reading->named)
+        reading->reader.status = vw_fail(VW_ERROR_MEMORY, "%s: out of memory for its names", reading->reader.path);
+    if (!reading->reader.status && !reading->claimed_count)
+        vw_json_refuse(&reading->reader, "train",
+                       "neither this nor another split names a photo of the scene; use the "
+                       "splits.json of a run of this scene");
+}
+
+enum vw_status vw_splits_file_read(const struct vw_scene *scene, const char *path, uint8_t *claims,
+                                   uint32_t *absent_count) {
+    void *text = NULL;
+    size_t size_bytes = 0;
+    json_t *root = NULL;
+    struct reading reading = {.reader.path = path, .scene = scene, .named = json_object(), .claims = claims};
+    reading.reader.status = vw_file_read(path, LIMIT_BYTES, &text, &size_bytes);
+    if (!reading.reader.status) reading.reader.status = vw_json_parse(path, text, size_bytes, &root);
+    if (!reading.reader.status) read_all(&reading, root);
+    if (!reading.reader.status) *absent_count = reading.absent_count;
+    json_decref(reading.named);
+    json_decref(root);
+    free(text);
+    return reading.reader.status;
+}
+
+// ---- Added photos --------------------------------------------------------------------------------------------------
+
+// Lists views that were added, or those that validate or test and were not.
+static uint32_t list_views(const struct vw_scene_builder *builder, bool added, uint32_t *views) {
+    const struct vw_scene *scene = builder->scene;
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < scene->view_count; v++) {
+        bool judges = scene->views[v].split == VW_SPLIT_VAL || scene->views[v].split == VW_SPLIT_TEST;
+        if (added ? builder->added[v] : judges && !builder->added[v]) views[count++] = v;
+    }
+    return count;
+}
+
+static enum vw_status note_added(const struct vw_scene_builder *builder, uint32_t added, uint32_t joined) {
+    if (!joined)
+        return vw_scene_note(builder->scene, "%u photos that %s does not name train", added, builder->params->splits);
+    return vw_scene_note(builder->scene,
+                         "%u photos that %s does not name train, and %u that are near-duplicates of validation or "
+                         "test photos join them",
+                         added - joined, builder->params->splits, joined);
+}
+
+enum vw_status vw_splits_join_duplicates(struct vw_scene_builder *builder) {
+    struct vw_scene *scene = builder->scene;
+    uint32_t *views = vw_allocate(scene->view_count, sizeof *views);
+    uint32_t *judges = vw_allocate(scene->view_count, sizeof *judges);
+    uint32_t *matches = vw_allocate(scene->view_count, sizeof *matches);
+    enum vw_status status = views && judges && matches ? VW_OK : VW_ERROR_MEMORY;
+    uint32_t added = status ? 0 : list_views(builder, true, views), joined = 0;
+    if (added)
+        status = vw_scene_match_duplicates(scene, views, added, judges, list_views(builder, false, judges), matches);
+    for (uint32_t i = 0; i < added && !status; i++) {
+        if (matches[i] == UINT32_MAX) continue;
+        scene->views[views[i]].split = scene->views[matches[i]].split;
+        joined++;
+    }
+    if (added && !status) status = note_added(builder, added, joined);
+    free(views);
+    free(judges);
+    free(matches);
+    return status ? status : vw_splits_count(builder->params->path, scene);
+}
+
+// ---- Writing -------------------------------------------------------------------------------------------------------
+
+enum vw_status vw_splits_file_make(const struct vw_scene *scene, char **text) {
+    json_t *root = json_object(), *lists[VW_SPLIT_EXCLUDED + 1];
+    for (enum vw_split split = VW_SPLIT_TRAIN; split <= VW_SPLIT_EXCLUDED; split++) lists[split] = json_array();
+    for (uint32_t v = 0; v < scene->view_count; v++)
+        vw_json_append(&lists[scene->views[v].split], vw_json_string(scene->views[v].name));
+    for (enum vw_split split = VW_SPLIT_TRAIN; split < VW_SPLIT_EXCLUDED; split++)
+        vw_json_set(&root, vw_split_name(split), lists[split]);
+    if (scene->split_count[VW_SPLIT_EXCLUDED])
+        vw_json_set(&root, vw_split_name(VW_SPLIT_EXCLUDED), lists[VW_SPLIT_EXCLUDED]);
+    else json_decref(lists[VW_SPLIT_EXCLUDED]);
+    *text = vw_json_to_text(root, JSON_INDENT(2));
+    json_decref(root);
+    return *text ? VW_OK : vw_fail(VW_ERROR_MEMORY, "out of memory for the splits of the scene");
+}
