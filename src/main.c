@@ -21,11 +21,11 @@ static const struct vw_command commands[] = {
     {VALUE, "value", "SCENE",
      "Train a radiance field, one photo per step, and score what each photo is worth",
      "Writes to the --out folder: ledger.db (every step and every score), scores.csv, matrix.csv (what each train "
-     "photo did for each validation photo), report.html, map.json and residuals.json (cameras and renders, for the "
-     "report), field.vwf (the trained field), field.ply (the splats of --field splats, for other programs) and "
-     "checkpoints. Also writes providers.csv if providers are known, "
-     "payout.csv and payout_photos.csv with --payout if somebody is paid, and duplicates.csv if photos are "
-     "near-duplicates.\n"
+     "photo did for each validation photo), splits.json (who trains, validates and tests, for --splits of a later "
+     "run), report.html, map.json and residuals.json (cameras and renders, for the report), field.vwf (the trained "
+     "field), field.ply (the splats of --field splats, for other programs) and checkpoints. Also writes "
+     "providers.csv if providers are known, payout.csv and payout_photos.csv with --payout if somebody is paid, and "
+     "duplicates.csv if photos are near-duplicates.\n"
      "With --kfold K, writes fold-1/ ... fold-K/ (a run each), scores.csv and matrix.csv over the folds, dv_psnr.csv "
      "(the scores as compare --list reads them) and report.html. Running the command again resumes it; "
      "--resume is not needed.\n"

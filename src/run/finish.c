@@ -145,6 +145,7 @@ enum vw_status vw_run_finish(struct vw_run *run) {
     enum vw_status status = score_and_end(run);
     if (!status && !run->written) status = vw_run_write_scores(run);
     if (!status && run->validate) status = make_outputs(run);
+    if (!status && !run->validate) status = vw_run_splits_write(run->scene, run->out, &run->made);
     if (!status && !run->validate)
         status = vw_run_splats_write(run->trainer, run->out, &run->made, &run->results.outputs.has_splats);
     if (!status) status = name_end(run); // a payout changes the head

@@ -16,6 +16,7 @@ const struct vw_out_file vw_out_files[] = {
     {VW_REPORT_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {VW_RESIDUALS_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {"scores.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
+    {VW_SPLITS_FILE, VW_OUT_LISTED, true, VW_OUT_STAYS}, // --splits may name it, even to resume the same run
     // The list of these results: a command replaces lines, and verify compares all of it.
     {VW_CHECKSUMS_FILE, VW_OUT_COMPARED, false, VW_OUT_BY_SCORES},
     // States that later commands go on from.

@@ -20,11 +20,11 @@ copy() { rm -rf "${folder:?}/copy" && cp -r "$folder/run" "$folder/copy"; }
 check "value" run value run
 check "leaves a list that sha256sum takes, with the chain head" listed run
 check "of all results, sorted" test "$(names run)" = \
-    "duplicates.csv field.vwf ledger.db map.json matrix.csv report.html residuals.json scores.csv "
+    "duplicates.csv field.vwf ledger.db map.json matrix.csv report.html residuals.json scores.csv splits.json "
 check "a finished run is listed again, with the same files" eval 'cp "$folder/run/SHA256SUMS" "$folder/list"
     run value run --resume && listed run && cmp "$folder/run/SHA256SUMS" "$folder/list"'
 check "train lists" eval 'run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet && listed trained'
-check "without tables" test "$(names trained)" = "field.vwf ledger.db "
+check "without tables" test "$(names trained)" = "field.vwf ledger.db splits.json "
 printf 'step,epoch,photo,psnr,l1\n0,0,,10,0.3\n1,0,a,11,0.2\n2,0,b,12,0.1\n3,1,a,13,0.1\n4,1,b,14,0.1\n' >"$folder/log.csv"
 check "import-steps lists" eval 'run "$program" import-steps "$folder/log.csv" --out "$folder/imported" && listed imported'
 check "more epochs are listed" eval 'run value more && run value more --resume --epochs 4 && listed more'
@@ -70,7 +70,7 @@ check "value makes or removes every derived file" eval 'lay fresh && run value f
 check "so does a finished run" eval 'lay run && run value run --resume && listed run && unforged run &&
     [[ ! -e $folder/run/payout.csv ]] && row SHA256SUMS intact run'
 check "train" eval 'lay trained && run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet --resume &&
-    listed trained && [[ $(names trained) == "field.vwf ledger.db " ]] && unforged trained'
+    listed trained && [[ $(names trained) == "field.vwf ledger.db splits.json " ]] && unforged trained'
 check "import-steps" eval 'lay other && run "$program" import-steps "$folder/log.csv" --out "$folder/other" && listed other &&
     [[ $(names other) == "ledger.db scores.csv " ]] && unforged other'
 check "lasting" eval 'lay fresh && run "$program" lasting "$folder/fresh" --no-gate --quiet && listed fresh && unforged fresh'

@@ -1,11 +1,21 @@
 #include "run/outputs/run_outputs.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "run/out_files.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
+#include "scene/splits_file.h"
+
+enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made) {
+    char *text = NULL;
+    enum vw_status status = vw_splits_file_make(scene, &text);
+    if (!status) status = vw_result_write(out, VW_SPLITS_FILE, text, strlen(text), made);
+    free(text);
+    return status;
+}
 
 enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
                                    bool *written) {
@@ -40,6 +50,7 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
     if (!status)
         status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
                                           &outputs->validation);
+    if (!status) status = vw_run_splits_write(params->scene, params->out, made);
     if (!status) status = write_pictures(params, made);
     if (!status) status = vw_run_splats_write(params->trainer, params->out, made, &outputs->has_splats);
     if (status) return status;

@@ -37,9 +37,11 @@ struct vw_run_outputs {
 // Writes field.ply where the field is splats, and notes it.
 enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, struct vw_checksums *made,
                                    bool *written);
-// Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, map.json, residuals.json
-// unless the report goes without photos, field.ply where the field is splats, and report.html; notes them in `made`.
-// Fails at the first that cannot be made. Free the outputs also after a failure.
+// Writes splits.json and notes it.
+enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made);
+// Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, splits.json, map.json,
+// residuals.json unless the report goes without photos, field.ply where the field is splats, and report.html; notes
+// them in `made`. Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);
