@@ -59,7 +59,7 @@ enum vw_status vw_whole_views_measure(struct vw_trainer *trainer, const uint32_t
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && i < view_count; i++) {
         struct vw_whole_view whole;
-        status = vw_trainer_measure_whole(trainer, views[i], &whole);
+        status = vw_trainer_measure_whole(trainer, views[i], 0, &whole);
         if (status) break;
         errors[i] = whole.error;
         status = vw_ssim(whole.rendered, whole.photo, whole.counts, whole.width_px, whole.height_px, &ssims[i]);

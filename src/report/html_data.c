@@ -414,7 +414,7 @@ static enum vw_status add_run(const struct vw_report_page *page, uint32_t place,
     int failed = put_row(run, object) | put_images(run, object) | put_thumbnails(page, place, sets, object);
     failed |= put_steps(run, object) | put_matrix(run, object);
     failed |= put(object, "gate", vw_html_gate(run)) | put(object, "growth", vw_html_growth(run));
-    failed |= put(object, "retrainings", vw_html_retrainings(run));
+    failed |= put(object, "retrainings", vw_html_retrainings(run)) | put(object, "verdict", vw_html_verdict(run));
     enum vw_status status = failed ? out_of_memory() : put_scores(run, object);
     if (!status) status = put_repair(run, object);
     if (!status) status = put_credit(run, object);

@@ -29,6 +29,21 @@ json_t *vw_html_gate(const struct vw_report_run *run) {
     return gate;
 }
 
+// Reads what report_files.c has checked; without a file nothing is known.
+static struct vw_reconstruction reconstruction_of(const struct vw_report_run *run) {
+    const char *text = run->reconstruction_json;
+    struct vw_reconstruction reconstruction = {0};
+    json_t *json = text ? vw_json_load(text, strlen(text), 0, NULL) : NULL;
+    if (!json || vw_reconstruction_from_json(json, &reconstruction)) reconstruction = vw_reconstruction_unknown;
+    json_decref(json);
+    return reconstruction;
+}
+
+json_t *vw_html_verdict(const struct vw_report_run *run) {
+    const struct vw_reconstruction reconstruction = reconstruction_of(run);
+    return run->agreement ? vw_verdict_to_json(&reconstruction, run->agreement) : json_null();
+}
+
 json_t *vw_html_growth(const struct vw_report_run *run) {
     if (!run->lasting.step_count) return json_null();
     json_t *growth = json_object(), *steps = json_array(), *sizes = json_array();

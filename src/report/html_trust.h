@@ -5,12 +5,15 @@
 #include <jansson.h>
 
 #include "report/page.h"
+#include "value/verdict.h"
 #include "value/worth.h"
 
 // Returns null if the run has no such rows, and NULL when memory is short. The caller drops the reference.
 // {"image": [place in images, or null], "predicted": [dB], "measured": [dB], "correlation": r, or null where too few
 // are measured, "least": r below which lasting credit is not to be trusted}
 json_t *vw_html_gate(const struct vw_report_run *run);
+// Returns the object of vw_verdict_to_json() (value/verdict.h).
+json_t *vw_html_verdict(const struct vw_report_run *run);
 // Returns {"step": [...], "size": [...]}: at most about a thousand steps, evenly spread, and the first and the last.
 json_t *vw_html_growth(const struct vw_report_run *run);
 // Returns {"measured": [dB], "photos": [count], "means": {method: [mean of the scores of the photos trained on, or

@@ -13,6 +13,7 @@ const struct vw_out_file vw_out_files[] = {
     {"payout.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     {"payout_photos.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
     {"providers.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},
+    {VW_RECONSTRUCTION_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {VW_REPORT_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {VW_RESIDUALS_FILE, VW_OUT_LISTED, true, VW_OUT_BY_SCORES},
     {"scores.csv", VW_OUT_MADE_AGAIN, true, VW_OUT_BY_SCORES},

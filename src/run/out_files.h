@@ -16,6 +16,7 @@
 #define VW_SCENE_MAP_FILE "map.json"
 #define VW_RESIDUALS_FILE "residuals.json"
 #define VW_SPLITS_FILE "splits.json"
+#define VW_RECONSTRUCTION_FILE "reconstruction.json"
 #define VW_CHECKSUMS_FILE "SHA256SUMS"
 #define VW_OUT_LOCK_FILE ".viewworth.lock"
 

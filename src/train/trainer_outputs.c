@@ -162,7 +162,8 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
     return vw_measure_views(&measured, views, view_count, pixels_max, errors);
 }
 
-enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, struct vw_whole_view *whole) {
+enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, uint32_t side_px,
+                                        struct vw_whole_view *whole) {
     const struct vw_measured_field measured = measured_field_of(trainer);
-    return vw_measure_whole_view(&measured, view, whole);
+    return vw_measure_whole_view(&measured, view, side_px, whole);
 }

@@ -87,23 +87,23 @@ static const struct vw_view_distance *find_distance(const struct vw_validation_v
     return NULL;
 }
 
-// Returns the view whose removal changes the ranking most; NULL if that is unknown.
-static const struct vw_view_evidence *find_lowest(const struct vw_validation_views *validation) {
-    const struct vw_view_evidence *lowest = NULL;
-    for (uint32_t v = 0; vw_validation_views_have_matrix(validation) && v < validation->matrix.view_count; v++) {
-        const struct vw_view_evidence *view = &validation->views[v];
-        if (!isnan(view->without) && (!lowest || view->without < lowest->without)) lowest = view;
-    }
-    return lowest;
+// Prints whether the reconstruction is good enough to rank photos by, and how far the ranking can be believed.
+static void print_verdict(const struct vw_run_outputs *outputs) {
+    const struct vw_reconstruction *seen = &outputs->reconstruction;
+    const struct vw_ranking_agreement *agreement = &outputs->validation.agreement;
+    if (isfinite(seen->psnr_db))
+        vw_print("reconstruction  %s: %.1f dB, SSIM %.2f on validation photos (their mean colour has %.1f dB, the nearest "
+                 "train photo %.1f)\n",
+                 vw_verdict_word(vw_verdict_judge(seen, agreement)), seen->psnr_db, seen->ssim, seen->mean_colour_db,
+                 seen->nearest_photo_db);
+    if (isfinite(agreement->half_length))
+        vw_print("ranks    after half of the epochs agree with those after all by %.2f\n", agreement->half_length);
+    if (isfinite(agreement->view_halves))
+        vw_print("views    ranks by other %u validation photos would agree by about %.2f (from halves of these)\n",
+                 agreement->view_count, agreement->view_halves);
 }
 
 static void print_validation_views(const struct vw_validation_views *validation) {
-    const struct vw_view_evidence *lowest = find_lowest(validation);
-    if (lowest)
-        vw_print(
-            "validation photos  without any one of them, the ranking correlates %.3f or better with this one (lowest "
-            "without %s)\n",
-            lowest->without, vw_validation_views_name(validation, lowest->image_id));
     if (vw_validation_views_have_matrix(validation)) vw_print("matrix   %s\n", validation->matrix_path);
 }
 
@@ -128,6 +128,7 @@ static void add_validation_views(const struct vw_validation_views *validation, j
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
+    print_verdict(&results->outputs);
     vw_ranking_print(ranking,
                      "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
                      "lowest credit");
@@ -164,6 +165,8 @@ static void add_values(const struct vw_run_results *results, const struct vw_ran
     vw_json_set(root, "most_valuable", vw_ranking_to_json(ranking, VW_RANKING_HIGHEST));
     vw_json_set(root, "least_valuable", vw_ranking_to_json(ranking, VW_RANKING_LOWEST));
     vw_attribution_add_json(&results->outputs.attribution, root);
+    vw_json_set(root, "verdict",
+                vw_verdict_to_json(&results->outputs.reconstruction, &results->outputs.validation.agreement));
     add_validation_views(&results->outputs.validation, root);
     if (results->lasting.pass.step_count) vw_json_set(root, "lasting", vw_lasting_to_json(&results->lasting));
     if (results->plan.record) add_plan(&results->plan, results->config, root);

@@ -10,6 +10,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "base/text_stream.h"
+#include "run/outputs/reconstruction.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
 
@@ -309,13 +310,23 @@ static enum vw_status read_checked(const char *out, const char *file, const char
 }
 
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
-                                      struct vw_checksums *read, char **map_json, char **residuals_json) {
+                                      struct vw_checksums *read, struct vw_run_texts *texts) {
     enum vw_status status =
-        read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, read, map_json);
+        read_checked(out, VW_SCENE_MAP_FILE, scene_hash, image_count, vw_scene_map_check, read, &texts->map);
+    if (!status)
+        status = read_checked(out, VW_RECONSTRUCTION_FILE, scene_hash, image_count, vw_reconstruction_check, read,
+                              &texts->reconstruction);
     if (!status && !no_photos)
         status =
-            read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, read, residuals_json);
+            read_checked(out, VW_RESIDUALS_FILE, scene_hash, image_count, vw_residuals_check, read, &texts->residuals);
     return status;
+}
+
+void vw_run_texts_free(struct vw_run_texts *texts) {
+    free(texts->map);
+    free(texts->residuals);
+    free(texts->reconstruction);
+    *texts = (struct vw_run_texts){0};
 }
 
 static void free_document(struct vw_report_document *document) {

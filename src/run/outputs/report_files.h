@@ -24,10 +24,14 @@ enum vw_status vw_report_files_add(struct vw_report_files *files, const char *ou
                                    struct vw_checksums *read);
 void vw_report_files_free(struct vw_report_files *files);
 
-// Reads map.json and, unless `no_photos`, residuals.json of a run's folder, each NULL where it is missing; the texts
-// are owned by the caller, also after a failure. VW_ERROR_INPUT as above, and when they are not of this scene and these
-// images.
+// The JSON texts of a run's folder, owned; NULL where a file is missing.
+struct vw_run_texts {
+    char *map, *residuals, *reconstruction;
+};
+// Reads map.json, reconstruction.json and, unless `no_photos`, residuals.json. VW_ERROR_INPUT as above, and when they
+// are not of this scene and these images. Free the texts also after a failure.
 enum vw_status vw_report_files_of_run(const char *out, const char *scene_hash, uint32_t image_count, bool no_photos,
-                                      struct vw_checksums *read, char **map_json, char **residuals_json);
+                                      struct vw_checksums *read, struct vw_run_texts *texts);
+void vw_run_texts_free(struct vw_run_texts *texts);
 
 #endif

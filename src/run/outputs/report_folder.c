@@ -33,7 +33,8 @@ struct held_run {
     const struct vw_report_picture *thumbnails; // lent by the sets
     struct vw_ledger_retraining *retrainings;
     uint32_t retraining_count;
-    char *map_json, *residuals_json; // owned; NULL: none
+    struct vw_ranking_agreement agreement;
+    struct vw_run_texts texts;
     char head[VW_HASH_HEX_BYTES];
 };
 
@@ -57,7 +58,9 @@ static enum vw_status read_matrix(struct held_run *run) {
     run->views = vw_allocate(run->matrix.view_count, sizeof *run->views);
     run->standard_errors = vw_allocate(run->matrix.photo_count, sizeof *run->standard_errors);
     if (!run->views || !run->standard_errors) return VW_ERROR_MEMORY;
-    return run->matrix.visit_count ? vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors) : VW_OK;
+    status = vw_ranking_agreement_measure(&run->input, &run->matrix, &run->agreement);
+    if (status || !run->matrix.visit_count) return status;
+    return vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors);
 }
 
 static enum vw_status read_run(struct held_run *run, bool verified) {
@@ -95,8 +98,10 @@ static struct vw_report_run run_of_page(const struct held_run *run) {
         .retrainings = run->retrainings,
         .retraining_count = run->retraining_count,
         .thumbnails = run->thumbnails,
-        .map_json = run->map_json,
-        .residuals_json = run->residuals_json,
+        .agreement = &run->agreement,
+        .map_json = run->texts.map,
+        .residuals_json = run->texts.residuals,
+        .reconstruction_json = run->texts.reconstruction,
     };
 }
 
@@ -108,8 +113,7 @@ static void close_run(struct held_run *run) {
     free(run->standard_errors);
     free(run->scores);
     free(run->retrainings);
-    free(run->map_json);
-    free(run->residuals_json);
+    vw_run_texts_free(&run->texts);
     free(run->folder);
 }
 
@@ -131,7 +135,7 @@ static enum vw_status read_ledger(struct gathering *gathering, const char *folde
     if (!is_held(gathering, run))
         return vw_report_files_of_run(run->folder, run->recorded.row.scene_hash, run->input.image_count,
                                       gathering->params->options.no_thumbnails, in_hand_of(gathering, folder),
-                                      &run->map_json, &run->residuals_json);
+                                      &run->texts);
     vw_log_info("%s: holds a run that the report has already", folder);
     close_run(run);
     *run = (struct held_run){0};

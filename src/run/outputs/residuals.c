@@ -50,8 +50,8 @@ static enum vw_status list_candidates(const struct vw_residuals_params *params, 
     return VW_OK;
 }
 
-static double rays_allowed(const struct vw_residuals_params *params) {
-    double rays = (double)params->scoring->input.record_count * (3.0 * params->config->rays + params->config->val_rays);
+double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_config *config) {
+    double rays = (double)scoring->input.record_count * (3.0 * config->rays + config->val_rays);
     return fmax(VW_RESIDUALS_SHARE * rays, VW_RESIDUALS_RAYS_MIN);
 }
 
@@ -173,7 +173,7 @@ static enum vw_status add_photo(const struct vw_residuals_params *params, uint32
 static enum vw_status add_photos(const struct vw_residuals_params *params, json_t **photos) {
     struct candidate *candidates = NULL;
     uint32_t count = 0;
-    double left = rays_allowed(params);
+    double left = vw_residuals_rays(params->scoring, params->config);
     enum vw_status status = list_candidates(params, &candidates, &count);
     for (uint32_t i = 0; i < count && i < VW_RESIDUALS_MAX && !status; i++) {
         uint32_t size_px[2];

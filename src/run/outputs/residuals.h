@@ -19,6 +19,8 @@
 #define VW_RESIDUALS_SHARE 0.05
 enum { VW_RESIDUALS_RAYS_MIN = 8192, VW_RESIDUALS_MAX = 256, VW_RESIDUALS_HEIGHT_PX = 72 };
 
+double vw_residuals_rays(const struct vw_scoring *scoring, const struct vw_config *config);
+
 struct vw_residuals_params {
     const struct vw_scene *scene;
     struct vw_trainer *trainer;       // nothing in flight

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "run/out_files.h"
+#include "run/outputs/reconstruction.h"
 #include "run/outputs/report_folder.h"
 #include "run/outputs/residuals.h"
 #include "run/outputs/scene_map.h"
@@ -26,6 +27,17 @@ enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, 
     if (*written) status = vw_result_write(out, VW_SPLATS_FILE, data, size_bytes, made);
     free(data);
     return status;
+}
+
+static enum vw_status measure_reconstruction(const struct vw_run_outputs_params *params, struct vw_checksums *made,
+                                             struct vw_reconstruction *reconstruction) {
+    const struct vw_reconstruction_params of_scene = {
+        .scene = params->scene,
+        .trainer = params->trainer,
+        .rays = vw_residuals_rays(params->scoring, params->config),
+        .out = params->out,
+    };
+    return vw_reconstruction_write(&of_scene, made, reconstruction);
 }
 
 // Writes pictures of the scene and the field, so that the report can be made again without them.
@@ -51,6 +63,7 @@ enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, s
         status = vw_validation_views_make(params->scene, params->ledger, params->scoring, params->out, made,
                                           &outputs->validation);
     if (!status) status = vw_run_splits_write(params->scene, params->out, made);
+    if (!status) status = measure_reconstruction(params, made, &outputs->reconstruction);
     if (!status) status = write_pictures(params, made);
     if (!status) status = vw_run_splats_write(params->trainer, params->out, made, &outputs->has_splats);
     if (status) return status;

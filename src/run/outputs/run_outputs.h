@@ -9,6 +9,7 @@
 #include "run/outputs/attribution.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/validation_views.h"
+#include "value/verdict.h"
 #include "train/trainer.h"
 #include "viewworth/report.h"
 
@@ -30,6 +31,7 @@ struct vw_run_outputs_params {
 struct vw_run_outputs {
     struct vw_attribution attribution;
     struct vw_validation_views validation;
+    struct vw_reconstruction reconstruction;
     char *report_path;
     bool has_splats; // field.ply is there
 };
@@ -39,8 +41,8 @@ enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, 
                                    bool *written);
 // Writes splits.json and notes it.
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made);
-// Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, splits.json, map.json,
-// residuals.json unless the report goes without photos, field.ply where the field is splats, and report.html; notes
+// Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
+// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats, and report.html; notes
 // them in `made`. Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs);

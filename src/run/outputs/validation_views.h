@@ -9,10 +9,12 @@
 #include "run/scoring.h"
 #include "scene/view_distance.h"
 #include "value/matrix.h"
+#include "value/ranking_agreement.h"
 
 struct vw_validation_views {
     const struct vw_scene *scene; // borrowed
     struct vw_matrix matrix;
+    struct vw_ranking_agreement agreement;
     struct vw_view_evidence *views; // one per column
     double *standard_errors;        // one per row
     struct vw_view_distance *distances;

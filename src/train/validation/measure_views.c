@@ -148,25 +148,37 @@ static bool halves(const struct vw_measured_field *measured) {
     return measured->fits || vw_effects_see_photos(measured->field->model);
 }
 
-// Chooses all pixels of the view, after those to fit on. Where the left half is not scored, only the right one has
+// Places the window: all of the view, or at most `side_px` by `side_px` pixels in the middle of what is scored.
+static void place_window(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
+                         struct vw_whole_view *whole) {
+    const struct vw_image *image = &measured->scene->views[view].image;
+    const struct vw_pixel_columns scored = side_px && halves(measured)
+                                               ? vw_view_fit_right_half(measured->scene, view)
+                                               : vw_pixels_all_columns(measured->scene, view);
+    whole->width_px = side_px && side_px < scored.end - scored.begin ? side_px : scored.end - scored.begin;
+    whole->height_px = side_px && side_px < image->height_px ? side_px : image->height_px;
+    whole->left_px = scored.begin + (scored.end - scored.begin - whole->width_px) / 2;
+    whole->top_px = (image->height_px - whole->height_px) / 2;
+}
+
+// Chooses all pixels of the window, after those to fit on. Where the left half is not scored, only the right one has
 // weight.
-static void choose_all(const struct vw_measured_field *measured, uint32_t view, struct seen_view *seen) {
+static void choose_all(const struct vw_measured_field *measured, uint32_t view, const struct vw_whole_view *whole,
+                       struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
-    bool fits = measured->fits;
     struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
-    const struct vw_image *image = &scene->views[view].image;
-    seen->fit_count =
-        fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks, measured->field->model->patch_side,
-                                          VIEW_FIT_RAYS_MAX, seen->pixels)
-             : 0;
-    seen->count = seen->fit_count + image->width_px * image->height_px;
+    seen->fit_count = measured->fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks,
+                                                                  measured->field->model->patch_side, VIEW_FIT_RAYS_MAX,
+                                                                  seen->pixels)
+                                     : 0;
+    seen->count = seen->fit_count + whole->width_px * whole->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
-        uint32_t pixel = i - seen->fit_count;
-        seen->pixels[i] = vw_pixels_at(scene, view, pixel % image->width_px, pixel / image->width_px);
+        uint32_t pixel = i - seen->fit_count, column = whole->left_px + pixel % whole->width_px;
+        seen->pixels[i] = vw_pixels_at(scene, view, column, whole->top_px + pixel / whole->width_px);
     }
     if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
     for (uint32_t i = seen->fit_count; halves(measured) && i < seen->count; i++)
-        if ((i - seen->fit_count) % image->width_px < right.begin) seen->pixels[i].weight = 0.0f;
+        if (whole->left_px + (i - seen->fit_count) % whole->width_px < right.begin) seen->pixels[i].weight = 0.0f;
 }
 
 // Writes over the pixels that were seen.
@@ -204,14 +216,14 @@ static enum vw_status keep_pixels(const struct seen_view *seen, struct vw_whole_
     return VW_OK;
 }
 
-enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
                                      struct vw_whole_view *whole) {
-    const struct vw_image *image = &measured->scene->views[view].image;
     struct vw_evaluator evaluator = {0};
     struct vw_code_fit code = {0};
     struct seen_view seen;
-    *whole = (struct vw_whole_view){.width_px = image->width_px, .height_px = image->height_px};
-    size_t most = (size_t)image->width_px * image->height_px + CODE_FIT_RAYS_MAX;
+    *whole = (struct vw_whole_view){0};
+    place_window(measured, view, side_px, whole);
+    size_t most = (size_t)whole->width_px * whole->height_px + CODE_FIT_RAYS_MAX;
     enum vw_status status = allocate(most, &seen);
     if (!status) status = vw_scene_decode(measured->scene, &view, 1);
     if (!status)
@@ -219,7 +231,7 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
     if (!status) status = fit_code(measured, view, &seen, &code);
     if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->scene, view));
     if (!status) {
-        choose_all(measured, view, &seen);
+        choose_all(measured, view, whole, &seen);
         status = see(measured, &evaluator, view, &seen, &whole->error);
     }
     if (!status) status = keep_pixels(&seen, whole);

@@ -18,7 +18,7 @@ struct vw_measured_field { // all borrowed
 // Measures views as vw_trainer_measure_views() says. The second does as vw_trainer_measure_whole() says.
 enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
                                 uint32_t pixels_max, struct vw_view_error *errors);
-enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view,
+enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
                                      struct vw_whole_view *whole);
 
 // ---- Renders ----

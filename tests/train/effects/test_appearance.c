@@ -129,7 +129,7 @@ TEST(a_code_is_fitted_and_taken_away) {
                           pow(colours[i][k].z - pixels[k].rgba.z, 2);
     if (!(squares[1] < 0.8 * squares[0])) fail_msg("%g with the code, %g without", squares[1], squares[0]);
     struct vw_whole_view whole;
-    ASSERT_OK(vw_trainer_measure_whole(trainer, view, &whole));
+    ASSERT_OK(vw_trainer_measure_whole(trainer, view, 0, &whole));
     ASSERT_OK(vw_buffer_read(trainer->field.params, 0, after, bytes));
     assert_memory_equal(before, after, bytes);
     vw_whole_view_free(&whole);

@@ -1,0 +1,73 @@
+#include "value/verdict.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "base/json.h"
+#include "base/memory.h"
+
+static const struct {
+    const char *key;
+    size_t offset;
+} reals[] = {
+    {"psnr_db", offsetof(struct vw_reconstruction, psnr_db)},
+    {"ssim", offsetof(struct vw_reconstruction, ssim)},
+    {"mean_colour_db", offsetof(struct vw_reconstruction, mean_colour_db)},
+    {"nearest_photo_db", offsetof(struct vw_reconstruction, nearest_photo_db)},
+};
+
+const struct vw_reconstruction vw_reconstruction_unknown = {
+    .psnr_db = NAN, .ssim = NAN, .mean_colour_db = NAN, .nearest_photo_db = NAN};
+
+json_t *vw_reconstruction_to_json(const struct vw_reconstruction *reconstruction) {
+    json_t *json = json_pack("{s:I, s:I}", "views", (json_int_t)reconstruction->view_count, "pixels",
+                             (json_int_t)reconstruction->pixel_count);
+    for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++)
+        vw_json_set(&json, reals[i].key,
+                    vw_json_real(*(const double *)((const char *)reconstruction + reals[i].offset)));
+    return json;
+}
+
+const char *vw_reconstruction_from_json(const json_t *json, struct vw_reconstruction *reconstruction) {
+    json_int_t views = json_integer_value(json_object_get(json, "views")),
+               pixels = json_integer_value(json_object_get(json, "pixels"));
+    if (views < 0 || views > UINT32_MAX) return "views";
+    if (pixels < 0) return "pixels";
+    *reconstruction = (struct vw_reconstruction){.view_count = (uint32_t)views, .pixel_count = (uint64_t)pixels};
+    for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++) {
+        const json_t *number = json_object_get(json, reals[i].key);
+        if (!json_is_number(number) && !json_is_null(number)) return reals[i].key;
+        *(double *)((char *)reconstruction + reals[i].offset) =
+            json_is_number(number) ? json_number_value(number) : NAN;
+    }
+    return NULL;
+}
+
+// PSNR above the better of the trivial predictions, in dB.
+static const double USABLE_GAIN_DB = 3, GOOD_GAIN_DB = 6;
+
+enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction,
+                                 const struct vw_ranking_agreement *agreement) {
+    double trivial_db = fmax(reconstruction->mean_colour_db, reconstruction->nearest_photo_db);
+    double gain_db = reconstruction->psnr_db - trivial_db;
+    (void)agreement;
+    if (isnan(gain_db)) return VW_VERDICT_UNKNOWN;
+    if (gain_db < USABLE_GAIN_DB) return VW_VERDICT_TOO_COARSE;
+    return gain_db < GOOD_GAIN_DB ? VW_VERDICT_USABLE : VW_VERDICT_GOOD;
+}
+
+const char *vw_verdict_word(enum vw_verdict verdict) {
+    static const char *const words[] = {"unknown", "too coarse to rank photos by", "usable", "good"};
+    return words[verdict];
+}
+
+json_t *vw_verdict_to_json(const struct vw_reconstruction *reconstruction,
+                           const struct vw_ranking_agreement *agreement) {
+    json_t *ranking = json_pack("{s:I, s:I, s:o, s:o, s:o}", "epochs", (json_int_t)agreement->epochs, "views",
+                                (json_int_t)agreement->view_count, "epoch_halves",
+                                vw_json_real(agreement->epoch_halves), "half_length",
+                                vw_json_real(agreement->half_length), "view_halves",
+                                vw_json_real(agreement->view_halves));
+    return json_pack("{s:s, s:o, s:o}", "verdict", vw_verdict_word(vw_verdict_judge(reconstruction, agreement)),
+                     "reconstruction", vw_reconstruction_to_json(reconstruction), "ranking", ranking);
+}
