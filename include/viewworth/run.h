@@ -92,7 +92,7 @@ enum vw_status vw_run_advance(struct vw_run *run, uint64_t steps);
 // derived files that it does not make, fails when one cannot be made, and last lists its files in SHA256SUMS; also for
 // a run that was finished before.
 enum vw_status vw_run_finish(struct vw_run *run);
-// Returns the scores of one method, one per train photo, best first. NULL: vw_value_default_method. Call it only after
+// Returns the scores of one method, one per train photo, best first. NULL: vw_value_main_method. Call it only after
 // vw_run_finish(). The array and its strings are owned by the run. A method without scores gives count 0.
 enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const struct vw_ledger_score **scores,
                              uint32_t *count);

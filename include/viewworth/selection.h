@@ -27,7 +27,8 @@ enum vw_selection_rule {
 };
 
 struct vw_selection_params {
-    const char *method; // NULL: vw_value_default_method, or several for VW_SELECT_OUTLIERS
+    const char *method; // NULL: vw_value_main_method, vw_value_default_method for a rule that compares with zero, which
+                        // the former may lack, or several methods for VW_SELECT_OUTLIERS
     enum vw_selection_rule rule;
     double amount; // for VW_SELECT_TOP and VW_SELECT_DROP: a number of photos (whole, at least 1), or a percentage in
                    // (0,100] if `percent`
@@ -47,6 +48,7 @@ struct vw_selection {
     uint32_t scored_count;                 // train photos that have a score
     struct vw_selection_outlier *outliers; // owned: method by method, worst first
     uint32_t outlier_count;
+    const char *method; // that was used; NULL: several
 };
 
 // Reads "K" or "P%" into amount and percent; false if the text is neither. vw_selection_make checks the range.

@@ -70,8 +70,11 @@ struct vw_value_method {
 const struct vw_value_method *vw_value_methods(uint32_t *count);
 // Returns NULL for a name that is not in vw_value_methods.
 const struct vw_value_method *vw_value_method_find(const char *name);
-// The method that tables show first: "dv_psnr".
+// The method of every run with scores: "dv_psnr".
 extern const char vw_value_default_method[];
+// Returns the method that answers for a photo's value, which tables, report and selection use unless another is named:
+// "worth_psnr" if it has scores, else "lasting_psnr", else "dv_psnr".
+const char *vw_value_main_method(const struct vw_ledger_score *scores, uint32_t score_count);
 
 // Computes the score of every method for every train image, method by method, in image order. Each score has
 // - value, unit, visits (the number of visits that count);

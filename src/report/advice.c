@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "ledger/find_image.h"
 #include "viewworth/selection.h"
+#include "viewworth/value.h"
 
 static bool is_known(const struct vw_ledger_score *score, const char *method) {
     return strcmp(score->method, method) == 0 && isfinite(score->value) && score->visits > 0;
@@ -103,16 +104,17 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
 
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, struct vw_advice *advice) {
+                              const struct vw_worth_summary *worth, enum vw_verdict verdict,
+                              struct vw_advice *advice) {
     *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
     if (!advice->marks) return VW_ERROR_MEMORY;
     if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
-    if (has_known(scores, score_count, vw_worth_method)) advice->basis = vw_worth_method;
-    else if (has_known(scores, score_count, "lasting_psnr")) advice->basis = "lasting_psnr";
+    const char *method = vw_value_main_method(scores, score_count);
+    if (strcmp(method, vw_value_default_method) != 0) advice->basis = method;
     advice->by_order = advice->basis != vw_worth_method;
     advice->tested = !advice->by_order && worth->claim_count && worth->claims[0].accuracy.ci_low > 0;
     enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
-    if (status || !advice->basis || !(advice->by_order || advice->tested)) return status;
+    if (status || verdict == VW_VERDICT_TOO_COARSE || !advice->basis || !(advice->by_order || advice->tested)) return status;
     return mark_worth(scores, score_count, images, image_count, worth->noise_db, advice);
 }
 

@@ -3,6 +3,7 @@
 // A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
 // upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
 // one, else on lasting_psnr; credit does not tell them (value/README.md).
+// Where the reconstruction is too coarse to rank photos by (value/verdict.h), only looks are advised.
 // - worth_psnr comes from retrainings. Unless the 95 % interval of its accuracy on left-out retrainings lies above 0
 //   (value/worth.h), these have not shown that it tells photos apart, and it marks no photo. Otherwise
 //   - a photo can be left out if its interval ends at or below 0, or below both the noise of a training (another seed
@@ -19,6 +20,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "value/verdict.h"
 #include "value/worth.h"
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
@@ -37,7 +39,8 @@ struct vw_advice {
 // scores no photo has a mark. VW_ERROR_MEMORY.
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, struct vw_advice *advice);
+                              const struct vw_worth_summary *worth, enum vw_verdict verdict,
+                              struct vw_advice *advice);
 void vw_advice_free(struct vw_advice *advice);
 
 #endif

@@ -319,7 +319,8 @@ static enum vw_status put_advice(const struct vw_report_run *run, json_t *object
     struct vw_advice advice;
     enum vw_status status = summarise_worth(run, &worth);
     if (status) return status;
-    status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &worth, &advice);
+    status = vw_advice_make(run->scores, run->score_count, run->images, run->image_count, &worth, vw_html_judge(run),
+                            &advice);
     json_t *marks = status ? NULL : put_child(object, "advice", json_object());
     if (!status &&
         (!marks || put_text(marks, "basis", advice.basis) || put(marks, "by_order", json_boolean(advice.by_order)) ||

@@ -39,6 +39,11 @@ static struct vw_reconstruction reconstruction_of(const struct vw_report_run *ru
     return reconstruction;
 }
 
+enum vw_verdict vw_html_judge(const struct vw_report_run *run) {
+    const struct vw_reconstruction reconstruction = reconstruction_of(run);
+    return run->agreement ? vw_verdict_judge(&reconstruction, run->agreement) : VW_VERDICT_UNKNOWN;
+}
+
 json_t *vw_html_verdict(const struct vw_report_run *run) {
     const struct vw_reconstruction reconstruction = reconstruction_of(run);
     return run->agreement ? vw_verdict_to_json(&reconstruction, run->agreement) : json_null();

@@ -14,6 +14,7 @@
 json_t *vw_html_gate(const struct vw_report_run *run);
 // Returns the object of vw_verdict_to_json() (value/verdict.h).
 json_t *vw_html_verdict(const struct vw_report_run *run);
+enum vw_verdict vw_html_judge(const struct vw_report_run *run); // the same as a value
 // Returns {"step": [...], "size": [...]}: at most about a thousand steps, evenly spread, and the first and the last.
 json_t *vw_html_growth(const struct vw_report_run *run);
 // Returns {"measured": [dB], "photos": [count], "means": {method: [mean of the scores of the photos trained on, or

@@ -5,8 +5,18 @@ const data = JSON.parse(byId('data').textContent);
 const runs = data.runs;
 const chosen = {run: 0, method: '', split: 'train', provider: '*', text: '', advice: '*', pair: 0, measure: 'psnr', photo: null};
 
+// Shows credit as a share of what the training gained: the credits of hundreds of steps are not dB of a reconstruction.
+function showShares({scores: {dv_psnr: credit}, steps: {first_psnr: first, last_psnr: last}}) {
+  if (!credit || !(last > first)) return;
+  for (const key of ['value', 'ci_low', 'ci_high']) credit[key] = credit[key].map(value => known(value) ? 100 * value / (last - first) : value);
+  credit.unit = '% of the gain';
+}
+runs.forEach(showShares);
+
 const run = () => runs[chosen.run];
 const scoresOf = (one, method = chosen.method) => one.scores[method];
+// Returns the method that answers for a photo's value: worth if measured, else lasting credit, else credit.
+const mainMethod = one => one.advice.basis || (one.scores[data.default_method] ? data.default_method : Object.keys(one.scores)[0] || '');
 const unitOf = one => (scoresOf(one) || {unit: ''}).unit;
 const shortUnit = unit => unit === 'mean absolute error' ? 'MAE' : unit;
 
@@ -84,6 +94,22 @@ function fillTitle() {
     (runs.length > 1 ? plural(runs.length, 'run') + ' · ' : '') + run().run.device + ' · ' + moment(run().run.finished_utc);
 }
 
+// ---- Verdict ------------------------------------------------------------------------------------------------------------
+
+// Says how near the renders come to the validation photos, and how far the ranking can be believed.
+function fillVerdict() {
+  const {verdict} = run();
+  byId('verdict').hidden = verdict === null || verdict.verdict === 'unknown';
+  if (byId('verdict').hidden) return;
+  const {reconstruction: seen, ranking} = verdict, told = [];
+  if (known(ranking.half_length)) told.push('Ranks after half of the epochs agree with those after all by ' + fixed(ranking.half_length, 2) + '. ');
+  if (known(ranking.view_halves)) told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') + '; by as many others, ranks would ' +
+    'agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
+  byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
+    fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ' in the middle of ' + plural(seen.views, 'validation photo') +
+    '; their mean colour has ' + fixed(seen.mean_colour_db, 1) + ' dB, the nearest train photo ' + fixed(seen.nearest_photo_db, 1) + '. ', ...told);
+}
+
 function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }
 
 // Says whether scores by the chosen method may be compared with 0.
@@ -91,7 +117,7 @@ function hasZero() { return data.methods.some(method => method.name === chosen.m
 
 function fillTiles() {
   const one = run(), scored = photoRows(one).filter(row => known(row.value)), {steps} = one;
-  const bounded = scored.some(row => known(row.ci_low));
+  const bounded = scored.some(row => known(row.ci_low)) && !isTooCoarse(one);
   const significantly = (text, test) => bounded ? text + ', ' + scored.filter(test).length + ' of them significantly' : text;
   const tiles = [tile(fixed(steps.first_psnr, 2) + ' → ' + fixed(steps.last_psnr, 2), 'dB of validation PSNR, untrained and at the end')];
   if (scored.length && hasZero()) {
@@ -149,7 +175,7 @@ function fillControls() {
 function chooseRun(place) {
   const methods = methodsOf(runs[place]).map(method => method.name);
   Object.assign(chosen, {run: place, provider: '*', text: '', advice: '*', photo: null});
-  if (!methods.includes(chosen.method)) chosen.method = methods.includes(data.default_method) ? data.default_method : methods[0] || '';
+  if (!methods.includes(chosen.method)) chosen.method = mainMethod(runs[place]);
   fillRun();
 }
 
@@ -435,6 +461,7 @@ function fillAgreement() {
 // Draws the sections that depend on the method; fillRun those of the run, too, and fill all of them.
 function fillScored() {
   fillControls();
+  fillVerdict();
   fillTiles();
   fillRanking();
   fillMap();

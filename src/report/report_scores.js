@@ -45,6 +45,9 @@ function isRefuted(one) { return one.advice.basis === 'lasting_psnr' && one.gate
 // Says whether no retraining has shown yet that worth tells photos apart here: then nothing is said of leaving photos out.
 function isUnshown(one) { return one.advice.basis === 'worth_psnr' && !one.advice.tested; }
 
+// Says whether the reconstruction is too coarse to rank photos by.
+function isTooCoarse(one) { return one.verdict !== null && one.verdict.verdict.startsWith('too coarse'); }
+
 function advisedPhotos(one, key) { return key !== 'look' && (isRefuted(one) || isUnshown(one)) ? [] : one.advice[key]; }
 
 function adviceText(one, key) {
@@ -73,6 +76,8 @@ function toldAccuracy(one) {
 
 function whyAdvised(one) {
   const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised for outliers, and for photos of low quality.';
+  if (isTooCoarse(one)) return ' The reconstruction is too coarse to say which photos can be left out: train longer, for example by' +
+    ' --accuracy reference.' + looks;
   if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here:' +
     ' which photos can be left out is not said.' + looks;
   if (isUnshown(one)) return ' The retrainings do not show that worth tells photos apart here' +
@@ -95,10 +100,10 @@ function fillAdvice() {
   const one = run(), {advice, scores} = one, shown = Object.keys(scores).length > 0;
   byId('advice').hidden = !shown;
   if (!shown) return;
-  const ranks = new Map(photoRows(one, advice.basis || data.default_method).map(row => [row.image, row.rank]));
+  const ranks = new Map(photoRows(one, mainMethod(one)).map(row => [row.image, row.rank]));
   const ordered = (key, sign) => [...advice[key]].sort((a, b) => sign * (ranks.get(a) - ranks.get(b)));
   const part = (title, list) => [element('b', {}, title + ': '), ...(list.length ? namesOf(one, list) : ['none']), '. '];
-  const says = advice.basis && !isRefuted(one) && !isUnshown(one);
+  const says = advice.basis && !isRefuted(one) && !isUnshown(one) && !isTooCoarse(one);
   byId('advice').replaceChildren(
     ...(says ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
       ...part(advice.by_order ? 'Probably irreplaceable' : 'Irreplaceable', ordered('irreplaceable', 1))] : []),

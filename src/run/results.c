@@ -56,7 +56,7 @@ enum vw_status vw_run_scores(const struct vw_run *run, const char *method, const
                              uint32_t *count) {
     if (!run || !run->finished)
         return vw_fail(VW_ERROR_USAGE, "vw_run_scores: the run has no scores yet; call vw_run_finish first");
-    const char *wanted = method ? method : vw_value_default_method;
+    const char *wanted = method ? method : vw_value_main_method(run->ranked, run->results.scoring.score_count);
     uint32_t first = 0, end;
     while (first < run->results.scoring.score_count && !is_of_method(&run->ranked[first], wanted)) first++;
     for (end = first; end < run->results.scoring.score_count && is_of_method(&run->ranked[end], wanted);) end++;

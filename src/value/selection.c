@@ -100,11 +100,14 @@ static uint32_t keep(const struct vw_selection_params *params, const struct vw_l
     return kept;
 }
 
+static bool compares_with_zero(enum vw_selection_rule rule) {
+    return rule == VW_SELECT_POSITIVE || rule == VW_SELECT_SIGNIFICANT || rule == VW_SELECT_NOT_HARMFUL;
+}
+
 // Refuses rules about zero for ranks and lasting credit, of which only differences have a meaning.
 static enum vw_status check_zero(const char *method, enum vw_selection_rule rule) {
     const struct vw_value_method *about = vw_value_method_find(method);
-    bool compares = rule == VW_SELECT_POSITIVE || rule == VW_SELECT_SIGNIFICANT || rule == VW_SELECT_NOT_HARMFUL;
-    if (!compares || !about || about->has_zero) return VW_OK;
+    if (!compares_with_zero(rule) || !about || about->has_zero) return VW_OK;
     return vw_fail(VW_ERROR_USAGE,
                    "method \"%s\" has a zero that means nothing: only differences do; use --top or --drop", method);
 }
@@ -235,11 +238,19 @@ static enum vw_status copy_ids(const struct vw_ledger_score *const *kept, uint32
     return VW_OK;
 }
 
+static const char *choose_method(const struct vw_ledger_score *scores, uint32_t score_count,
+                                 const struct vw_selection_params *params) {
+    const char *main_method = vw_value_main_method(scores, score_count);
+    if (params->method) return params->method;
+    return compares_with_zero(params->rule) && !vw_value_method_find(main_method)->has_zero ? vw_value_default_method
+                                                                                           : main_method;
+}
+
 enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count,
                                  const struct vw_ledger_image *images, uint32_t image_count,
                                  const struct vw_selection_params *params, struct vw_selection *selection) {
     uint32_t ranked_count = 0, count = 0;
-    const char *method = params->method ? params->method : vw_value_default_method;
+    const char *method = choose_method(scores, score_count, params);
     enum vw_status status = check_amount(params);
     if (!status) status = check_zero(method, params->rule);
     if (status) return status;
@@ -251,6 +262,7 @@ enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t 
     if (!status) count = keep(params, ranked, ranked_count);
     if (!status && count == 0) status = refuse_empty(params, ranked_count);
     if (!status) status = copy_ids(ranked, count, ranked_count, selection);
+    if (!status) selection->method = method;
     free(ranked);
     return status;
 }

@@ -37,12 +37,18 @@ static uint32_t marked(const struct vw_advice *advice, enum vw_advice_mark mark)
     return bits;
 }
 
-static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci_low, double noise_db) {
+static struct vw_advice advise_by(const struct fixture *fixture, double accuracy_ci_low, double noise_db,
+                                  enum vw_verdict verdict) {
     struct vw_worth_summary worth = {.claim_count = 1, .noise_db = noise_db};
     struct vw_advice advice;
     worth.claims[0].accuracy.ci_low = accuracy_ci_low;
-    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, &advice));
+    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, verdict,
+                              &advice));
     return advice;
+}
+
+static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci_low, double noise_db) {
+    return advise_by(fixture, accuracy_ci_low, noise_db, VW_VERDICT_USABLE);
 }
 
 TEST(credit_alone_says_where_to_look) {
@@ -54,6 +60,19 @@ TEST(credit_alone_says_where_to_look) {
     assert_null(advice.basis);
     assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2 | 1u << 5);
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
+}
+
+TEST(a_coarse_reconstruction_says_only_where_to_look) {
+    struct fixture fixture = make();
+    fixture.scores[2].value = -20;
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, vw_worth_method, i - 6.0, 0.1);
+    for (int coarse = 0; coarse < 2; coarse++) {
+        AUTO(vw_advice_free)
+        struct vw_advice advice = advise_by(&fixture, 0.5, 1, coarse ? VW_VERDICT_TOO_COARSE : VW_VERDICT_USABLE);
+        uint32_t judged = marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE);
+        assert_int_equal(judged == 0, coarse);
+        assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2);
+    }
 }
 
 TEST(lasting_credit_advises_by_order) {
@@ -124,6 +143,6 @@ TEST(worth_that_is_not_shown_to_predict_marks_nothing) {
 
 TEST(no_scores_no_advice) {
     AUTO(vw_advice_free) struct vw_advice advice;
-    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, &advice));
+    ASSERT_OK(vw_advice_make(NULL, 0, NULL, 0, &(struct vw_worth_summary){0}, VW_VERDICT_UNKNOWN, &advice));
     assert_null(advice.basis);
 }

@@ -83,7 +83,7 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
 static const char *methods_of(const struct selection_job *job) {
     if (job->options->verify) return job->verified.candidates.list[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
-    return job->params.rule == VW_SELECT_OUTLIERS ? "dv_psnr, dv_loss, quality" : vw_value_default_method;
+    return job->selection.method ? job->selection.method : "dv_psnr, dv_loss, quality";
 }
 
 static json_t *left_out_to_json(const struct selection_job *job) {

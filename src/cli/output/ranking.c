@@ -41,12 +41,17 @@ static uint32_t count_at_each_end(const struct vw_ranking *ranking) {
     return half < SHOWN_AT_EACH_END ? half : SHOWN_AT_EACH_END;
 }
 
-static void print_row(const struct row *row) {
+// Returns the factor by which credit becomes a share of what the training gained, in percent; 1 for other scores.
+static double factor_of(const struct vw_ranking *ranking, const struct vw_ledger_score *score) {
+    return strcmp(score->method, "dv_psnr") == 0 && ranking->gain_db > 0 ? 100 / ranking->gain_db : 1;
+}
+
+static void print_row(const struct row *row, double factor) {
     const struct vw_ledger_score *score = row->score;
-    vw_print("  %+9" VW_SCORE_DIGITS "f ", score->value);
+    vw_print("  %+9.2f ", factor * score->value);
     if (isfinite(score->ci_low) && isfinite(score->ci_high))
-        vw_print("[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ", score->ci_low, score->ci_high);
-    vw_print("%s", score->unit);
+        vw_print("[%+9.2f, %+9.2f] ", factor * score->ci_low, factor * score->ci_high);
+    vw_print("%s", factor != 1 ? "%" : score->unit);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
     if (isfinite(row->quality)) vw_print("  quality %.2f", row->quality);
     vw_print("  %s", row->name);
@@ -54,14 +59,15 @@ static void print_row(const struct row *row) {
     vw_print("\n");
 }
 
-static json_t *row_to_json(const struct row *row) {
+static json_t *row_to_json(const struct row *row, double factor) {
     const struct vw_ledger_score *score = row->score;
-    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:o}", "name", row->name,
+    return json_pack("{s:s, s:s?, s:s?, s:s, s:o, s:s, s:o, s:o, s:o, s:I, s:I, s:I, s:o, s:o*}", "name", row->name,
                      "provider", row->provider, "ground_truth", row->ground_truth, "method", score->method, "value",
                      vw_json_real(score->value), "unit", score->unit, "stderr", vw_json_real(score->standard_error),
                      "ci_low", vw_json_real(score->ci_low), "ci_high", vw_json_real(score->ci_high), "rank_ci_low",
                      (json_int_t)score->rank_ci_low, "rank_ci_high", (json_int_t)score->rank_ci_high, "visits",
-                     (json_int_t)score->visits, "quality", vw_json_real(row->quality));
+                     (json_int_t)score->visits, "quality", vw_json_real(row->quality), "share_percent",
+                     factor != 1 ? vw_json_real(factor * score->value) : NULL);
 }
 
 void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, const char *lowest) {
@@ -69,7 +75,7 @@ void vw_ranking_print(const struct vw_ranking *ranking, const char *highest, con
     for (uint32_t i = 0; i < 2 * shown; i++) {
         struct row row = row_at(ranking, i < shown ? i : ranking->count - 1 - (i - shown));
         if (i == 0 || i == shown) vw_print("%s\n", i ? lowest : highest);
-        print_row(&row);
+        print_row(&row, factor_of(ranking, row.score));
     }
 }
 
@@ -78,7 +84,7 @@ json_t *vw_ranking_to_json(const struct vw_ranking *ranking, enum vw_ranking_row
     json_t *array = json_array();
     for (uint32_t i = 0; i < count; i++) {
         struct row row = row_at(ranking, rows == VW_RANKING_LOWEST ? ranking->count - 1 - i : i);
-        vw_json_append(&array, row_to_json(&row));
+        vw_json_append(&array, row_to_json(&row, factor_of(ranking, row.score)));
     }
     return array;
 }

@@ -1,6 +1,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/clock.h"
 #include "cli/output/print.h"
@@ -127,12 +128,21 @@ static void add_validation_views(const struct vw_validation_views *validation, j
 
 // ---- Text ----------------------------------------------------------------------------------------------------------
 
+// Prints the photos at both ends by the method that answers for their value.
+static void print_ranking(const struct vw_run_results *results, const struct vw_ranking *ranking) {
+    const char *method = ranking->count ? ranking->scores[0].method : "";
+    if (strcmp(method, "lasting_psnr") == 0) vw_lasting_print(&results->lasting);
+    else if (strcmp(method, "worth_psnr") == 0) vw_ranking_print(ranking, "highest worth", "lowest worth");
+    else
+        vw_ranking_print(ranking,
+                         "highest credit (dv_psnr: what the steps on the photo moved, as a share of what the training "
+                         "gained; 95 % intervals of score and rank)",
+                         "lowest credit");
+}
+
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     print_verdict(&results->outputs);
-    vw_ranking_print(ranking,
-                     "highest credit (dv_psnr: what the steps on the photo moved; 95 % intervals of score and rank)",
-                     "lowest credit");
-    if (results->lasting.pass.step_count) vw_lasting_print(&results->lasting);
+    print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);
     if (results->plan.record) print_plan(&results->plan, results->config);
@@ -189,7 +199,9 @@ static json_t *run_to_json(const struct vw_run_results *results, const struct vw
 
 enum vw_status vw_run_print(const struct vw_run *run, bool trained_only, bool json) {
     const struct vw_run_results *results = vw_run_get_results(run);
-    struct vw_ranking ranking = {.scene = results->scene};
+    const struct vw_step_statistics *statistics = &results->statistics;
+    struct vw_ranking ranking = {.scene = results->scene,
+                                 .gain_db = statistics->last_val_psnr_db - statistics->first_val_psnr_db};
     enum vw_status status = trained_only ? VW_OK : vw_run_scores(run, NULL, &ranking.scores, &ranking.count);
     if (!status && !trained_only) status = vw_run_scores(run, "quality", &ranking.qualities, &ranking.quality_count);
     if (status) return status;
