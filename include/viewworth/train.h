@@ -86,9 +86,10 @@ struct vw_config {
     double consistency_weight; // weight of HA-NeRF's consistency loss (appearance_encoder), 0 to 1000; 0: none
     enum vw_optimizer optimizer;
     double learning_rate; // 1e-12 to 1e6; at the first step
-    // Share of it at the last of all planned steps, towards which it falls by the same factor from step to step; 1e-6
-    // to 1. Below 1 makes `epochs` part of the run's identity
+    // Share of it at the last step of `decay_epochs`, towards which it falls by the same factor from step to step; it
+    // stays there afterwards; 1e-6 to 1
     double learning_rate_decay;
+    uint32_t decay_epochs; // 0: `epochs`, which are then part of the run's identity; a run that begins sets it to these
     double beta1; // [0,1); 0: no momentum
     double beta2; // [0,1)
     enum vw_field field;
@@ -136,6 +137,9 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 // is 0, without `learning_rate_decay` the rate is constant, without `initial` splats begin at the scene's points.
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
+
+// Sets the number of epochs, and the decay of the rate to the same share of them.
+void vw_config_set_epochs(struct vw_config *config, uint32_t epochs);
 
 const char *vw_field_name(enum vw_field field);                         // "hash", "mlp", "splats"
 const char *vw_loss_name(enum vw_loss loss);                            // "l1", "l2", "huber"

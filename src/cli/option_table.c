@@ -201,9 +201,12 @@ const struct vw_option vw_option_table[] = {
     {"lr", "X", "Learning rate", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate),
      DEFAULT("0.003, with --field mlp 0.0005, splats 6: a factor")},
     {"learning-rate-decay", "X",
-     "Share of --lr that is left at the last planned step; the rate falls by the same factor at every step",
+     "Share of --lr that is left after --decay-epochs; the rate falls by the same factor at every step, and stays "
+     "afterwards",
      VW_OPTIONS_TRAINING, VW_SECTION_TRAINING, OPTION(REAL, config.learning_rate_decay),
      DEFAULT("1, with --field splats 0.01, of positions alone")},
+    {"decay-epochs", "N", "Epochs over which the learning rate falls", VW_OPTIONS_TRAINING, VW_SECTION_TRAINING,
+     OPTION(COUNT, config.decay_epochs), DEFAULT("those that are planned")},
     {"beta1", "X", "Momentum of Adam; at 0 a step credits only its own photo", VW_OPTIONS_TRAINING | VW_OPTIONS_IMPORT,
      VW_SECTION_TRAINING, OPTION(REAL, config.beta1)},
     {"effects", "auto|none|LIST|+a,-b",

@@ -197,9 +197,7 @@ static void take_field_defaults(struct vw_options *options) {
     if (!vw_options_have(options, "val-rays")) config->val_rays = of_field.val_rays;
     if (!vw_options_have(options, "width")) config->width = of_field.width;
     if (!vw_options_have(options, "lr")) config->learning_rate = of_field.learning_rate;
-    if (!vw_options_have(options, "learning-rate-decay")) // which a budget, whose epochs are not planned, excludes
-        config->learning_rate_decay =
-            options->budget ? vw_config_default.learning_rate_decay : of_field.learning_rate_decay;
+    if (!vw_options_have(options, "learning-rate-decay")) config->learning_rate_decay = of_field.learning_rate_decay;
     if (!vw_options_have(options, "beta2")) config->beta2 = of_field.beta2;
     if (!vw_options_have(options, "ssim-weight")) config->ssim_weight = of_field.ssim_weight;
 }

@@ -44,7 +44,7 @@ static enum vw_status create_trainer(struct vw_retrainer *retrainer, const struc
     bool some = retraining->view_count > 0, alone = some && retrainer->params.equal == VW_EQUAL_EPOCHS;
     struct vw_config config = *retrainer->params.config;
     config.seed = retraining->seed;
-    config.epochs = epochs_of(retrainer, retraining);
+    vw_config_set_epochs(&config, epochs_of(retrainer, retraining));
     if (!gains(retraining)) config.val_rays = vw_config_default.val_rays;
     config.burn_in_epochs = vw_config_default.burn_in_epochs;
     const struct vw_trainer_params params = {

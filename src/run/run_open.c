@@ -25,15 +25,6 @@
 
 // ---- What is asked for ---------------------------------------------------------------------------------------------
 
-// Refuses --until-stable with lasting credit when the rate decays over the planned epochs.
-static enum vw_status check_decay(const struct vw_run_params *params) {
-    if (!params->config || vw_config_rate_is_constant(params->config)) return VW_OK;
-    if (params->until_stable > 0 && params->lasting.wanted)
-        return vw_fail(VW_ERROR_USAGE,
-                       "--lasting needs every planned epoch when the learning rate decays; drop --until-stable");
-    return VW_OK;
-}
-
 static enum vw_status check_params(const struct vw_run_params *params) {
     if (!params || !params->scene.path || !*params->scene.path)
         return vw_fail(VW_ERROR_USAGE, "vw_run_params.scene.path is missing: name the scene's folder or file");
@@ -50,7 +41,7 @@ static enum vw_status check_params(const struct vw_run_params *params) {
             vw_fail(VW_ERROR_USAGE, "vw_run_params.train_only excludes until_stable, accuracy, budget_s, payout and "
                                     "lasting, which need validation: leave them out");
     if (!status && params->lasting.wanted) status = vw_lasting_check_config(params->config);
-    return status ? status : check_decay(params);
+    return status;
 }
 
 static enum vw_status copy_params(const struct vw_run_params *params, struct vw_run *run) {
@@ -176,6 +167,18 @@ static enum vw_status open_on_session(struct vw_run *run, const struct vw_sessio
     return run->ledger ? vw_run_resume(run) : VW_OK;
 }
 
+// Settles over how many epochs the rate falls: those of a resumed run stay, so that more epochs extend it.
+static enum vw_status settle_decay(struct vw_run *run) {
+    struct vw_ledger_run row;
+    struct vw_config recorded = {0};
+    struct vw_config *config = &run->config;
+    if (vw_config_rate_is_constant(config) || config->decay_epochs) return VW_OK;
+    enum vw_status status = run->ledger ? vw_ledger_get_run(run->ledger, &row) : VW_OK;
+    if (!status && run->ledger) status = vw_config_from_json(row.config_json, &recorded);
+    config->decay_epochs = recorded.decay_epochs ? recorded.decay_epochs : config->epochs;
+    return status;
+}
+
 // Locks OUT first; then the plan chooses the config of the trainer.
 static enum vw_status open_run(const struct vw_run_params *params, struct vw_run *run) {
     const struct vw_session_params session = {
@@ -184,6 +187,7 @@ static enum vw_status open_run(const struct vw_run_params *params, struct vw_run
     if (!status) status = name_outputs(run);
     if (!status && run->session == &run->own && run->validate)
         status = vw_plan_make(params, run->ledger, run->session, &run->config, &run->results.plan);
+    if (!status) status = settle_decay(run);
     if (status) return status;
     uint32_t epochs = vw_plan_epochs_most(&run->results.plan, &run->config);
     if (run->validate && epochs <= run->config.burn_in_epochs)

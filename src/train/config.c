@@ -112,6 +112,7 @@ static const struct number {
     {"learning_rate", "lr", REAL, offsetof(struct vw_config, learning_rate), 1e-12, 1e6, true},
     {"learning_rate_decay", "learning-rate-decay", REAL, offsetof(struct vw_config, learning_rate_decay), 1e-6, 1.0,
      true},
+    {"decay_epochs", "decay-epochs", WHOLE, offsetof(struct vw_config, decay_epochs), 0, 1e9, true},
     {"beta1", "beta1", REAL, offsetof(struct vw_config, beta1), 0.0, 0.999999, true},
     {"beta2", "beta2", REAL, offsetof(struct vw_config, beta2), 0.0, 0.999999, true},
     {"mlp_depth", "mlp-depth", WHOLE, offsetof(struct vw_config, mlp_depth), 1, 16, true},
@@ -239,6 +240,8 @@ static enum vw_status check_together(const struct vw_config *config) {
                                        "use --coarse-network shared");
     if (config->loss != VW_LOSS_HUBER && config->huber_length != vw_config_default.huber_length)
         return vw_fail(VW_ERROR_USAGE, "--huber-length: needs --loss huber, not %s", vw_loss_name(config->loss));
+    if (config->decay_epochs && vw_config_rate_is_constant(config))
+        return vw_fail(VW_ERROR_USAGE, "--decay-epochs: needs --learning-rate-decay below 1");
     if (config->pilot_steps > VW_PILOT_STEPS_MOST && config->pilot_steps != VW_PILOT_STEPS_AUTO)
         return vw_fail(VW_ERROR_USAGE, "--pilot-steps takes 0 to %d, not %" PRIu32, VW_PILOT_STEPS_MOST,
                        config->pilot_steps);
@@ -267,8 +270,14 @@ bool vw_config_rate_is_constant(const struct vw_config *config) { return config-
 // Returns whether a number is part of the run's identity. The number of epochs is, where it decides how the learning
 // rate decays.
 static bool is_identity(const struct vw_config *config, const struct number *number) {
-    return number->identity ||
-           (!vw_config_rate_is_constant(config) && number->offset == offsetof(struct vw_config, epochs));
+    return number->identity || (!vw_config_rate_is_constant(config) && !config->decay_epochs &&
+                                number->offset == offsetof(struct vw_config, epochs));
+}
+
+void vw_config_set_epochs(struct vw_config *config, uint32_t epochs) {
+    double share = (double)config->decay_epochs / config->epochs;
+    if (config->decay_epochs) config->decay_epochs = (uint32_t)fmax(1, round(share * epochs));
+    config->epochs = epochs;
 }
 
 // Returns whether memory was short.

@@ -40,7 +40,7 @@ struct vw_model {
     struct vw_specialization specialization; // with training = 1
     uint64_t seed;                           // key of what passes draw, apart from order and initialisation
     double learning_rate_decay;              // vw_config
-    uint64_t planned_steps;                  // steps of all epochs
+    uint64_t planned_steps;                  // steps over which the rate falls
     struct vw_box box;  // that the field sees: the scene's, or that of an effect (contraction.h, wide_box.h)
     bool box_of_effect; // the latter
     struct vw_param_range grid, weights; // grid: pair_bytes per feature pair, empty without one; weights: vec4 columns

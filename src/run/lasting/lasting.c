@@ -251,10 +251,9 @@ static enum vw_status open_pass(struct vw_run *run, const char *run_id, struct b
                        "%s: ends within an epoch, after step %" PRIu64 "; finish it by viewworth value --resume, then "
                        "run viewworth lasting",
                        run->results.ledger_path, pass->steps);
-    enum vw_status status =
-        vw_lasting_set_epochs(run->results.ledger_path, (uint32_t)(pass->steps / photos), &run->config);
+    run->config.epochs = (uint32_t)(pass->steps / photos); // fewer than planned where the run stopped early
     pass->path = vw_path_join(run->out, VW_LASTING_PASS_FILE);
-    if (!status) status = allocate(pass);
+    enum vw_status status = allocate(pass);
     if (status) return status;
     const struct vw_trainer_params training = {.gpu = run->gpu,
                                                .scene = run->scene,

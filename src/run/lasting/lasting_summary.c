@@ -17,17 +17,6 @@ enum vw_status vw_lasting_check_config(const struct vw_config *config) {
                    "--table-precision float32");
 }
 
-enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config) {
-    if (!vw_config_rate_is_constant(config) && config->epochs != taken)
-        return vw_fail(
-            VW_ERROR_USAGE,
-            "%s: stopped after %u of %u planned epochs, over which its learning rate decays; to take its steps "
-            "again needs all of them: finish it by viewworth value --resume without --until-stable",
-            ledger_path, taken, config->epochs);
-    config->epochs = taken;
-    return VW_OK;
-}
-
 bool vw_lasting_has_gate(const struct vw_config *config) { return !(config->beta1 > 0); }
 
 bool vw_lasting_is_there(const struct vw_lasting_options *wanted, const struct vw_config *config,

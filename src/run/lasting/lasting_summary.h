@@ -12,9 +12,6 @@
 
 // Returns VW_ERROR_USAGE for a config (NULL: the default) that no backward pass can follow.
 enum vw_status vw_lasting_check_config(const struct vw_config *config);
-// Sets the epochs that were taken, fewer than planned in runs that stopped early. Returns VW_ERROR_USAGE, naming the
-// ledger, where the learning rate decayed over the planned ones.
-enum vw_status vw_lasting_set_epochs(const char *ledger_path, uint32_t taken, struct vw_config *config);
 // Tells whether a run of `config` has a gate; with momentum it has none.
 bool vw_lasting_has_gate(const struct vw_config *config);
 // Tells whether the ledger already has the wanted result for a run of `config`, with its gate if that is wanted.

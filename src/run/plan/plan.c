@@ -165,6 +165,7 @@ static enum vw_status record_plan(const struct choice *choice, struct vw_config 
     const struct vw_accuracy_level *level = &choice->levels[choice->chosen.candidate];
     vw_accuracy_apply(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
+    if (!vw_config_rate_is_constant(config) && !config->decay_epochs) config->decay_epochs = config->epochs;
     return write_record(plan,
                         json_pack("{s:s, s:f, s:f, s:I, s:I, s:s}", "accuracy", level->name, "budget_s", plan->budget_s,
                                   "step_s", plan->step_s, "epochs_planned", (json_int_t)config->epochs, "epochs_most",
@@ -260,9 +261,6 @@ static enum vw_status take_recorded(const struct vw_run_params *params, struct v
 
 enum vw_status vw_plan_make(const struct vw_run_params *params, struct vw_ledger *recorded, struct vw_session *session,
                             struct vw_config *config, struct vw_plan *plan) {
-    if (params->budget_s > 0 && !vw_config_rate_is_constant(config))
-        return vw_fail(VW_ERROR_USAGE, "--budget excludes --learning-rate-decay, whose rates depend on --epochs: leave "
-                                       "out one of them");
     plan->budget_s = params->budget_s;
     if (recorded) return take_recorded(params, recorded, config, plan);
     if (params->budget_s > 0) return choose_budget(params, session, config, plan);

@@ -19,7 +19,7 @@ static enum vw_status count_epochs(struct vw_recorded_run *run) {
     enum vw_status status = vw_ledger_get_images(run->ledger, &images, &image_count);
     for (uint32_t i = 0; !status && i < image_count; i++) photos += strcmp(images[i].split, "train") == 0;
     if (!status && photos && steps > photos && (steps - 1) % photos == 0)
-        status = vw_lasting_set_epochs(run->ledger_path, (uint32_t)((steps - 1) / photos), &run->config);
+        run->config.epochs = (uint32_t)((steps - 1) / photos); // fewer than planned where the run stopped early
     else if (!status)
         status = vw_fail(VW_ERROR_USAGE,
                          "%s: the run has no whole epochs; finish it by viewworth value SCENE --out %s --resume",
