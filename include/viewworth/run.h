@@ -40,7 +40,9 @@ enum {
     VW_EXPLICIT_VAL_RAYS = 4,
     VW_EXPLICIT_LOG2_TABLE = 8,
     VW_EXPLICIT_WIDTH = 16,
-    VW_EXPLICIT_EPOCHS = 32,
+    VW_EXPLICIT_IMPORTANCE_SAMPLES = 32,
+    VW_EXPLICIT_LEVELS = 64,
+    VW_EXPLICIT_EPOCHS = 128,
 };
 
 // Lasting credit (value.h): one backward pass through the finished training.

@@ -8,7 +8,7 @@ static const struct {
     [VW_PRESET_NONE] = {"none", ""},
     // instant-ngp (Mueller et al., SIGGRAPH 2022): its configs/nerf/base.json
     [VW_PRESET_HASH] = {"hash", "field=hash levels=8 features=4 log2-table=19 base-resolution=16 growth=2 width=64 "
-                                "rays=4096 samples=64 loss=huber lr=0.01"},
+                                "rays=4096 samples=64 importance-samples=0 loss=huber lr=0.01 learning-rate-decay=1"},
     // 3-D Gaussian splatting (Kerbl et al., SIGGRAPH 2023), section 5 and appendix
     [VW_PRESET_SPLATS] = {"splats", "field=splats harmonics=3 loss=l1 ssim-weight=0.2"},
     // NeRF (Mildenhall et al., ECCV 2020), section 5.3

@@ -52,9 +52,14 @@ static uint32_t list_explicit_fields(const struct vw_options *options) {
     static const struct {
         const char *option;
         uint32_t field;
-    } known[] = {{"rays", VW_EXPLICIT_RAYS},         {"samples", VW_EXPLICIT_SAMPLES},
-                 {"val-rays", VW_EXPLICIT_VAL_RAYS}, {"log2-table", VW_EXPLICIT_LOG2_TABLE},
-                 {"width", VW_EXPLICIT_WIDTH},       {"epochs", VW_EXPLICIT_EPOCHS}};
+    } known[] = {{"rays", VW_EXPLICIT_RAYS},
+                 {"samples", VW_EXPLICIT_SAMPLES},
+                 {"importance-samples", VW_EXPLICIT_IMPORTANCE_SAMPLES},
+                 {"val-rays", VW_EXPLICIT_VAL_RAYS},
+                 {"log2-table", VW_EXPLICIT_LOG2_TABLE},
+                 {"levels", VW_EXPLICIT_LEVELS},
+                 {"width", VW_EXPLICIT_WIDTH},
+                 {"epochs", VW_EXPLICIT_EPOCHS}};
     uint32_t fields = 0;
     for (size_t i = 0; i < VW_ARRAY_COUNT(known); i++)
         if (vw_options_have(options, known[i].option)) fields |= known[i].field;

@@ -194,6 +194,8 @@ static void take_field_defaults(struct vw_options *options) {
     const struct vw_config of_field = vw_config_of_field(options->config.field);
     struct vw_config *config = &options->config;
     if (!vw_options_have(options, "rays")) config->rays = of_field.rays;
+    if (!vw_options_have(options, "epochs")) config->epochs = of_field.epochs;
+    if (!vw_options_have(options, "importance-samples")) config->importance_samples = of_field.importance_samples;
     if (!vw_options_have(options, "val-rays")) config->val_rays = of_field.val_rays;
     if (!vw_options_have(options, "width")) config->width = of_field.width;
     if (!vw_options_have(options, "lr")) config->learning_rate = of_field.learning_rate;

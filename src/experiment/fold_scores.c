@@ -119,7 +119,9 @@ static uint32_t pool_method(const struct entry *entries, uint32_t count, double 
         struct photo photo = sum_photo(entries + i, alike);
         pooled[photos++] = pool_photo(entries + i, alike, &photo, median);
     }
-    vw_rank_intervals(pooled, photos);
+    for (uint32_t i = 0; i < photos; i++) variances[i] = pooled[i].value;
+    bool is_sum = photos && strcmp(pooled->method, "quality") != 0;
+    vw_rank_intervals(pooled, photos, is_sum ? vw_length_variance(variances, photos) : 0);
     return photos;
 }
 

@@ -32,7 +32,8 @@ static enum vw_status check_params(const struct vw_run_params *params) {
         return vw_fail(VW_ERROR_USAGE, "vw_run_params.out is missing: name the folder for the results");
     enum vw_status status = params->config ? vw_config_check(params->config) : VW_OK;
     if (!status) status = vw_stop_rules_check(params->until_stable);
-    if (!status && params->accuracy) status = vw_accuracy_check(params->accuracy);
+    uint32_t level;
+    if (!status && params->accuracy) status = vw_accuracy_find(params->accuracy, &level);
     if (!status && params->budget_s != 0) status = vw_budget_check(params->budget_s);
     if (!status && params->train_only &&
         (params->until_stable > 0 || params->accuracy || params->budget_s > 0 || params->payout.amount ||

@@ -16,21 +16,22 @@ const struct vw_config vw_config_default = {
     .epochs = 30,
     .burn_in_epochs = 1,
     .rays = 500,
-    .samples = 32,
-    .val_rays = 512,
+    .samples = 16,
+    .importance_samples = 16,
+    .val_rays = 1024,
     .loss = VW_LOSS_L2,
     .huber_length = 0.1,
     .beta_min = 0.1,
     .optimizer = VW_OPTIMIZER_LAZY_ADAM,
-    .learning_rate = 3e-3,
-    .learning_rate_decay = 1.0,
+    .learning_rate = 0.01,
+    .learning_rate_decay = 0.1,
     .beta1 = 0.0,
     .beta2 = 0.99,
     .mlp_depth = 8,
     .frequencies = 10,
-    .levels = 8,
+    .levels = 10,
     .features = 2,
-    .log2_table = 14,
+    .log2_table = 16,
     .base_resolution = 8,
     .growth = 1.45,
     .width = 32,
@@ -45,6 +46,7 @@ struct vw_config vw_config_of_field(enum vw_field field) {
     if (field == VW_FIELD_MLP) {
         config.width = 256;
         config.learning_rate = 5e-4;
+        config.learning_rate_decay = 1;
     } else if (field == VW_FIELD_SPLATS) {
         config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
         config.learning_rate = 6;
@@ -52,6 +54,8 @@ struct vw_config vw_config_of_field(enum vw_field field) {
         config.beta2 = 0.999;
         config.val_rays = 4096;
         config.ssim_weight = 0.2;
+        config.epochs = 60;
+        config.importance_samples = 0;
     }
     return config;
 }

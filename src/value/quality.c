@@ -169,7 +169,7 @@ static void append(const struct work *work, struct vw_ledger_score *scores, uint
         score->ci_low = fmax(score->value - vw_student_quantile(work->epochs - 1) * error, 0);
         score->ci_high = fmin(score->value + vw_student_quantile(work->epochs - 1) * error, 1);
     }
-    vw_rank_intervals(own, count);
+    vw_rank_intervals(own, count, 0);
     *score_count += count;
 }
 

@@ -20,6 +20,7 @@ static const double CORRELATION_PRIOR = 0.3; // standard deviation of the prior;
 static const double KEPT_LEAST = 0.5;        // frequencies of which less remains without the trend are left out
 const double vw_run_variance = 1.5;
 static const double RANK_ERRORS = 1.645; // see uncertainty.h
+static const double LENGTH_SHARE = 0.45;
 static const double PI = 3.14159265358979323846;
 
 // The basis that all photos share: rows of `epochs` values.
@@ -242,14 +243,21 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
 
 // ---- Ranks ----
 
-// Returns whether a is better than b by more than their standard errors explain; false if one of these is unknown.
-static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b) {
+// Returns whether a is better than b by more than their standard errors and the variance added to each explain; false
+// if one of these is unknown.
+static bool is_surely_better(const struct vw_ledger_score *a, const struct vw_ledger_score *b, double added_variance) {
     double difference = a->value - b->value;
     double variance = a->standard_error * a->standard_error + b->standard_error * b->standard_error;
+    variance += 2 * added_variance;
     return difference > 0 && difference * difference > RANK_ERRORS * RANK_ERRORS * variance;
 }
 
-void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
+double vw_length_variance(double *values, uint32_t count) {
+    double spread = vw_robust_spread(values, count);
+    return count ? LENGTH_SHARE * spread * spread : 0;
+}
+
+void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count, double added_variance) {
     for (uint32_t i = 0; i < count; i++) {
         bool known = !isnan(scores[i].standard_error);
         scores[i].rank_ci_low = known ? 1 : 0;
@@ -259,7 +267,7 @@ void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count) {
         for (uint32_t other = i + 1; other < count; other++) {
             struct vw_ledger_score *better = &scores[i], *worse = &scores[other];
             if (better->value < worse->value) better = &scores[other], worse = &scores[i];
-            if (!is_surely_better(better, worse)) continue; // also if one has no standard error
+            if (!is_surely_better(better, worse, added_variance)) continue; // also if one has no standard error
             worse->rank_ci_low++;
             better->rank_ci_high--;
         }

@@ -20,9 +20,10 @@
 //   statue_of_liberty, 78 to 100 % on recipes with many strong defects and two seeds, 94 to 100 % with momentum.
 // The 95 % interval uses Student's quantile; its degrees of freedom are the number of cosines plus two.
 //
-// The interval covers other orders, pixels, jitter and initialisations of the same run. It does not cover other train
-// photos, other validation photos or pixels, another length of training, another configuration, or whether the method
-// measures what a photo is worth.
+// The interval of a score covers other orders, pixels, jitter and initialisations of the same run. It does not cover
+// other train photos, other validation photos or pixels, another configuration, or whether the method measures what a
+// photo is worth. The interval of a rank covers longer trainings as well, whose scores lie elsewhere
+// (vw_length_variance()).
 #ifndef VIEWWORTH_VALUE_UNCERTAINTY_H
 #define VIEWWORTH_VALUE_UNCERTAINTY_H
 
@@ -44,11 +45,16 @@ extern const double vw_run_variance;
 enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uint32_t epochs,
                                     struct vw_interval *intervals);
 
-// Fills rank_ci_low and rank_ci_high of the scores of one method, from their values and standard errors. rank_ci_low is
-// 1 plus the number of photos that are surely better, rank_ci_high is `count` minus the number that are surely worse;
-// surely means by 1.645 standard errors of the difference (95 % on one side). The interval contains the photo's rank by
-// the mean over seeds in at least 95 of 100 cases. It is 0, 0 if the standard error is NaN; such a photo counts as
-// neither better nor worse than others. Takes count^2 comparisons.
-void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count);
+// Returns the variance that a longer training adds to every score: a share of the squared robust spread of the scores
+// over photos. Measured: src/lab/results/agreement.md. Overwrites the values; 0 if there are none.
+double vw_length_variance(double *values, uint32_t count);
+
+// Fills rank_ci_low and rank_ci_high of the scores of one method, from their values and standard errors, to whose
+// squares `added_variance` is added (0: other seeds alone). rank_ci_low is 1 plus the number of photos that are surely
+// better, rank_ci_high is `count` minus the number that are surely worse; surely means by 1.645 standard errors of the
+// difference (95 % on one side). With 0 the interval contains the photo's rank by the mean over seeds in at least 95 of
+// 100 cases. It is 0, 0 if the standard error is NaN; such a photo counts as neither better nor worse than others.
+// Takes count^2 comparisons.
+void vw_rank_intervals(struct vw_ledger_score *scores, uint32_t count, double added_variance);
 
 #endif

@@ -28,6 +28,7 @@ struct scoring {
     double *by_epoch;        // contribution of each photo's visits in each epoch, photo by photo; NaN without a visit
     struct statistics *statistics; // per photo
     struct vw_interval *intervals;
+    double *values; // per photo: scratch
 };
 
 // Sums contributions in the order of the steps, so that equal ledgers give equal bits.
@@ -73,7 +74,8 @@ static void append_scores(const struct scoring *scoring, struct vw_ledger_score 
     if (!visited) return;
     for (uint32_t i = 0; i < input->image_count; i++)
         if (strcmp(input->images[i].split, "train") == 0) own[count++] = score_photo(scoring, i);
-    vw_rank_intervals(own, count);
+    for (uint32_t i = 0; i < count; i++) scoring->values[i] = own[i].value;
+    vw_rank_intervals(own, count, vw_length_variance(scoring->values, count));
     *score_count += count;
 }
 
@@ -100,7 +102,8 @@ static enum vw_status allocate(struct scoring *scoring) {
     scoring->by_epoch = vw_allocate(images, epochs * sizeof *scoring->by_epoch);
     scoring->statistics = vw_allocate(images, sizeof *scoring->statistics);
     scoring->intervals = vw_allocate(images, sizeof *scoring->intervals);
-    bool whole = scoring->starts && scoring->weights && scoring->by_epoch && scoring->statistics && scoring->intervals;
+    scoring->values = vw_allocate(images, sizeof *scoring->values);
+    bool whole = scoring->values && scoring->starts && scoring->weights && scoring->by_epoch && scoring->statistics && scoring->intervals;
     return whole ? VW_OK : VW_ERROR_MEMORY;
 }
 
@@ -124,6 +127,7 @@ static void discard(struct scoring *scoring) {
     free(scoring->by_epoch);
     free(scoring->statistics);
     free(scoring->intervals);
+    free(scoring->values);
 }
 
 static enum vw_status score_by(const struct vw_method *method, const struct vw_value_input *input,

@@ -20,7 +20,7 @@ copy() { rm -rf "${folder:?}/copy" && cp -r "$folder/run" "$folder/copy"; }
 check "value" run value run
 check "leaves a list that sha256sum takes, with the chain head" listed run
 check "of all results, sorted" test "$(names run)" = \
-    "duplicates.csv field.vwf ledger.db map.json matrix.csv report.html residuals.json scores.csv splits.json "
+    "duplicates.csv field.vwf ledger.db map.json matrix.csv reconstruction.json report.html residuals.json scores.csv splits.json "
 check "a finished run is listed again, with the same files" eval 'cp "$folder/run/SHA256SUMS" "$folder/list"
     run value run --resume && listed run && cmp "$folder/run/SHA256SUMS" "$folder/list"'
 check "train lists" eval 'run "$program" train "$scene" --out "$folder/trained" "${small[@]}" --epochs 2 --quiet && listed trained'
@@ -59,8 +59,8 @@ check "steps that are not finished have no list" eval '
 # ---- What a stranger laid there -----------------------------------------------------------------------------------------
 
 # lay OUT: puts a forged file in the place of every derived one.
-derived=(SHA256SUMS duplicates.csv field.ply map.json matrix.csv payout.csv payout_photos.csv providers.csv report.html residuals.json
-    scores.csv)
+derived=(SHA256SUMS duplicates.csv field.ply map.json matrix.csv payout.csv payout_photos.csv providers.csv reconstruction.json report.html
+    residuals.json scores.csv)
 lay() {
     mkdir -p "$folder/$1"
     for name in "${derived[@]}"; do echo forged >"$folder/$1/$name"; done

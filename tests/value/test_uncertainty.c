@@ -199,7 +199,7 @@ TEST(ranks_count_who_is_surely_better) {
     struct vw_ledger_score scores[] = {score(3, 1),     score(10, 1),    score(8, 1), score(3, 1),
                                        score(NAN, NAN), score(-50, NAN), score(-5, 0)};
     scores[4].value = 4;
-    vw_rank_intervals(scores, VW_ARRAY_COUNT(scores));
+    vw_rank_intervals(scores, VW_ARRAY_COUNT(scores), 0);
     assert_ranks(&scores[1], 1, 4); // not surely better than 8, nor than the two that are not known
     assert_ranks(&scores[2], 1, 4);
     assert_ranks(&scores[0], 3, 6);
@@ -208,10 +208,14 @@ TEST(ranks_count_who_is_surely_better) {
     assert_ranks(&scores[5], 0, 0);
     assert_ranks(&scores[6], 5, 7);
     struct vw_ledger_score exact[] = {score(1, 0), score(2, 0), score(1, 0)};
-    vw_rank_intervals(exact, 3);
+    vw_rank_intervals(exact, 3, 0);
     assert_ranks(&exact[1], 1, 1);
     assert_ranks(&exact[0], 2, 3); // a tie
-    vw_rank_intervals(NULL, 0);
+    vw_rank_intervals(exact, 3, 0.2); // 1 is 1.58 standard errors of the difference then
+    assert_ranks(&exact[1], 1, 3);
+    vw_rank_intervals(exact, 3, 0.18); // 1.67
+    assert_ranks(&exact[1], 1, 1);
+    vw_rank_intervals(NULL, 0, 0);
 }
 
 // The share of rank intervals that hold the true rank, where values spread `spread` standard errors.
@@ -228,7 +232,7 @@ TEST(ranks_are_held) {
                 ground_truths[p] = spreads[s] * normal(20 + run, p, 1);
                 scores[p] = score(ground_truths[p] + error * normal(20 + run, p, 2), error);
             }
-            vw_rank_intervals(scores, PHOTOS);
+            vw_rank_intervals(scores, PHOTOS, 0);
             for (uint32_t p = 0; p < PHOTOS; p++) {
                 uint32_t rank = 1;
                 for (uint32_t other = 0; other < PHOTOS; other++) rank += ground_truths[other] > ground_truths[p];

@@ -239,17 +239,15 @@ static enum vw_status add_table_precisions(struct vw_sweep_configurations *confi
 
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
 static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
-    uint32_t count = 0;
-    const struct vw_accuracy_level *levels = vw_accuracy_levels(&count);
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
     vw_accuracy_options(&configurations->configurations[0].config, of_base);
     enum vw_status status = VW_OK;
-    for (uint32_t i = 0; i < count && !status; i++) {
+    for (uint32_t level = 0; level < vw_accuracy_level_count() && !status; level++) {
         struct vw_config config = configurations->configurations[0].config;
-        vw_accuracy_apply(&levels[i], 0, &config);
+        vw_accuracy_apply(level, 0, &config);
         vw_accuracy_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
-        status = add(configurations, "accuracy", levels[i].name, &config);
+        status = add(configurations, "accuracy", vw_accuracy_level_about(level)->name, &config);
     }
     return status;
 }

@@ -7,76 +7,81 @@
 #include "base/memory.h"
 #include "viewworth/run.h"
 
-static const struct vw_accuracy_level levels[] = {
-    {"draft", 250, 16, 512, 14, 32, 12, 0,
-     "less detail, and scores of two seeds agree less: few rays, samples and epochs"},
-    {"quick", 500, 16, 512, 14, 32, 24, 24, "less detail along the rays: half the samples"},
-    {"standard", 500, 32, 512, 14, 32, 30, 45, "less detail, and scores from fewer validation pixels: fewer rays"},
-    {"reference", 1000, 32, 2048, 14, 32, 60, 90, ""},
+// The parts of a level: the option of that name, the bit of vw_run_params.explicit_fields, the place in the config, and
+// the fields that have it.
+enum part { RAYS, SAMPLES, PLACED, VAL_RAYS, LOG2_TABLE, LEVELS, WIDTH, EPOCHS, PART_COUNT };
+enum { HASH = 1 << VW_FIELD_HASH, MLP = 1 << VW_FIELD_MLP, SPLATS = 1 << VW_FIELD_SPLATS };
+static const struct {
+    const char *option;
+    uint32_t bit;
+    size_t offset;
+    uint32_t fields;
+} parts[PART_COUNT] = {
+#define PART(option, bit, name, fields)                                                                                \
+    { option, bit, offsetof(struct vw_config, name), fields }
+    [RAYS] = PART("rays", VW_EXPLICIT_RAYS, rays, HASH | MLP | SPLATS),
+    [SAMPLES] = PART("samples", VW_EXPLICIT_SAMPLES, samples, HASH | MLP),
+    [PLACED] = PART("importance-samples", VW_EXPLICIT_IMPORTANCE_SAMPLES, importance_samples, HASH | MLP),
+    [VAL_RAYS] = PART("val-rays", VW_EXPLICIT_VAL_RAYS, val_rays, HASH | MLP | SPLATS),
+    [LOG2_TABLE] = PART("log2-table", VW_EXPLICIT_LOG2_TABLE, log2_table, HASH),
+    [LEVELS] = PART("levels", VW_EXPLICIT_LEVELS, levels, HASH),
+    [WIDTH] = PART("width", VW_EXPLICIT_WIDTH, width, HASH),
+    [EPOCHS] = PART("epochs", VW_EXPLICIT_EPOCHS, epochs, HASH | MLP | SPLATS),
 };
 
-const struct vw_accuracy_level *vw_accuracy_levels(uint32_t *count) {
-    *count = VW_ARRAY_COUNT(levels);
-    return levels;
-}
+struct vw_accuracy_level {
+    struct vw_accuracy_about about;
+    uint32_t volume[PART_COUNT], splats[PART_COUNT];
+};
+static const struct vw_accuracy_level levels[] = {
+    {{"draft", 0, "less detail, and scores of two seeds agree less: a coarse field, few rays and epochs"},
+     {250, 8, 8, 512, 14, 8, 32, 12},
+     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15}},
+    {{"quick", 24, "less detail, and scores from fewer validation pixels: a coarser field"},
+     {500, 16, 16, 512, 14, 8, 32, 24},
+     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30}},
+    {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays and epochs"},
+     {500, 16, 16, 1024, 16, 10, 32, 30},
+     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 60}},
+    {{"reference", 90, ""}, {1000, 16, 32, 2048, 16, 10, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
+};
 
-const struct vw_accuracy_level *vw_accuracy_find(const char *name) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(levels); i++)
-        if (strcmp(levels[i].name, name) == 0) return &levels[i];
-    return NULL;
-}
+uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }
+const struct vw_accuracy_about *vw_accuracy_level_about(uint32_t level) { return &levels[level].about; }
 
-enum vw_status vw_accuracy_check(const char *name) {
+enum vw_status vw_accuracy_find(const char *name, uint32_t *level) {
     char names[200] = "";
-    if (vw_accuracy_find(name)) return VW_OK;
+    for (*level = 0; *level < VW_ARRAY_COUNT(levels); ++*level)
+        if (strcmp(levels[*level].about.name, name) == 0) return VW_OK;
     for (size_t i = 0, used = 0; i < VW_ARRAY_COUNT(levels); i++)
-        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", levels[i].name);
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", levels[i].about.name);
     return vw_fail(VW_ERROR_USAGE, "--accuracy: \"%s\" is not one of %s", name, names);
 }
 
-// The parts of a level: the option of that name, the bit of vw_run_params.explicit_fields, and the places in the
-// level and in the config.
-static const struct {
-    const char *option;
-    uint32_t field;
-    size_t here, there;
-} parts[] = {
-#define PART(option, bit, name)                                                                                        \
-    { option, bit, offsetof(struct vw_accuracy_level, name), offsetof(struct vw_config, name) }
-    PART("rays", VW_EXPLICIT_RAYS, rays),
-    PART("samples", VW_EXPLICIT_SAMPLES, samples),
-    PART("val-rays", VW_EXPLICIT_VAL_RAYS, val_rays),
-    PART("log2-table", VW_EXPLICIT_LOG2_TABLE, log2_table),
-    PART("width", VW_EXPLICIT_WIDTH, width),
-    PART("epochs", VW_EXPLICIT_EPOCHS, epochs),
-};
-
-static const uint32_t *part_of(const void *whole, size_t offset) {
-    return (const uint32_t *)((const char *)whole + offset);
+static uint32_t *part_at(const struct vw_config *config, enum part part) {
+    return (uint32_t *)((char *)config + parts[part].offset);
 }
 
-// Tells whether a level sets a field of this config: table and width belong to the hash grid, and of splats only the
-// length of the training depends on it.
-static bool is_of_field(uint32_t field, const struct vw_config *config) {
-    if (config->field == VW_FIELD_SPLATS) return field == VW_EXPLICIT_EPOCHS;
-    return config->field == VW_FIELD_HASH || !(field & (VW_EXPLICIT_LOG2_TABLE | VW_EXPLICIT_WIDTH));
+static bool has(const struct vw_config *config, enum part part) { return parts[part].fields & 1u << config->field; }
+
+void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_config *config) {
+    const uint32_t *values = config->field == VW_FIELD_SPLATS ? levels[level].splats : levels[level].volume;
+    for (enum part part = 0; part < PART_COUNT; part++)
+        if (!(explicit_fields & parts[part].bit) && has(config, part)) *part_at(config, part) = values[part];
 }
 
-void vw_accuracy_apply(const struct vw_accuracy_level *level, uint32_t explicit_fields, struct vw_config *config) {
-    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        if (!(explicit_fields & parts[i].field) && is_of_field(parts[i].field, config))
-            *(uint32_t *)((char *)config + parts[i].there) = *part_of(level, parts[i].here);
-}
-
-static bool is_shown(uint32_t field, const struct vw_config *config) {
-    if (config->field == VW_FIELD_SPLATS) return field & (VW_EXPLICIT_RAYS | VW_EXPLICIT_VAL_RAYS | VW_EXPLICIT_EPOCHS);
-    return config->field == VW_FIELD_HASH || field != VW_EXPLICIT_LOG2_TABLE;
+void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config) {
+    for (enum part part = 0; part < PART_COUNT; part++)
+        if (!(explicit_fields & parts[part].bit)) *part_at(config, part) = *part_at(from, part);
+    if (!(explicit_fields & VW_EXPLICIT_EPOCHS) && !config->decay_epochs) config->decay_epochs = from->decay_epochs;
 }
 
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]) {
     size_t used = 0;
-    for (size_t i = 0; i < VW_ARRAY_COUNT(parts); i++)
-        if (is_shown(parts[i].field, config))
-            used += (size_t)snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, "%s--%s %u", i ? " " : "",
-                                     parts[i].option, *part_of(config, parts[i].there));
+    for (enum part part = 0; part < PART_COUNT; part++)
+        if (has(config, part))
+            used += (size_t)snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, "%s--%s %u", used ? " " : "",
+                                     parts[part].option, *part_at(config, part));
+    if (config->decay_epochs && config->decay_epochs != config->epochs)
+        snprintf(text + used, VW_ACCURACY_TEXT_BYTES - used, " --decay-epochs %u", config->decay_epochs);
 }

@@ -72,11 +72,13 @@ static void log_plan(const struct vw_plan *plan, const struct vw_config *config)
 }
 
 static enum vw_status choose_level(const struct vw_run_params *params, struct vw_config *config, struct vw_plan *plan) {
-    const struct vw_accuracy_level *level = vw_accuracy_find(params->accuracy);
-    vw_accuracy_apply(level, params->explicit_fields, config);
-    enum vw_status status = vw_config_check(config);
+    uint32_t level = 0;
+    enum vw_status status = vw_accuracy_find(params->accuracy, &level);
+    if (!status) vw_accuracy_apply(level, params->explicit_fields, config);
+    if (!status) status = vw_config_check(config);
+    const struct vw_accuracy_about *about = status ? NULL : vw_accuracy_level_about(level);
     if (!status)
-        status = write_record(plan, json_pack("{s:s, s:s}", "accuracy", level->name, "trade_off", level->trade_off));
+        status = write_record(plan, json_pack("{s:s, s:s}", "accuracy", about->name, "trade_off", about->trade_off));
     if (!status) log_plan(plan, config);
     return status;
 }
@@ -111,9 +113,8 @@ void vw_plan_estimate_finish(const struct vw_scene *scene, bool no_thumbnails, s
 struct choice {
     const struct vw_run_params *params;
     const struct vw_session *session;
-    const struct vw_config *config;         // without a level
-    const struct vw_accuracy_level *levels; // cheapest first
-    uint32_t count;
+    const struct vw_config *config; // without a level
+    uint32_t first, count;          // levels
     struct vw_budget_candidate candidates[CANDIDATES_MAX];
     struct vw_budget_plan chosen;
 };
@@ -144,8 +145,8 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; !status && choice->chosen.candidate + 1 >= i && i < choice->count && i < CANDIDATES_MAX; i++) {
         struct vw_config config = *choice->config;
-        vw_accuracy_apply(&choice->levels[i], choice->params->explicit_fields, &config);
-        uint32_t wanted = choice->levels[i].budget_epochs;
+        vw_accuracy_apply(choice->first + i, choice->params->explicit_fields, &config);
+        uint32_t wanted = vw_accuracy_level_about(choice->first + i)->budget_epochs;
         struct vw_budget_candidate *candidate = &choice->candidates[i];
         *candidate = (struct vw_budget_candidate){.epochs = wanted < plan->epochs_most ? wanted : plan->epochs_most};
         if (!is_worth_measuring(choice, i, plan, begun_s)) return VW_OK;
@@ -162,14 +163,15 @@ static enum vw_status choose_candidate(struct choice *choice, struct vw_plan *pl
 }
 
 static enum vw_status record_plan(const struct choice *choice, struct vw_config *config, struct vw_plan *plan) {
-    const struct vw_accuracy_level *level = &choice->levels[choice->chosen.candidate];
+    const uint32_t level = choice->first + choice->chosen.candidate;
+    const struct vw_accuracy_about *about = vw_accuracy_level_about(level);
     vw_accuracy_apply(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
     if (!vw_config_rate_is_constant(config) && !config->decay_epochs) config->decay_epochs = config->epochs;
     return write_record(plan,
-                        json_pack("{s:s, s:f, s:f, s:I, s:I, s:s}", "accuracy", level->name, "budget_s", plan->budget_s,
+                        json_pack("{s:s, s:f, s:f, s:I, s:I, s:s}", "accuracy", about->name, "budget_s", plan->budget_s,
                                   "step_s", plan->step_s, "epochs_planned", (json_int_t)config->epochs, "epochs_most",
-                                  (json_int_t)plan->epochs_most, "trade_off", level->trade_off));
+                                  (json_int_t)plan->epochs_most, "trade_off", about->trade_off));
 }
 
 static void warn_of_few_epochs(const struct choice *choice, const struct vw_plan *plan) {
@@ -189,9 +191,11 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
         .scene = params->scene, .devices.first = params->device, .timers = params->profile};
     const struct vw_config base = *config;
     struct choice choice = {.params = params, .session = session, .config = &base, .count = 1};
-    choice.levels = params->accuracy ? vw_accuracy_find(params->accuracy) : vw_accuracy_levels(&choice.count);
+    enum vw_status status = VW_OK;
+    if (params->accuracy) status = vw_accuracy_find(params->accuracy, &choice.first);
+    else choice.count = vw_accuracy_level_count();
     plan->epochs_most = params->explicit_fields & VW_EXPLICIT_EPOCHS ? config->epochs : EPOCHS_MOST;
-    enum vw_status status = vw_check_scored_epochs(plan->epochs_most, config->burn_in_epochs);
+    if (!status) status = vw_check_scored_epochs(plan->epochs_most, config->burn_in_epochs);
     if (!status) status = vw_session_open(&of_session, session);
     if (!status) status = vw_session_decide_effects(config, session);
     if (status) return status;
@@ -223,13 +227,7 @@ static enum vw_status take_recorded_config(const struct vw_run_params *params, c
                                            struct vw_config *config) {
     struct vw_config recorded;
     enum vw_status status = vw_config_from_json(run->config_json, &recorded);
-    const struct vw_accuracy_level level = {.rays = recorded.rays,
-                                            .samples = recorded.samples,
-                                            .val_rays = recorded.val_rays,
-                                            .log2_table = recorded.log2_table,
-                                            .width = recorded.width,
-                                            .epochs = recorded.epochs};
-    if (!status) vw_accuracy_apply(&level, params->explicit_fields, config);
+    if (!status) vw_accuracy_copy(&recorded, params->explicit_fields, config);
     return status;
 }
 
