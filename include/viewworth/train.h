@@ -90,8 +90,8 @@ struct vw_config {
     // stays there afterwards; 1e-6 to 1
     double learning_rate_decay;
     uint32_t decay_epochs; // 0: `epochs`, which are then part of the run's identity; a run that begins sets it to these
-    double beta1; // [0,1); 0: no momentum
-    double beta2; // [0,1)
+    double beta1;          // [0,1); 0: no momentum
+    double beta2;          // [0,1)
     enum vw_field field;
     uint32_t mlp_depth;       // layers of the trunk of VW_FIELD_MLP, 1 to 16; 8 with the other field
     uint32_t frequencies;     // the same: of the encoding of positions, 0 to 16; 10 with the other

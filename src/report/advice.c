@@ -104,8 +104,7 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
 
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, enum vw_verdict verdict,
-                              struct vw_advice *advice) {
+                              const struct vw_worth_summary *worth, enum vw_verdict verdict, struct vw_advice *advice) {
     *advice = (struct vw_advice){.marks = vw_allocate(image_count, sizeof *advice->marks)};
     if (!advice->marks) return VW_ERROR_MEMORY;
     if (!has_known(scores, score_count, "dv_psnr")) return VW_OK;
@@ -114,7 +113,8 @@ enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t sco
     advice->by_order = advice->basis != vw_worth_method;
     advice->tested = !advice->by_order && worth->claim_count && worth->claims[0].accuracy.ci_low > 0;
     enum vw_status status = mark_looks(scores, score_count, images, image_count, advice);
-    if (status || verdict == VW_VERDICT_TOO_COARSE || !advice->basis || !(advice->by_order || advice->tested)) return status;
+    if (status || verdict == VW_VERDICT_TOO_COARSE || !advice->basis || !(advice->by_order || advice->tested))
+        return status;
     return mark_worth(scores, score_count, images, image_count, worth->noise_db, advice);
 }
 

@@ -39,8 +39,7 @@ struct vw_advice {
 // scores no photo has a mark. VW_ERROR_MEMORY.
 enum vw_status vw_advice_make(const struct vw_ledger_score *scores, uint32_t score_count,
                               const struct vw_ledger_image *images, uint32_t image_count,
-                              const struct vw_worth_summary *worth, enum vw_verdict verdict,
-                              struct vw_advice *advice);
+                              const struct vw_worth_summary *worth, enum vw_verdict verdict, struct vw_advice *advice);
 void vw_advice_free(struct vw_advice *advice);
 
 #endif

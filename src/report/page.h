@@ -55,9 +55,9 @@ struct vw_report_run {
     struct vw_lasting_pass lasting;                 // arrays borrowed; step_count 0: none
     const struct vw_ledger_retraining *retrainings; // from which worth is computed; may be none
     uint32_t retraining_count;
-    const struct vw_ranking_agreement *agreement;   // NULL: not measured
-    const char *map_json;       // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
-    const char *residuals_json; // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
+    const struct vw_ranking_agreement *agreement; // NULL: not measured
+    const char *map_json;            // as run/outputs/scene_map.h has it: where cameras and points are; NULL: none
+    const char *residuals_json;      // as run/outputs/residuals.h: photos beside their renders and errors; NULL: none
     const char *reconstruction_json; // as run/outputs/reconstruction.h; NULL: none
 };
 

@@ -91,7 +91,8 @@ enum vw_status vw_model_create(const struct vw_config *config, const struct vw_s
                                .train_count = trained,
                                .patch_side = 1,
                                .learning_rate_decay = config->learning_rate_decay,
-                               .planned_steps = (uint64_t)(config->decay_epochs ? config->decay_epochs : config->epochs) * trained};
+                               .planned_steps =
+                                   (uint64_t)(config->decay_epochs ? config->decay_epochs : config->epochs) * trained};
     struct vw_specialization *s = &model->specialization;
     specialise(config, model);
     model->renderer->specialise(config, model);

@@ -36,7 +36,8 @@ static enum vw_status compare_epochs(const struct vw_value_input *input, const s
     uint32_t photos = 0, half = series->epoch_count / 2;
     for (uint64_t i = 0; i < series->count; i++) {
         const struct vw_visit *visit = &series->visits[i];
-        if (isfinite(visit->delta)) (visit->epoch < half ? halves->first : halves->second)[visit->image] += visit->delta;
+        if (isfinite(visit->delta))
+            (visit->epoch < half ? halves->first : halves->second)[visit->image] += visit->delta;
     }
     for (uint32_t i = 0; i < input->image_count; i++) {
         if (strcmp(input->images[i].split, "train") != 0) continue;
@@ -69,8 +70,7 @@ static void sum_halves(const struct vw_value_input *input, const struct vw_matri
                        struct pair *sums) {
     clear_pair(sums);
     for (uint32_t v = 0; v < matrix->view_count; v++) {
-        const struct vw_ledger_image *image =
-            vw_ledger_find_image(input->images, input->image_count, matrix->views[v]);
+        const struct vw_ledger_image *image = vw_ledger_find_image(input->images, input->image_count, matrix->views[v]);
         if (!image) continue;
         double *half = of_images[image - input->images] == VW_HALF_A ? sums->first : sums->second;
         for (uint32_t p = 0; p < matrix->photo_count; p++) half[p] += matrix->psnr[(size_t)p * matrix->view_count + v];

@@ -243,7 +243,7 @@ static const char *choose_method(const struct vw_ledger_score *scores, uint32_t 
     const char *main_method = vw_value_main_method(scores, score_count);
     if (params->method) return params->method;
     return compares_with_zero(params->rule) && !vw_value_method_find(main_method)->has_zero ? vw_value_default_method
-                                                                                           : main_method;
+                                                                                            : main_method;
 }
 
 enum vw_status vw_selection_make(const struct vw_ledger_score *scores, uint32_t score_count,

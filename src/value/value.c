@@ -103,7 +103,8 @@ static enum vw_status allocate(struct scoring *scoring) {
     scoring->statistics = vw_allocate(images, sizeof *scoring->statistics);
     scoring->intervals = vw_allocate(images, sizeof *scoring->intervals);
     scoring->values = vw_allocate(images, sizeof *scoring->values);
-    bool whole = scoring->values && scoring->starts && scoring->weights && scoring->by_epoch && scoring->statistics && scoring->intervals;
+    bool whole = scoring->values && scoring->starts && scoring->weights && scoring->by_epoch && scoring->statistics &&
+                 scoring->intervals;
     return whole ? VW_OK : VW_ERROR_MEMORY;
 }
 

@@ -42,8 +42,7 @@ static struct vw_advice advise_by(const struct fixture *fixture, double accuracy
     struct vw_worth_summary worth = {.claim_count = 1, .noise_db = noise_db};
     struct vw_advice advice;
     worth.claims[0].accuracy.ci_low = accuracy_ci_low;
-    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, verdict,
-                              &advice));
+    ASSERT_OK(vw_advice_make(fixture->scores, fixture->score_count, fixture->images, PHOTOS, &worth, verdict, &advice));
     return advice;
 }
 

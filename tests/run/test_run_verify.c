@@ -62,10 +62,10 @@ static void copy_file(const char *from_folder, const char *to_folder, const char
     ASSERT_OK(vw_file_write(temporary_path(to_folder, name), data, size_bytes));
 }
 
-static const char *const result_names[] = {"ledger.db",  "scores.csv",        "matrix.csv",    "providers.csv",
-                                           "payout.csv", "report.html",       "field.vwf",     "duplicates.csv",
-                                           "map.json",   "payout_photos.csv", "residuals.json",
-                                           "reconstruction.json", "splits.json"};
+static const char *const result_names[] = {"ledger.db",  "scores.csv",        "matrix.csv",     "providers.csv",
+                                           "payout.csv", "report.html",       "field.vwf",      "duplicates.csv",
+                                           "map.json",   "payout_photos.csv", "residuals.json", "reconstruction.json",
+                                           "splits.json"};
 
 // Returns a fresh copy of the run.
 static struct fixture *renew(void **state) {

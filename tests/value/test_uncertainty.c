@@ -210,7 +210,7 @@ TEST(ranks_count_who_is_surely_better) {
     struct vw_ledger_score exact[] = {score(1, 0), score(2, 0), score(1, 0)};
     vw_rank_intervals(exact, 3, 0);
     assert_ranks(&exact[1], 1, 1);
-    assert_ranks(&exact[0], 2, 3); // a tie
+    assert_ranks(&exact[0], 2, 3);    // a tie
     vw_rank_intervals(exact, 3, 0.2); // 1 is 1.58 standard errors of the difference then
     assert_ranks(&exact[1], 1, 3);
     vw_rank_intervals(exact, 3, 0.18); // 1.67

@@ -16,8 +16,8 @@ TEST(the_gain_over_trivial_predictions_decides) {
     } cases[] = {
         {15, 10, 13, VW_VERDICT_TOO_COARSE}, // 2 dB above the nearest photo
         {15, 13, 10, VW_VERDICT_TOO_COARSE}, // or above the mean colour
-        {18, 12, 14, VW_VERDICT_USABLE},    {25, 12, 14, VW_VERDICT_GOOD},     {10, 12, 14, VW_VERDICT_TOO_COARSE},
-        {NAN, 12, 14, VW_VERDICT_UNKNOWN},  {25, NAN, NAN, VW_VERDICT_UNKNOWN}, {25, NAN, 14, VW_VERDICT_GOOD},
+        {18, 12, 14, VW_VERDICT_USABLE},     {25, 12, 14, VW_VERDICT_GOOD},      {10, 12, 14, VW_VERDICT_TOO_COARSE},
+        {NAN, 12, 14, VW_VERDICT_UNKNOWN},   {25, NAN, NAN, VW_VERDICT_UNKNOWN}, {25, NAN, 14, VW_VERDICT_GOOD},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_reconstruction seen =

@@ -10,6 +10,8 @@
 #include "detect/effects_text.h"
 #include "run/plan/accuracy_levels.h"
 
+static const double LOW_AGREEMENT = 0.5; // of ranks between halves of the validation photos
+
 // ---- Parts of a run -------------------------------------------------------------------------------------------------
 
 static void print_plan(const struct vw_plan *plan, const struct vw_config *config) {
@@ -88,20 +90,29 @@ static const struct vw_view_distance *find_distance(const struct vw_validation_v
     return NULL;
 }
 
-// Prints whether the reconstruction is good enough to rank photos by, and how far the ranking can be believed.
-static void print_verdict(const struct vw_run_outputs *outputs) {
-    const struct vw_reconstruction *seen = &outputs->reconstruction;
-    const struct vw_ranking_agreement *agreement = &outputs->validation.agreement;
-    if (isfinite(seen->psnr_db))
-        vw_print("reconstruction  %s: %.1f dB, SSIM %.2f on validation photos (their mean colour has %.1f dB, the nearest "
-                 "train photo %.1f)\n",
-                 vw_verdict_word(vw_verdict_judge(seen, agreement)), seen->psnr_db, seen->ssim, seen->mean_colour_db,
-                 seen->nearest_photo_db);
+// Prints whether the reconstruction is good enough to rank photos by, and what to do if it is not.
+static void print_reconstruction(const struct vw_reconstruction *seen, enum vw_verdict verdict,
+                                 const struct vw_config *config) {
+    double times = vw_accuracy_most_against(config);
+    if (verdict == VW_VERDICT_UNKNOWN) return;
+    vw_print(
+        "reconstruction  %s: %.1f dB and SSIM %.2f in the middle of %u validation photos; their mean colour has %.1f "
+        "dB, the nearest train photo %.1f\n",
+        vw_verdict_word(verdict), seen->psnr_db, seen->ssim, seen->view_count, seen->mean_colour_db,
+        seen->nearest_photo_db);
+    if (verdict == VW_VERDICT_TOO_COARSE && times > 1.5)
+        vw_print("next     --accuracy reference, which takes about %.0f times as long\n", times);
+}
+
+// Prints how far the ranking can be believed.
+static void print_agreement(const struct vw_ranking_agreement *agreement) {
     if (isfinite(agreement->half_length))
-        vw_print("ranks    after half of the epochs agree with those after all by %.2f\n", agreement->half_length);
+        vw_print("ranks    after half of the epochs agree with those after all by %.2f (Spearman)\n",
+                 agreement->half_length);
     if (isfinite(agreement->view_halves))
-        vw_print("views    ranks by other %u validation photos would agree by about %.2f (from halves of these)\n",
-                 agreement->view_count, agreement->view_halves);
+        vw_print("         by %u other validation photos would agree with these by about %.2f%s\n",
+                 agreement->view_count, agreement->view_halves,
+                 agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
 }
 
 static void print_validation_views(const struct vw_validation_views *validation) {
@@ -141,7 +152,10 @@ static void print_ranking(const struct vw_run_results *results, const struct vw_
 }
 
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
-    print_verdict(&results->outputs);
+    const struct vw_ranking_agreement *agreement = &results->outputs.validation.agreement;
+    print_reconstruction(&results->outputs.reconstruction,
+                         vw_verdict_judge(&results->outputs.reconstruction, agreement), results->config);
+    print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
     if (results->until_stable > 0) print_stability(&results->stability, results->until_stable, results->config);

@@ -9,8 +9,8 @@
 #include "run/outputs/attribution.h"
 #include "run/outputs/checksums.h"
 #include "run/outputs/validation_views.h"
-#include "value/verdict.h"
 #include "train/trainer.h"
+#include "value/verdict.h"
 #include "viewworth/report.h"
 
 // All borrowed for the call.
@@ -42,8 +42,8 @@ enum vw_status vw_run_splats_write(struct vw_trainer *trainer, const char *out, 
 // Writes splits.json and notes it.
 enum vw_status vw_run_splits_write(const struct vw_scene *scene, const char *out, struct vw_checksums *made);
 // Writes the tables of providers and duplicates, a payout if one is asked for, the matrix, reconstruction.json,
-// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats, and report.html; notes
-// them in `made`. Fails at the first that cannot be made. Free the outputs also after a failure.
+// splits.json, map.json, residuals.json unless the report goes without photos, field.ply where the field is splats, and
+// report.html; notes them in `made`. Fails at the first that cannot be made. Free the outputs also after a failure.
 enum vw_status vw_run_outputs_make(const struct vw_run_outputs_params *params, struct vw_checksums *made,
                                    struct vw_run_outputs *outputs);
 void vw_run_outputs_free(struct vw_run_outputs *outputs);

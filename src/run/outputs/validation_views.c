@@ -69,6 +69,10 @@ enum vw_status vw_validation_views_make(const struct vw_scene *scene, struct vw_
         status = vw_result_write_table(status, out, "matrix.csv", &table, made);
     }
     if (!status) warn(validation);
+    uint32_t views = validation->matrix.view_count;
+    if (!status && views && views < VW_AGREEMENT_VIEWS_MIN)
+        vw_log_warning("%u validation photo%s the scores: one view may decide the ranking; name at least %d by --val",
+                       views, views == 1 ? " makes" : "s make", VW_AGREEMENT_VIEWS_MIN);
     return status;
 }
 

@@ -34,16 +34,16 @@ struct vw_accuracy_level {
     uint32_t volume[PART_COUNT], splats[PART_COUNT];
 };
 static const struct vw_accuracy_level levels[] = {
-    {{"draft", 0, "less detail, and scores of two seeds agree less: a coarse field, few rays and epochs"},
+    {{"draft", 0, "less detail, and scores of two seeds agree less: few rays, samples and epochs"},
      {250, 8, 8, 512, 14, 8, 32, 12},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15}},
-    {{"quick", 24, "less detail, and scores from fewer validation pixels: a coarser field"},
-     {500, 16, 16, 512, 14, 8, 32, 24},
+    {{"quick", 24, "scores from fewer validation pixels, and fewer epochs"},
+     {500, 16, 16, 512, 14, 10, 32, 20},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30}},
-    {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays and epochs"},
-     {500, 16, 16, 1024, 16, 10, 32, 30},
+    {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays, samples and epochs"},
+     {500, 16, 16, 1024, 14, 10, 32, 30},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 60}},
-    {{"reference", 90, ""}, {1000, 16, 32, 2048, 16, 10, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
+    {{"reference", 90, ""}, {1000, 16, 32, 2048, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
 };
 
 uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }
@@ -74,6 +74,18 @@ void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, st
     for (enum part part = 0; part < PART_COUNT; part++)
         if (!(explicit_fields & parts[part].bit)) *part_at(config, part) = *part_at(from, part);
     if (!(explicit_fields & VW_EXPLICIT_EPOCHS) && !config->decay_epochs) config->decay_epochs = from->decay_epochs;
+}
+
+// Estimates the work of a training; a train ray counts three times, since it goes back as well.
+static double work_of(const struct vw_config *config) {
+    double samples = config->field == VW_FIELD_SPLATS ? 1 : config->samples + config->importance_samples;
+    return config->epochs * samples * (3.0 * config->rays + config->val_rays);
+}
+
+double vw_accuracy_most_against(const struct vw_config *config) {
+    struct vw_config most = *config;
+    vw_accuracy_apply(VW_ARRAY_COUNT(levels) - 1, 0, &most);
+    return work_of(&most) / work_of(config);
 }
 
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]) {

@@ -23,6 +23,9 @@ enum vw_status vw_accuracy_find(const char *name, uint32_t *level); // VW_ERROR_
 void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_config *config);
 // Sets the same to the values of another config.
 void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config);
+// Returns how many times as long the most expensive level would train as the config does, by their rays, samples and
+// epochs; at most 1 if the config is no cheaper.
+double vw_accuracy_most_against(const struct vw_config *config);
 // The options that set the same fields to the values in the config: "--rays 125 --samples 16 ... --epochs 15".
 enum { VW_ACCURACY_TEXT_BYTES = 240 };
 void vw_accuracy_options(const struct vw_config *config, char text[VW_ACCURACY_TEXT_BYTES]);

@@ -152,9 +152,8 @@ static bool halves(const struct vw_measured_field *measured) {
 static void place_window(const struct vw_measured_field *measured, uint32_t view, uint32_t side_px,
                          struct vw_whole_view *whole) {
     const struct vw_image *image = &measured->scene->views[view].image;
-    const struct vw_pixel_columns scored = side_px && halves(measured)
-                                               ? vw_view_fit_right_half(measured->scene, view)
-                                               : vw_pixels_all_columns(measured->scene, view);
+    const struct vw_pixel_columns scored = side_px && halves(measured) ? vw_view_fit_right_half(measured->scene, view)
+                                                                       : vw_pixels_all_columns(measured->scene, view);
     whole->width_px = side_px && side_px < scored.end - scored.begin ? side_px : scored.end - scored.begin;
     whole->height_px = side_px && side_px < image->height_px ? side_px : image->height_px;
     whole->left_px = scored.begin + (scored.end - scored.begin - whole->width_px) / 2;
@@ -167,10 +166,10 @@ static void choose_all(const struct vw_measured_field *measured, uint32_t view, 
                        struct seen_view *seen) {
     const struct vw_scene *scene = measured->scene;
     struct vw_pixel_columns left = vw_view_fit_left_half(scene, view), right = vw_view_fit_right_half(scene, view);
-    seen->fit_count = measured->fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks,
-                                                                  measured->field->model->patch_side, VIEW_FIT_RAYS_MAX,
-                                                                  seen->pixels)
-                                     : 0;
+    seen->fit_count =
+        measured->fits ? vw_pixels_stratify_squares(scene, view, left, 0, measured->masks,
+                                                    measured->field->model->patch_side, VIEW_FIT_RAYS_MAX, seen->pixels)
+                       : 0;
     seen->count = seen->fit_count + whole->width_px * whole->height_px;
     for (uint32_t i = seen->fit_count; i < seen->count; i++) {
         uint32_t pixel = i - seen->fit_count, column = whole->left_px + pixel % whole->width_px;
