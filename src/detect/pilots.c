@@ -39,6 +39,7 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
         if (planned->field == VW_FIELD_SPLATS) { // there, the rate is a factor
             config.learning_rate = LEARNING_RATE;
             config.beta2 = vw_config_default.beta2;
+            config.importance_samples = vw_config_default.importance_samples;
         }
         config.initial[0] = '\0';
         config.splats = vw_config_default.splats;
@@ -51,6 +52,7 @@ struct vw_config vw_pilots_config(const struct vw_config *planned, uint32_t step
     }
     config.learning_rate = fmax(config.learning_rate, LEARNING_RATE);
     config.learning_rate_decay = 1.0;
+    config.decay_epochs = 0;
     config.epochs = steps + TIMED_STEPS; // an epoch has at least one step
     return config;
 }

@@ -8,6 +8,7 @@
 #include "support/detection_cases.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
+#include "support/plain_config.h"
 #include "train/trainer.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";
@@ -17,7 +18,7 @@ static struct vw_scene *open_scene(const char *path) { return test_scene_open((s
 static struct vw_scene *open_recipe(const char *name) { return open_scene(temporary_path(scenes_folder, name)); }
 
 static struct vw_config small_config(void) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.levels = 4;
     config.growth = 1.8;
     config.width = 16;

@@ -11,6 +11,7 @@
 #include "support/detection_cases.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
+#include "support/plain_config.h"
 
 struct decided {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];
@@ -22,7 +23,7 @@ static struct vw_scene *scene;
 // Decides for a run of another seed each time, which makes no difference. Returns the verdict on sky.
 static const struct vw_effect_verdict *decide(struct decided *decided, uint32_t steps) {
     static uint64_t seed;
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.seed = seed++;
     config.levels = 2;
     config.width = 16;

@@ -4,6 +4,7 @@
 // Kinks: a difference across a changed decision (a ReLU switching, the density reaching its maximum, an L1 error
 // changing sign) is not a derivative. Such a parameter is skipped; at most one in ten may be.
 #include "support/cmocka_test.h"
+#include "support/plain_config.h"
 
 #include "base/memory.h"
 #include "base/random.h"
@@ -51,7 +52,7 @@ static const struct vw_scene empty_scene = {
 
 static void make_model(const struct reference_case *setup, enum vw_loss loss, const char *choice,
                        struct vw_model *model) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     struct vw_effect_verdict effects[VW_EFFECT_COUNT_MAX];
     struct vw_gpu_limits limits = vw_gpu_floor_limits;
     uint32_t count;

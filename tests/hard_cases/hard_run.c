@@ -6,6 +6,7 @@
 #include "gpu/compute.h"
 #include "reference/reference.h"
 #include "support/gpu_fixture.h"
+#include "support/plain_config.h"
 #include "support/trainer_fixture.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
@@ -18,7 +19,7 @@ static const double PSNR_TOLERANCE_DB = 1e-12; // the same formula in double
 static struct vw_trainer *trainer; // trainer of the run under way
 
 struct vw_config hard_run_config(void) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.seed = 331;
     config.epochs = 3;
     config.rays = 64;

@@ -6,6 +6,7 @@
 #include "gpu/compute.h"
 #include "kernels/checks/check.h"
 #include "support/gpu_fixture.h"
+#include "support/plain_config.h"
 
 // A gradient scattered by one 64-bit atomic per feature.
 struct scattered {
@@ -56,7 +57,7 @@ TEST(every_form_gives_the_same_bits) {
 
 // A loop of more trips would stop early on some drivers, so that long chunks are not walked.
 TEST(only_short_chunks_are_walked) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     vw_effects_list(none, &effect_count);
@@ -94,7 +95,7 @@ TEST(the_walk_leaves_out_rays_that_weigh_nothing) {
 // within the bits.
 TEST(no_step_size_can_wrap) {
     static const uint32_t sample_counts[] = {1, 7, 30, 31, 32, 48, 127, 4096};
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     struct vw_effect_verdict none[VW_EFFECT_COUNT_MAX];
     uint32_t effect_count;
     vw_effects_list(none, &effect_count);

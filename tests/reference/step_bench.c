@@ -8,6 +8,7 @@
 #include "gpu/compute.h"
 #include "support/gpu_fixture.h"
 #include "support/guard_bands.h"
+#include "support/plain_config.h"
 #include "train/initial_values.h"
 #include "train/pixels.h"
 
@@ -24,13 +25,13 @@ static void choose_effects(const struct step_case *c, struct vw_config *config) 
 }
 
 static struct vw_config make_config(const struct step_case *c) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.seed = c->seed;
     config.rays = c->rays ? c->rays : 20;
     config.samples = c->samples ? c->samples : 32;
     config.importance_samples = c->importance_samples;
     config.coarse_network = c->own_coarse ? VW_COARSE_NETWORK_OWN : VW_COARSE_NETWORK_SHARED;
-    config.levels = c->levels ? c->levels : 8;
+    config.levels = c->levels ? c->levels : c->field == VW_FIELD_HASH ? 8 : config.levels;
     config.features = c->features ? c->features : 2;
     config.log2_table = c->one_entry ? 0 : c->log2_table ? c->log2_table : 14;
     config.base_resolution = c->base_resolution ? c->base_resolution : 8;

@@ -3,12 +3,13 @@
 #define VIEWWORTH_TESTS_SUPPORT_SMALL_RUN_H
 
 #include "support/cmocka_test.h"
+#include "support/plain_config.h"
 #include "viewworth/run.h"
 
 #define SMALL_SCENE VW_SOURCE_FOLDER "/tests/support/tiny.json"
 
 static inline struct vw_config small_config(uint64_t seed, uint32_t epochs) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.seed = seed;
     config.epochs = epochs;
     config.rays = 32;

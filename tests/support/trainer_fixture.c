@@ -4,11 +4,12 @@
 
 #include "detect/decide.h"
 #include "gpu/compute.h"
+#include "support/plain_config.h"
 #include "support/temporary_folder.h"
 #include "train/trainer.h"
 
 struct vw_config test_config(void) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     config.epochs = 3;
     config.rays = 60;
     config.samples = 16;

@@ -7,6 +7,7 @@
 #include "gpu/compute.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
+#include "support/plain_config.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
@@ -63,7 +64,7 @@ static bool is_shared(const char *pass) {
 
 // Measures a few steps with exactly these effects, on a device of their own, whose timers then know every pass.
 static struct cost measure(const struct vw_scene *scene, const char *effects) {
-    struct vw_config config = vw_config_default;
+    struct vw_config config = plain_config();
     const struct vw_step_record *records;
     uint32_t count = 0;
     config.epochs = 2;
