@@ -1,6 +1,7 @@
 // The settings of a training: their JSON, which of them are part of what a run is, and what is refused by name.
 // label: host
 #include "support/config_text.h"
+#include "support/plain_config.h"
 
 static bool same_identity(const struct vw_config *a, const struct vw_config *b) {
     AUTO_FREE char *one = vw_config_to_json(a, true), *other = vw_config_to_json(b, true);
@@ -39,11 +40,11 @@ TEST(settings_survive_json) {
         {"'field':'splats','rays':512,'ssim_weight':0.2", true},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
-        const struct vw_config config = config_with(&vw_config_default, cases[i].settings);
-        AUTO_FREE char *json = config_json_with(&vw_config_default, cases[i].settings),
+        const struct vw_config plain = plain_config(), config = config_with(&plain, cases[i].settings);
+        AUTO_FREE char *json = config_json_with(&plain, cases[i].settings),
                        *again = vw_config_to_json(&config, false);
         assert_string_equal(again, json);
-        if (same_identity(&config, &vw_config_default) == cases[i].identity)
+        if (same_identity(&config, &plain) == cases[i].identity)
             fail_msg("%s is%s part of what a run is", cases[i].settings, cases[i].identity ? " not" : "");
     }
 }
@@ -66,9 +67,9 @@ TEST(defaults_are_in_the_identity) {
     static const char *const parts[] = {"\"vary\":\"all\"",
                                         "\"base_seed\":0",
                                         "\"huber_length\":0.1",
-                                        "\"importance_samples\":0",
+                                        "\"importance_samples\":16",
                                         "\"ssim_weight\":0.0",
-                                        "\"learning_rate_decay\":1.0",
+                                        "\"learning_rate_decay\":0.1",
                                         "\"coarse_network\":\"shared\"",
                                         "\"table_precision\":\"float32\"",
                                         "\"field\":\"hash\"",
@@ -84,6 +85,21 @@ TEST(the_planned_epochs_count_where_the_rate_decays) {
     struct vw_config config = config_with(&vw_config_default, "'learning_rate_decay':0.05"), longer = config;
     longer.epochs++;
     assert_false(same_identity(&config, &longer));
+    config.decay_epochs = longer.decay_epochs = config.epochs; // they count instead, once they are settled
+    assert_true(same_identity(&config, &longer));
+    longer.decay_epochs++;
+    assert_false(same_identity(&config, &longer));
+}
+
+// Half as many photos take twice the epochs for as many steps, over which the rate falls as before.
+TEST(a_decay_keeps_its_share_of_the_epochs) {
+    struct vw_config config = config_with(&vw_config_default, "'epochs':10,'decay_epochs':8");
+    vw_config_set_epochs(&config, 20);
+    assert_int_equal(config.epochs, 20);
+    assert_int_equal(config.decay_epochs, 16);
+    config.decay_epochs = 0; // all of them
+    vw_config_set_epochs(&config, 5);
+    assert_int_equal(config.decay_epochs, 0);
 }
 
 TEST(what_cannot_be_is_refused_by_name) {
@@ -99,6 +115,7 @@ TEST(what_cannot_be_is_refused_by_name) {
         {"'width':24", "16, 32 or 64 with --field hash"},
         {"'log2_table':23", "--log2-table"},
         {"'learning_rate_decay':1.5", "--learning-rate-decay takes"},
+        {"'learning_rate_decay':1.0,'decay_epochs':3", "--decay-epochs: needs --learning-rate-decay"},
         {"'rays':4097,'importance_samples':4096", "--rays times --importance-samples is 16781312"},
         {"'base_seed':1", "0 where everything varies"}, // it would be lost
         {"'huber_length':0.3", "needs --loss huber, not l2"},
@@ -107,7 +124,7 @@ TEST(what_cannot_be_is_refused_by_name) {
         {"'field':'splats','rays':512,'ssim_weight':1.1", "--ssim-weight takes 0 to 1, not 1.1"},
         {"'mlp_depth':3", "need --field mlp"},
         {"'field':'mlp','levels':4", "need --field hash"},
-        {"'field':'mlp','coarse_network':'own'", "--coarse-network own: needs --importance-samples above 0"},
+        {"'field':'mlp','importance_samples':0,'coarse_network':'own'", "--coarse-network own: needs --importance-samples above 0"},
         {"'importance_samples':8,'coarse_network':'own'", "--coarse-network own: needs --field mlp, not hash"},
         {"'vary':'ordre'", "vary: \"ordre\" is not known"},
         {"'table_precision':'float17'", "table_precision: \"float17\" is not known"},
