@@ -370,6 +370,7 @@ static int put_matrix(const struct vw_report_run *run, json_t *object) {
         failed |= add(columns, "agreement", vw_json_real(view->agreement));
         failed |= add(columns, "without", vw_json_real(view->without));
         failed |= add(columns, "disagrees", json_boolean(view->disagrees));
+        failed |= add(columns, "lone", json_boolean(view->lone));
         failed |= add(columns, "stays_low", json_boolean(view->stays_low));
     }
     return failed;

@@ -138,8 +138,9 @@ function warningsOf(one) {
   if (steps.clamped) warn(plural(steps.clamped, 'step') + ' had gradients beyond the fixed-point range, which were clamped.');
   if (steps.floored) warn('in ' + plural(steps.floored, 'step') + ' a validation photo was matched beyond 100 dB, where PSNR is cut.');
   (matrix ? matrix.view : []).forEach((image, i) => {
-    if (matrix.disagrees[i]) warn('validation photo ' + images.name[image] + ' looks corrupted: it ranks the photos as no other does.');
-    if (matrix.stays_low[i]) warn('validation photo ' + images.name[image] + ' looks corrupted: its PSNR stays far below the others’.');
+    const looksCorrupted = 'validation photo ' + images.name[image] + ' looks corrupted: ';
+    if (matrix.disagrees[i]) warn(looksCorrupted + 'it ranks the photos as no other does, and its PSNR ends below the others’.');
+    if (matrix.stays_low[i]) warn(looksCorrupted + 'its PSNR stays far below the others’.');
   });
   return warnings;
 }

@@ -159,7 +159,8 @@ function fillMatrix() {
 
 function viewsTable(one) {
   const {matrix, images} = one;
-  const verdict = i => [matrix.disagrees[i] && 'ranks as no other does', matrix.stays_low[i] && 'stays far below the others']
+  const verdict = i => [matrix.disagrees[i] && 'ranks as no other does', matrix.stays_low[i] && 'stays far below the others',
+    matrix.lone[i] && 'no: sees what no other does, keep it']
     .filter(Boolean);
   const table = new SortedTable(byId('views-table'), [
     {title: 'Validation photo', key: i => images.name[matrix.view[i]], class: 'long', cell: i => photoCell(one, matrix.view[i])},

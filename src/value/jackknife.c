@@ -12,7 +12,8 @@ static const double SPREADS = 4; // a normal value is farther from the mean once
 static const double AGREEMENT_MOST = 0.3; // largest agreement of a view that disagrees
 static const double AGREEMENT_GAP =
     0.3; // least distance to the median agreement: no view stands out if all agree only a little
-static const double PSNR_GAP_DB = 6; // four times the squared error
+static const double PSNR_GAP_DB = 6;                 // four times the squared error
+static const double ODD_SPREADS = 3, ODD_GAP_DB = 3; // the same of a view that also disagrees: twice the squared error
 
 // A photo's score with all views, and without one of them.
 struct columns {
@@ -62,29 +63,38 @@ static enum vw_status evaluate_columns(const struct vw_matrix *matrix, struct vw
     return status;
 }
 
-// Returns the limit below which a value is an outlier: the median minus 4 robust spreads, but at least `gap` below the
-// median. Moves the values that are not NaN to the front and ignores the others; -INFINITY if there are too few.
-// `*middle` is the median.
-static double lower_limit(double *values, uint32_t count, double gap, double *middle) {
+// The median and the robust spread of the values that are not NaN; -INFINITY and 0 if there are too few.
+struct usual {
+    double middle, spread;
+};
+
+// Moves the values that are not NaN to the front.
+static struct usual find_usual(double *values, uint32_t count) {
     uint32_t known = 0;
     for (uint32_t i = 0; i < count; i++)
         if (!isnan(values[i])) values[known++] = values[i];
-    if (known < VIEWS_LEAST) return *middle = -INFINITY;
-    *middle = vw_median(values, known);
-    return *middle - fmax(SPREADS * vw_robust_spread(values, known), gap);
+    if (known < VIEWS_LEAST) return (struct usual){-INFINITY, 0};
+    return (struct usual){vw_median(values, known), vw_robust_spread(values, known)};
+}
+
+// Returns the limit below which a value is an outlier; it is at least `gap` below the median.
+static double lower_limit(struct usual usual, double spreads, double gap) {
+    return usual.middle - fmax(spreads * usual.spread, gap);
 }
 
 static enum vw_status evaluate_oddities(uint32_t count, struct vw_view_evidence *views) {
     double *values = vw_allocate(count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
     for (uint32_t v = 0; v < count; v++) values[v] = views[v].agreement;
-    double middle, least_agreement = fmin(lower_limit(values, count, AGREEMENT_GAP, &middle), AGREEMENT_MOST);
+    double least_agreement = fmin(lower_limit(find_usual(values, count), SPREADS, AGREEMENT_GAP), AGREEMENT_MOST);
     for (uint32_t v = 0; v < count; v++) values[v] = views[v].end_psnr;
-    double least_psnr = lower_limit(values, count, PSNR_GAP_DB, &middle);
+    const struct usual psnr = find_usual(values, count);
     free(values);
     for (uint32_t v = 0; v < count; v++) {
-        views[v].disagrees = views[v].agreement < least_agreement && views[v].end_psnr < middle;
-        views[v].stays_low = views[v].end_psnr < least_psnr;
+        bool disagrees = views[v].agreement < least_agreement && views[v].end_psnr < psnr.middle;
+        views[v].disagrees = disagrees && views[v].end_psnr < lower_limit(psnr, ODD_SPREADS, ODD_GAP_DB);
+        views[v].lone = disagrees && !views[v].disagrees;
+        views[v].stays_low = views[v].end_psnr < lower_limit(psnr, SPREADS, PSNR_GAP_DB);
     }
     return VW_OK;
 }

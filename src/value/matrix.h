@@ -40,19 +40,23 @@ struct vw_view_evidence {
     double
         agreement;  // Spearman's correlation, over the photos, of its column with the mean of the others; NaN: unknown
     double without; // Spearman's correlation of the ranking without this view with the ranking with it; NaN: unknown
-    bool disagrees; // its column differs from the others, far more than they differ from each other
-    bool stays_low; // its PSNR stays far below that of the others
+    bool disagrees; // its column differs from the others, far more than they differ from each other, and its PSNR ends
+                    // below theirs: it looks corrupted
+    bool lone;      // its column differs, but its PSNR is ordinary: it sees what no other view sees
+    bool stays_low; // its PSNR stays far below that of the others: it looks corrupted
 };
 
 // Computes the jackknife over validation views, from the PSNR columns. `views` has one entry per column.
 // `standard_errors` (dB) has one per row: the error of the photo's mean, from leaving out one view at a time; NaN with
 // fewer than two views. The caller owns both arrays, which have the matrix's sizes. VW_ERROR_MEMORY.
 //
-// A view disagrees if its agreement is below 0.3, below the median agreement by at least 4 robust spreads and 0.3, and
-// if its PSNR is below the median: a view with a high PSNR may rank the photos in its own way, but shows the scene. A
-// view stays low if its PSNR is below the median by at least 4 robust spreads and 6 dB (four times the squared error).
-// Both need at least 4 views whose agreement or PSNR is known, because there is no outlier among fewer, and 5 visits
-// per photo, because fewer say more about the steps than about the photos.
+// A column differs if its agreement is below 0.3, below the median agreement by at least 4 robust spreads and 0.3, and
+// if its PSNR is below the median: a view with a high PSNR may rank the photos in its own way, but shows the scene. The
+// only view of a region does that, too. So a view disagrees only if its PSNR is also below the median by at least 3
+// robust spreads and 3 dB (twice the squared error); else it is a lone view. A view stays low, whatever its column, if
+// its PSNR is below the median by at least 4 robust spreads and 6 dB (four times the squared error). All need at least
+// 4 views whose agreement or PSNR is known, because there is no outlier among fewer, and 5 visits per photo, because
+// fewer say more about the steps than about the photos.
 enum vw_status vw_matrix_jackknife(const struct vw_matrix *matrix, struct vw_view_evidence *views,
                                    double *standard_errors);
 

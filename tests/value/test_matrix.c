@@ -260,7 +260,7 @@ TEST(odd_views_are_found) {
         uint32_t found_least, found_most, others_most;
     } cases[] = {
         {0.3, false, 0, 0, 5},       {1, false, 0, 5, 15},      {3, false, 0, 15, 60},
-        {0.3, true, 450, ROUNDS, 5}, {1, true, 250, ROUNDS, 5},
+        {0.3, true, 350, ROUNDS, 5}, {1, true, 200, ROUNDS, 5},
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         uint32_t disagree = 0, low = 0, others = 0;
@@ -280,7 +280,8 @@ TEST(odd_views_are_found) {
     }
 }
 
-// A view that no step changes has no agreement; that says nothing against or for the others.
+// A view that no step changes has no agreement; that says nothing against or for the others. The odd one looks
+// corrupted only if its PSNR is an outlier, too: else it is the only view of a region.
 TEST(a_constant_view_hides_no_odd_one) {
     uint32_t photos[ODD_PHOTOS] = {0}, ids[ODD_VIEWS] = {0, 1, 2, 3, 4, 5};
     double psnr[ODD_PHOTOS * ODD_VIEWS] = {0}, l1[ODD_PHOTOS * ODD_VIEWS] = {0}, standard_errors[ODD_PHOTOS];
@@ -291,7 +292,12 @@ TEST(a_constant_view_hides_no_odd_one) {
     struct vw_view_evidence views[ODD_VIEWS];
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     assert_true(isnan(views[5].agreement));
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].disagrees || views[v].stays_low);
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_int_equal(views[v].lone, v == 2);
+    end_psnr[2] = 15.9; // below the median of 20.5 by more than 3 spreads of 1.48 and 3 dB
+    ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));
     for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_int_equal(views[v].disagrees, v == 2);
+    for (uint32_t v = 0; v < ODD_VIEWS; v++) assert_false(views[v].lone || views[v].stays_low);
     matrix.visit_count--; // fewer than five per photo
     end_psnr[1] = 0;
     ASSERT_OK(vw_matrix_jackknife(&matrix, views, standard_errors));

@@ -121,10 +121,10 @@ static void print_validation_views(const struct vw_validation_views *validation)
 
 static json_t *view_to_json(const struct vw_validation_views *validation, const struct vw_view_evidence *view) {
     const struct vw_view_distance *distance = find_distance(validation, view->image_id);
-    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:o, s:b}", "name",
+    return json_pack("{s:s, s:o, s:o, s:o, s:b, s:b, s:b, s:o, s:b}", "name",
                      vw_validation_views_name(validation, view->image_id), "psnr_end_db", vw_json_real(view->end_psnr),
                      "agreement", vw_json_real(view->agreement), "ranking_without", vw_json_real(view->without),
-                     "disagrees", view->disagrees, "stays_low", view->stays_low, "distance",
+                     "disagrees", view->disagrees, "lone", view->lone, "stays_low", view->stays_low, "distance",
                      vw_json_real(distance ? distance->ratio : NAN), "far", distance && distance->far);
 }
 

@@ -22,9 +22,13 @@ static void warn(const struct vw_validation_views *validation) {
         const char *name = vw_validation_views_name(validation, view->image_id);
         if (view->disagrees)
             vw_log_warning("validation photo %s looks corrupted: it ranks the photos as no other does (correlation "
-                           "%.2f); look at it, "
-                           "or leave it out by --val",
-                           name, view->agreement);
+                           "%.2f), and its PSNR ends at %.1f dB, below the others'; look at it, or leave it out by "
+                           "--val",
+                           name, view->agreement, view->end_psnr);
+        if (view->lone)
+            vw_log_info("validation photo %s probably sees what no other validation photo sees: it ranks the photos as "
+                        "no other does (correlation %.2f), but its PSNR of %.1f dB is ordinary; keep it",
+                        name, view->agreement, view->end_psnr);
         if (view->stays_low)
             vw_log_warning("validation photo %s looks corrupted: its PSNR ends at %.1f dB, far below the others'; look "
                            "at it, or leave it "
