@@ -15,10 +15,18 @@ VW_PUBLIC_BEGIN
 // train photos that have the score; the spread is 1.4826 times the median absolute deviation (Huber, Robust Statistics,
 // 1981).
 #define VW_SELECTION_OUTLIER_Z (-3.0)
+// A score may be low because the photo alone sees a region, so without a method a photo is an outlier only by evidence
+// of its own, train_fit, together with low credit:
+// - train_fit is a robust outlier, and dv_psnr or dv_loss is below its median; or
+// - train_fit has z < -0.5, and both dv_psnr and dv_loss have z < -4.
+// A photo whose credits both have z < -4 and whose train_fit is ordinary is a lone view, and kept. These limits were
+// chosen by measurement (src/lab/results/quality.md of the source tree).
+#define VW_SELECTION_LOW_FIT_Z (-0.5)
+#define VW_SELECTION_LOW_CREDIT_Z (-4.0)
 enum vw_selection_rule {
-    VW_SELECT_OUTLIERS, // all train photos but the robust outliers; without a method: of those of dv_psnr, dv_loss and
-                        // quality that have scores. Keeps photos without a score. No photo is an outlier
-                        // among fewer than 5, or if the spread is 0
+    VW_SELECT_OUTLIERS, // all train photos but the robust outliers by the method; without one, as above: a run without
+                        // train_fit has no outlier. Keeps photos without a score. No photo is an outlier among
+                        // fewer than 5, or if the spread is 0
     VW_SELECT_POSITIVE, // value above zero
     VW_SELECT_SIGNIFICANT, // lower end of the interval above zero; drops scores without an interval
     VW_SELECT_NOT_HARMFUL, // upper end of the interval not below zero; keeps scores without an interval
@@ -35,18 +43,19 @@ struct vw_selection_params {
     bool percent;  // relative to the photos that have a score, rounded to whole photos; at least 1 is kept
 };
 
-// A train photo that VW_SELECT_OUTLIERS leaves out because of a method's score.
+// A train photo that VW_SELECT_OUTLIERS leaves out because of a method's score, or keeps as a lone view.
 struct vw_selection_outlier {
     uint32_t image_id;
     const char *method; // static, or that of the params
-    double z;           // below VW_SELECTION_OUTLIER_Z
+    double z;
+    bool lone; // kept: it probably sees what no other photo sees
 };
 
 struct vw_selection {
     uint32_t *image_ids;                   // owned: the train photos kept, best first, ties by image_id
     uint32_t count;                        // length of image_ids, at least 1
     uint32_t scored_count;                 // train photos that have a score
-    struct vw_selection_outlier *outliers; // owned: method by method, worst first
+    struct vw_selection_outlier *outliers; // owned: by the method, worst first; without one, three rows per photo
     uint32_t outlier_count;
     const char *method; // that was used; NULL: several
 };

@@ -75,8 +75,9 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE | VW_OPTIONS_TRADEOFF, VW_SECTION_MAIN, OPTION(COUNT, seeds), RANGE(1, 50),
      COMMON, DEFAULT("3; for select 2"), NEEDS("verify")},
     {"without-outliers", NULL,
-     "Drop photos whose dv_psnr, dv_loss or quality lies below the median by more than 3 robust standard deviations, "
-     "with --method by that score alone, and keep all others; this is the rule if no other is given",
+     "Drop photos that fit worse than the others by more than 3 robust standard deviations (train_fit) and have low "
+     "credit; with --method photos that are so much lower by that score alone. Keep all others, photos that alone see "
+     "a region among them; this is the rule if no other is given",
      VW_OPTIONS_SELECT, VW_SECTION_MAIN, OPTION(FLAG, without_outliers), COMMON},
     {"positive", NULL,
      "Keep photos whose score is above zero, as the paper does. Late in training the credits add up to about zero even "
@@ -100,7 +101,7 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
-     DEFAULT("dv_psnr; of without-outliers dv_psnr, dv_loss and quality")},
+     DEFAULT("dv_psnr; of without-outliers train_fit, dv_psnr and dv_loss")},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",

@@ -131,7 +131,7 @@ enum vw_status vw_candidates_make(const struct vw_scorings *scorings, struct vw_
     enum vw_status status = add_all(scorings, candidates);
     for (size_t r = 0; !status && r < VW_ARRAY_COUNT(rules); r++) {
         struct vw_candidate made = {.name = rules[r].name,
-                                    .method = rules[r].method ? rules[r].method : "dv_psnr, dv_loss, quality"};
+                                    .method = rules[r].method ? rules[r].method : "train_fit, dv_psnr, dv_loss"};
         const struct vw_selection_params params = {
             .method = rules[r].method, .rule = rules[r].rule, .amount = rules[r].percent, .percent = true};
         bool fits = false;

@@ -33,10 +33,8 @@ static enum vw_status mark_looks(const struct vw_ledger_score *scores, uint32_t 
     const struct vw_selection_params params = {.rule = VW_SELECT_OUTLIERS};
     enum vw_status status = vw_selection_make(scores, score_count, images, image_count, &params, &selection);
     for (uint32_t i = 0; i < selection.outlier_count; i++)
-        mark(images, image_count, selection.outliers[i].image_id, VW_ADVICE_LOOK, advice);
-    for (uint32_t i = 0; i < score_count; i++)
-        if (is_known(&scores[i], "quality") && scores[i].ci_high < VW_ADVICE_LOW_QUALITY)
-            mark(images, image_count, scores[i].image_id, VW_ADVICE_LOOK, advice);
+        mark(images, image_count, selection.outliers[i].image_id,
+             selection.outliers[i].lone ? VW_ADVICE_LONE : VW_ADVICE_LOOK, advice);
     vw_selection_free(&selection);
     return status == VW_ERROR_MEMORY ? status : VW_OK; // a ledger without train photos has no outliers
 }
@@ -95,7 +93,7 @@ static enum vw_status mark_worth(const struct vw_ledger_score *scores, uint32_t 
                             ? judge_order(&scores[i], rank, count)
                             : judge_worth(&scores[i], rank, count, removable_below(values, count, noise_db));
         const struct vw_ledger_image *image = vw_ledger_find_image(images, image_count, scores[i].image_id);
-        if (!image || (found == VW_ADVICE_REMOVABLE && advice->marks[image - images] & VW_ADVICE_LOOK)) continue;
+        if (!image || (found == VW_ADVICE_REMOVABLE && advice->marks[image - images])) continue;
         advice->marks[image - images] |= found;
     }
     free(values);

@@ -1,8 +1,7 @@
 // Advice on the photos: which can be left out, which are irreplaceable, and which need a look.
 //
-// A photo needs a look if it is a robust outlier of dv_psnr, dv_loss or quality (viewworth/selection.h), or if the
-// upper end of its quality's interval is below VW_ADVICE_LOW_QUALITY. The other two rest on worth_psnr where there is
-// one, else on lasting_psnr; credit does not tell them (value/README.md).
+// A photo needs a look if it is an outlier, and is a lone view if only its credit is (viewworth/selection.h). The other
+// two rest on worth_psnr where there is one, else on lasting_psnr; credit does not tell them (value/README.md).
 // Where the reconstruction is too coarse to rank photos by (value/verdict.h), only looks are advised.
 // - worth_psnr comes from retrainings. Unless the 95 % interval of its accuracy on left-out retrainings lies above 0
 //   (value/worth.h), these have not shown that it tells photos apart, and it marks no photo. Otherwise
@@ -13,7 +12,8 @@
 // - Of lasting_psnr only the order means something: a photo can probably be left out if its rank interval lies in the
 //   lower half, and is irreplaceable if its rank interval lies in the upper quarter; without rank intervals: if it is
 //   in the last quarter, and in the first tenth.
-// A photo that needs a look is never among those that can be left out.
+// A photo that needs a look, or a lone view, is never among those that can be left out: no validation photo may see
+// what a lone view sees.
 #ifndef VIEWWORTH_REPORT_ADVICE_H
 #define VIEWWORTH_REPORT_ADVICE_H
 
@@ -25,8 +25,7 @@
 #include "viewworth/ledger.h"
 #include "viewworth/status.h"
 
-#define VW_ADVICE_LOW_QUALITY 0.25
-enum vw_advice_mark { VW_ADVICE_REMOVABLE = 1, VW_ADVICE_IRREPLACEABLE = 2, VW_ADVICE_LOOK = 4 };
+enum vw_advice_mark { VW_ADVICE_REMOVABLE = 1, VW_ADVICE_IRREPLACEABLE = 2, VW_ADVICE_LOOK = 4, VW_ADVICE_LONE = 8 };
 
 struct vw_advice {
     const char *basis; // static: "worth_psnr" or "lasting_psnr"; NULL: neither is known, only looks are advised

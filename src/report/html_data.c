@@ -327,7 +327,8 @@ static enum vw_status put_advice(const struct vw_report_run *run, json_t *object
          put(marks, "tested", json_boolean(advice.tested)) || put(object, "accuracy", vw_html_accuracy(&worth)) ||
          put_marked(&advice, run->image_count, VW_ADVICE_REMOVABLE, "removable", marks) ||
          put_marked(&advice, run->image_count, VW_ADVICE_IRREPLACEABLE, "irreplaceable", marks) ||
-         put_marked(&advice, run->image_count, VW_ADVICE_LOOK, "look", marks)))
+         put_marked(&advice, run->image_count, VW_ADVICE_LOOK, "look", marks) ||
+         put_marked(&advice, run->image_count, VW_ADVICE_LONE, "lone", marks)))
         status = out_of_memory();
     vw_advice_free(&advice);
     return status;

@@ -33,7 +33,8 @@ function toldOverlaps(overlaps) {
 
 // ---- Advice -------------------------------------------------------------------------------------------------------------
 
-const ADVICE = ['removable', 'irreplaceable', 'look'];
+const ADVICE = ['removable', 'irreplaceable', 'look', 'lone'];
+const OF_CREDIT = {look: 'needs a look', lone: 'lone view'};
 const ADVICE_NAMES = 5;
 
 // Says whether the retrainings of a run with a gate confirm what lasting credit predicts.
@@ -48,10 +49,10 @@ function isUnshown(one) { return one.advice.basis === 'worth_psnr' && !one.advic
 // Says whether the reconstruction is too coarse to rank photos by.
 function isTooCoarse(one) { return one.verdict !== null && one.verdict.verdict.startsWith('too coarse'); }
 
-function advisedPhotos(one, key) { return key !== 'look' && (isRefuted(one) || isUnshown(one)) ? [] : one.advice[key]; }
+function advisedPhotos(one, key) { return !OF_CREDIT[key] && (isRefuted(one) || isUnshown(one)) ? [] : one.advice[key]; }
 
 function adviceText(one, key) {
-  return key === 'look' ? 'needs a look' : (one.advice.by_order ? 'probably ' : key === 'removable' ? 'safely ' : '') + key;
+  return OF_CREDIT[key] || (one.advice.by_order ? 'probably ' : key === 'removable' ? 'safely ' : '') + key;
 }
 
 function adviceOf(one, image) {
@@ -75,7 +76,7 @@ function toldAccuracy(one) {
 }
 
 function whyAdvised(one) {
-  const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised for outliers, and for photos of low quality.';
+  const {basis, by_order: byOrder} = one.advice, looks = ' A look is advised at photos that fit badly and have low credit.';
   if (isTooCoarse(one)) return ' The reconstruction is too coarse to say which photos can be left out: train longer, for example by' +
     ' --accuracy reference.' + looks;
   if (isRefuted(one)) return ' The gate says that lasting credit is not to be trusted here:' +
@@ -107,7 +108,8 @@ function fillAdvice() {
   byId('advice').replaceChildren(
     ...(says ? [...part(advice.by_order ? 'Probably removable' : 'Safely removable', ordered('removable', -1)),
       ...part(advice.by_order ? 'Probably irreplaceable' : 'Irreplaceable', ordered('irreplaceable', 1))] : []),
-    ...part('Needs a look', ordered('look', -1)), element('span', {class: 'quiet'}, whyAdvised(one)));
+    ...part('Needs a look', ordered('look', -1)),
+    ...(advice.lone.length ? part('Lone view, to be kept', ordered('lone', -1)) : []), element('span', {class: 'quiet'}, whyAdvised(one)));
 }
 
 // ---- Credit beside lasting credit beside worth --------------------------------------------------------------------------

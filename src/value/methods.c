@@ -39,6 +39,7 @@ static const struct vw_value_method listed[] = {
     {"momentum_psnr", DB, "sum of (d(t) - beta1 d(t - 1)) / (1 - beta1)", .additive = true, .has_zero = true},
     {"quality", "mean rank", "mean of the ranks of dv_loss and of minus the late training loss, each in [0,1]",
      .additive = false},
+    {"train_fit", DB, "-10 log10 of the late training loss: how well the photo itself fits", .additive = false},
     {"lasting_psnr", DB, "sum over all steps on the photo of what the end of the training gains by the step",
      .additive = true},
     {"lasting_loss", L1, "the same for minus the mean absolute error", .additive = true},

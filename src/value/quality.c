@@ -173,6 +173,25 @@ static void append(const struct work *work, struct vw_ledger_score *scores, uint
     *score_count += count;
 }
 
+// Appends the training losses that a rank hides, in dB. A mean that is not positive, which some losses allow, has none.
+static void append_fits(const struct work *work, struct vw_ledger_score *scores, uint32_t *score_count) {
+    for (uint32_t i = 0, p = 0; i < work->input->image_count; i++) {
+        if (strcmp(work->input->images[i].split, "train") != 0) continue;
+        struct vw_ledger_score *score = &scores[(*score_count)++];
+        *score = (struct vw_ledger_score){.image_id = work->input->images[i].image_id,
+                                          .method = "train_fit",
+                                          .unit = "dB",
+                                          .standard_error = NAN,
+                                          .ci_low = NAN,
+                                          .ci_high = NAN};
+        if (p == work->photo_count || work->photos[p] != i) continue;
+        const struct cell *total = &work->totals[work->photos[p++]];
+        if (!(total->loss > 0)) continue;
+        score->value = -10 * log10(total->loss / total->losses);
+        score->visits = total->losses;
+    }
+}
+
 enum vw_status vw_quality_append(const struct vw_value_input *input, struct vw_ledger_score *scores,
                                  uint32_t *score_count) {
     struct work work = {.input = input};
@@ -184,6 +203,7 @@ enum vw_status vw_quality_append(const struct vw_value_input *input, struct vw_l
     if (!status) fill_cells(&work);
     if (!status && work.photo_count) status = spread_draws(&work);
     if (!status && work.photo_count) append(&work, scores, score_count);
+    if (!status && work.photo_count) append_fits(&work, scores, score_count);
     discard(&work);
     return status;
 }

@@ -130,15 +130,17 @@ static enum vw_status refuse_empty(const struct vw_selection_params *params, uin
 
 enum { OUTLIER_PHOTOS_LEAST = 5 }; // among fewer, median and spread say little
 
-static const char *const outlier_methods[] = {"dv_psnr", "dv_loss", "quality"};
+enum evidence { FIT, CREDIT_PSNR, CREDIT_LOSS, EVIDENCE_COUNT };
+static const char *const evidence_methods[EVIDENCE_COUNT] = {"train_fit", "dv_psnr", "dv_loss"};
 
 // A selection without outliers while it is made.
 struct search {
     const struct vw_ledger_image *images;
     uint32_t image_count;
     bool *out, *listed; // per image: it is an outlier; it is listed, or an outlier
+    double *z;          // per image and evidence; NaN: unknown
     const struct vw_ledger_score **ranked, **first;
-    uint32_t first_count; // length of the first method's ranking
+    uint32_t first_count; // length of the credit's ranking
     struct vw_selection made;
 };
 
@@ -146,22 +148,46 @@ static uint32_t place_of(const struct search *search, uint32_t image_id) {
     return (uint32_t)(vw_ledger_find_image(search->images, search->image_count, image_id) - search->images);
 }
 
-// Adds the outliers of one method, worst first. Its ranking is best first.
-static enum vw_status find_outliers(struct search *search, uint32_t count, const char *method) {
-    struct vw_selection *made = &search->made;
+static void add_outlier(struct search *search, uint32_t place, const char *method, double z, bool lone) {
+    search->made.outliers[search->made.outlier_count++] =
+        (struct vw_selection_outlier){search->images[place].image_id, method, z, lone};
+    search->out[place] = !lone;
+}
+
+// Measures how far each ranked score is from the median, in robust spreads; 0 where nothing can stand out.
+static enum vw_status measure(struct search *search, uint32_t count, enum evidence evidence) {
     double *values = vw_allocate(count, sizeof *values);
     if (!values) return VW_ERROR_MEMORY;
     for (uint32_t i = 0; i < count; i++) values[i] = search->ranked[i]->value;
     double median = vw_median(values, count), spread = vw_robust_spread(values, count);
     free(values);
-    if (count < OUTLIER_PHOTOS_LEAST || !(spread > 0)) return VW_OK;
-    for (uint32_t i = count; i-- > 0;) {
-        double z = (search->ranked[i]->value - median) / spread;
-        if (!(z < VW_SELECTION_OUTLIER_Z)) break;
-        made->outliers[made->outlier_count++] = (struct vw_selection_outlier){search->ranked[i]->image_id, method, z};
-        search->out[place_of(search, search->ranked[i]->image_id)] = true;
-    }
+    bool varies = count >= OUTLIER_PHOTOS_LEAST && spread > 0;
+    for (uint32_t i = 0; i < count; i++)
+        search->z[place_of(search, search->ranked[i]->image_id) * EVIDENCE_COUNT + evidence] =
+            varies ? (search->ranked[i]->value - median) / spread : 0;
     return VW_OK;
+}
+
+// Adds the outliers of one method alone, worst first. Its ranking is best first.
+static void find_outliers(struct search *search, uint32_t count, const char *method) {
+    for (uint32_t i = count; i-- > 0;) {
+        uint32_t place = place_of(search, search->ranked[i]->image_id);
+        double z = search->z[place * EVIDENCE_COUNT];
+        if (z < VW_SELECTION_OUTLIER_Z) add_outlier(search, place, method, z, false);
+    }
+}
+
+// Adds the photos that their own fit and their credit show to be outliers, and the lone views, in the order of images.
+static void judge(struct search *search) {
+    for (uint32_t i = 0; i < search->image_count; i++) {
+        const double *z = &search->z[i * EVIDENCE_COUNT];
+        bool low_credit = fmax(z[CREDIT_PSNR], z[CREDIT_LOSS]) < VW_SELECTION_LOW_CREDIT_Z;
+        bool out = (z[FIT] < VW_SELECTION_OUTLIER_Z && fmin(z[CREDIT_PSNR], z[CREDIT_LOSS]) < 0) ||
+                   (z[FIT] < VW_SELECTION_LOW_FIT_Z && low_credit);
+        bool lone = !out && low_credit && !isnan(z[FIT]);
+        for (int e = 0; (out || lone) && e < EVIDENCE_COUNT; e++)
+            if (!isnan(z[e])) add_outlier(search, i, evidence_methods[e], z[e], lone);
+    }
 }
 
 static void list_photo(struct search *search, uint32_t place) {
@@ -170,7 +196,7 @@ static void list_photo(struct search *search, uint32_t place) {
     if (wanted) search->made.image_ids[search->made.count++] = search->images[place].image_id;
 }
 
-// Lists the photos of the first method's ranking, then those without a score by it.
+// Lists the photos of the ranking by the method, or by credit, then those without a score by it.
 static void list_others(struct search *search) {
     for (uint32_t i = 0; i < search->first_count; i++) list_photo(search, place_of(search, search->first[i]->image_id));
     search->made.scored_count = search->first_count;
@@ -186,20 +212,23 @@ static bool has_scores(const struct vw_ledger_score *scores, uint32_t score_coun
 
 static enum vw_status search_outliers(struct search *search, const struct vw_ledger_score *scores, uint32_t score_count,
                                       const char *only) {
-    const char *const *methods = only ? &only : outlier_methods;
+    const char *const *methods = only ? &only : evidence_methods;
+    for (uint32_t i = 0; i < EVIDENCE_COUNT * search->image_count; i++) search->z[i] = NAN;
     uint32_t used = 0;
-    for (size_t m = 0; m < (only ? 1 : VW_ARRAY_COUNT(outlier_methods)); m++) {
+    for (int e = 0; e < (only ? 1 : EVIDENCE_COUNT); e++) {
         uint32_t count = 0;
-        if (!has_scores(scores, score_count, methods[m])) continue;
+        if (!has_scores(scores, score_count, methods[e])) continue;
         enum vw_status status =
-            rank(scores, score_count, search->images, search->image_count, methods[m], search->ranked, &count);
-        if (!status) status = find_outliers(search, count, methods[m]);
+            rank(scores, score_count, search->images, search->image_count, methods[e], search->ranked, &count);
+        if (!status) status = measure(search, count, e);
         if (status) return status;
-        if (used++) continue;
+        if (only) find_outliers(search, count, only);
+        if ((!only && e == FIT) || used++) continue;
         memcpy(search->first, search->ranked, score_count * sizeof *search->first);
         search->first_count = count;
     }
-    if (!used) return refuse_method(scores, score_count, methods[0]);
+    if (!used) return refuse_method(scores, score_count, methods[only ? FIT : CREDIT_PSNR]);
+    if (!only) judge(search);
     list_others(search);
     return search->made.count ? VW_OK : vw_fail(VW_ERROR_INPUT, "the ledger has no photo to train on");
 }
@@ -211,15 +240,17 @@ static enum vw_status leave_outliers_out(const struct vw_ledger_score *scores, u
                             .image_count = image_count,
                             .out = vw_allocate(image_count, sizeof *search.out),
                             .listed = vw_allocate(image_count, sizeof *search.listed),
+                            .z = vw_allocate(image_count, EVIDENCE_COUNT * sizeof *search.z),
                             .ranked = vw_allocate(score_count, sizeof *search.ranked),
                             .first = vw_allocate(score_count, sizeof *search.first),
                             .made = {.image_ids = vw_allocate(image_count, sizeof *search.made.image_ids),
                                      .outliers = vw_allocate(score_count, sizeof *search.made.outliers)}};
-    bool whole =
-        search.out && search.listed && search.ranked && search.first && search.made.image_ids && search.made.outliers;
+    bool whole = search.out && search.listed && search.z && search.ranked && search.first && search.made.image_ids &&
+                 search.made.outliers;
     enum vw_status status = whole ? search_outliers(&search, scores, score_count, method) : VW_ERROR_MEMORY;
     free(search.out);
     free(search.listed);
+    free(search.z);
     free(search.ranked);
     free(search.first);
     if (status) vw_selection_free(&search.made);

@@ -144,7 +144,7 @@ static enum vw_status score_by(const struct vw_method *method, const struct vw_v
     return status;
 }
 
-enum { OTHER_METHODS = 3 }; // quality, lasting_psnr, lasting_loss
+enum { OTHER_METHODS = 4 }; // quality, train_fit, lasting_psnr, lasting_loss
 
 enum vw_status vw_value_score(const struct vw_value_input *input, struct vw_ledger_score **scores,
                               uint32_t *score_count) {

@@ -261,14 +261,15 @@ list=$folder/none.json
 check "--positive is warned of" grep -q '^warning: --positive: ' <(
     "$program" select "$run" --positive --to "$folder/positive.json" --quiet 2>&1 >/dev/null)
 rm -f "$folder/rule.txt"
-check "without a rule outliers are left out, and named" prints "^left out view_00: dv_loss z = -" \
-    "$program" select "$folder/steps" --to "$folder/rule.txt"
+check "with --method outliers are left out, and named" prints "^left out view_00: dv_loss z = -" \
+    "$program" select "$folder/steps" --method dv_loss --to "$folder/rule.txt"
 check "all others are kept" test "$(tr '\n' ' ' <"$folder/rule.txt")" = "$(printf 'view_%02d ' {1..11})"
-check "--without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_psnr, dv_loss, quality' AND
+check "--without-outliers is that rule; --json names them, too" answers "j ->> '\$.method' = 'dv_loss' AND
+    json_array_length(j, '\$.lone_views') = 0 AND
     json_array_length(j, '\$.left_out') = 1 AND j ->> '\$.left_out[0].name' = 'view_00' AND j ->> '\$.left_out[0].z' < -3" \
-    "$program" select "$folder/steps" --without-outliers --to "$folder/outliers.txt" --json
-check "with --method by that score alone" prints "^kept     12 of 12 photos" \
-    "$program" select "$folder/steps" --method dv_psnr --to "$folder/by_one.txt"
+    "$program" select "$folder/steps" --without-outliers --method dv_loss --to "$folder/outliers.txt" --json
+check "without a rule and training losses nobody is accused" prints "^kept     12 of 12 photos.*by train_fit, dv_psnr, dv_loss" \
+    "$program" select "$folder/steps" --to "$folder/by_all.txt"
 query steps "UPDATE score SET value = 9 WHERE method = 'dv_psnr' AND image_id = 0"
 check "scores that the steps do not give are refused" refuses_edited select "$folder/steps" --top 3 --to "$folder/edited.txt"
 check "two rules are refused" refuses 'not several' select "$run" --to "$list" --positive --top 3

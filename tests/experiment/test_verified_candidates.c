@@ -46,10 +46,9 @@ TEST(rules_apply_to_the_scores_of_each_half) {
     struct vw_candidates candidates;
     struct vw_scorings scorings = make_scorings(2);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
-    check_names(&candidates,
-                "all 10 = without-outliers:quality, not-harmful; "
-                "without-outliers 9 = without-outliers:dv_psnr, positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
-                "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
+    check_names(&candidates, "all 10 = without-outliers, without-outliers:quality, not-harmful; "
+                             "without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; top:75%:dv_psnr 8; "
+                             "top:50%:dv_psnr 5; top:90%:quality 9; top:75%:quality 8; top:50%:quality 5");
     const struct vw_selection *lists = candidates.list[1].selections;
     assert_true(!keeps(&lists[VW_HALF_A], 3) && keeps(&lists[VW_HALF_A], 4));
     assert_true(keeps(&lists[VW_HALF_B], 3) && !keeps(&lists[VW_HALF_B], 4));
@@ -64,7 +63,7 @@ TEST(a_method_without_scores_has_no_candidates) {
     struct vw_scorings scorings = make_scorings(1);
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
     check_names(&candidates,
-                "all 10 = not-harmful; without-outliers 9 = without-outliers:dv_psnr, positive, top:90%:dv_psnr; "
+                "all 10 = without-outliers, not-harmful; without-outliers:dv_psnr 9 = positive, top:90%:dv_psnr; "
                 "top:75%:dv_psnr 8; top:50%:dv_psnr 5");
 }
 
@@ -75,7 +74,7 @@ TEST(lasting_credit_selects_where_every_scoring_has_it) {
         for (uint32_t i = PHOTOS; i < 2 * PHOTOS; i++) rows[s][i].method = "lasting_psnr";
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
     check_names(&candidates,
-                "all 10 = not-harmful, without-outliers:lasting_psnr; without-outliers 9 = without-outliers:dv_psnr, "
+                "all 10 = without-outliers, not-harmful, without-outliers:lasting_psnr; without-outliers:dv_psnr 9 = "
                 "positive, top:90%:dv_psnr; top:75%:dv_psnr 8; top:50%:dv_psnr 5; top:90%:lasting_psnr 9; "
                 "top:75%:lasting_psnr 8; top:50%:lasting_psnr 5");
     vw_candidates_free(&candidates);
@@ -93,8 +92,8 @@ TEST(lists_that_differ_by_one_scoring_are_two) {
     rows[VW_HALF_BOTH][3].value = 1;
     for (uint32_t i = 6; i < PHOTOS; i++) rows[VW_HALF_BOTH][i].value = 2 * i;
     ASSERT_OK(vw_candidates_make(&scorings, &candidates));
-    assert_string_equal(candidates.list[1].name, "without-outliers");
-    assert_string_equal(candidates.list[1].same_as, "without-outliers:dv_psnr");
+    assert_string_equal(candidates.list[1].name, "without-outliers:dv_psnr");
+    assert_null(candidates.list[1].same_as);
     assert_int_equal(candidates.list[1].selections[VW_HALF_BOTH].count, 10);
     assert_string_equal(candidates.list[2].name, "positive");
 }

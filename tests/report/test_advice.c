@@ -52,12 +52,13 @@ static struct vw_advice advise(const struct fixture *fixture, double accuracy_ci
 
 TEST(credit_alone_says_where_to_look) {
     struct fixture fixture = make();
-    fixture.scores[2].value = -20;
-    add(&fixture, 5, "quality", 0.1, 0.1);
-    add(&fixture, 6, "quality", 0.2, 0.1); // up to 0.3: it may be ordinary
+    fixture.scores[2].value = fixture.scores[5].value = -20;
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 ? 10 : 20 + i % 3, 0);
+    add(&fixture, 6, "quality", 0, 0); // a rank alone accuses nobody
     AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, 0.5, 1);
     assert_null(advice.basis);
-    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2 | 1u << 5);
+    assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 2);
+    assert_int_equal(marked(&advice, VW_ADVICE_LONE), 1u << 5); // as low, but it fits
     assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE) | marked(&advice, VW_ADVICE_IRREPLACEABLE), 0);
 }
 
@@ -76,7 +77,8 @@ TEST(a_coarse_reconstruction_says_only_where_to_look) {
 
 TEST(lasting_credit_advises_by_order) {
     struct fixture fixture = make();
-    fixture.scores[1].value = -20; // an outlier is not called removable
+    fixture.scores[1].value = fixture.scores[2].value = -20; // neither an outlier nor a lone view is called removable
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 1 ? 10 : 20 + i % 3, 0);
     for (uint32_t i = 0; i < PHOTOS; i++) {
         struct vw_ledger_score *score =
             add(&fixture, i, "lasting_psnr", i - 100.0, 1); // all below 0, which means nothing
@@ -88,8 +90,8 @@ TEST(lasting_credit_advises_by_order) {
     AUTO(vw_advice_free) struct vw_advice advice = advise(&fixture, NAN, NAN);
     assert_string_equal(advice.basis, "lasting_psnr");
     assert_true(advice.by_order);
-    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 2 | 1u << 3); // ranks 12, 10, 9: from 7 on
-    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 11 | 1u << 10);     // up to rank 3 of 12
+    assert_int_equal(marked(&advice, VW_ADVICE_REMOVABLE), 1u << 0 | 1u << 3);       // ranks 12, 9: from 7 on
+    assert_int_equal(marked(&advice, VW_ADVICE_IRREPLACEABLE), 1u << 11 | 1u << 10); // up to rank 3 of 12
     assert_int_equal(marked(&advice, VW_ADVICE_LOOK), 1u << 1);
 }
 

@@ -1,4 +1,4 @@
-// quality: the mean of two ranks from a ledger's rows, its interval, and what has none.
+// quality: the mean of two ranks from a ledger's rows, its interval, and what has none; train_fit, the loss it ranks.
 #include "support/value_game.h"
 
 enum { EPOCHS = 13, BURN_IN = 1, LATE = EPOCHS - 4 }; // the last third of 12 epochs
@@ -47,6 +47,9 @@ TEST(quality_is_the_mean_of_two_ranks) {
         if (quality->value != expected[photo])
             fail_msg("photo %u has quality %g, not %g", photo, quality->value, expected[photo]);
         assert_in_range(quality->visits, EPOCHS - BURN_IN - 1, EPOCHS - BURN_IN);
+        const struct vw_ledger_score *fit = test_find_score(scores, count, "train_fit", test_train_views[photo]);
+        assert_near(fit->value, -10 * log10(late_loss[photo]), 1e-12); // only late visits count
+        assert_in_range(fit->visits, EPOCHS - LATE - 1, EPOCHS - LATE);
     }
 }
 

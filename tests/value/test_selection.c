@@ -86,7 +86,7 @@ static void check_without_outliers(const struct vw_ledger_score *rows, uint32_t 
                                    const char *expected, const char *expected_out) {
     struct vw_ledger_image photos[PHOTOS];
     struct vw_selection selection = {0};
-    char kept[64] = "", out[128] = "";
+    char kept[64] = "", out[256] = "";
     for (uint32_t i = 0; i < PHOTOS; i++)
         photos[i] = (struct vw_ledger_image){i, "photo", i == PHOTOS - 1 ? "val" : "train", "", NULL, NULL};
     const struct vw_selection_params params = {.method = method};
@@ -94,15 +94,16 @@ static void check_without_outliers(const struct vw_ledger_score *rows, uint32_t 
     for (uint32_t i = 0; i < selection.count; i++)
         snprintf(kept + strlen(kept), sizeof kept - strlen(kept), "%s%u", i ? " " : "", selection.image_ids[i]);
     for (uint32_t i = 0; i < selection.outlier_count; i++)
-        snprintf(out + strlen(out), sizeof out - strlen(out), "%s%u %s %.2f", i ? ", " : "",
-                 selection.outliers[i].image_id, selection.outliers[i].method, selection.outliers[i].z);
+        snprintf(out + strlen(out), sizeof out - strlen(out), "%s%s%u %s %.2f", i ? ", " : "",
+                 selection.outliers[i].lone ? "lone " : "", selection.outliers[i].image_id,
+                 selection.outliers[i].method, selection.outliers[i].z);
     assert_string_equal(kept, expected);
     assert_string_equal(out, expected_out);
     vw_selection_free(&selection);
     assert_null(selection.outliers);
 }
 
-TEST(outliers_of_any_score_are_left_out) {
+TEST(outliers_of_a_score_are_left_out) {
     static const struct vw_ledger_score rows[] = {
         ROWS("dv_psnr", 9, 11, 9, 11, 10, 10, 5.5, 40), // 5.5: z = -3.04; high scores do not count as outliers
         ROWS("dv_loss", 9, 5.6, 10, 11, 11, 10, 2, 10), // 5.6: z = -2.97
@@ -111,11 +112,26 @@ TEST(outliers_of_any_score_are_left_out) {
         ROWS("other", 0, 11, 9, 11, 9, 10, 10, 10),
     };
     const uint32_t count = VW_ARRAY_COUNT(rows);
-    check_without_outliers(rows, count, NULL, "7 1 3 4 5 0", "6 dv_psnr -3.04, 6 dv_loss -5.40, 2 quality -6.07");
     check_without_outliers(rows, count, "dv_psnr", "7 1 3 4 5 0 2", "6 dv_psnr -3.04");
     check_without_outliers(rows, count, "quality", "1 3 4 6 7 0 5", "2 quality -6.07"); // 5 has no score
     check_without_outliers(rows, count, "other", "1 3 5 6 7 2 4", "0 other -6.74");
-    check_without_outliers(rows + 8, 8, NULL, "3 4 2 5 7 0 1", "6 dv_loss -5.40"); // dv_loss alone
+    check_without_outliers(rows, count, NULL, "7 1 3 4 5 0 2 6", ""); // without training losses nobody is accused
+}
+
+// Every row: what a photo's own fit and its credits say together.
+TEST(a_photo_is_an_outlier_only_by_its_own_fit_and_its_credit) {
+    static const struct vw_ledger_score rows[] = {
+        // 0: fits badly, and its credit is below the median. 1: as badly, but others gain by it. 2: low credit, and it
+        // fits a little worse. 3: as low, but it fits. 4: low by one credit alone.
+        ROWS("train_fit", 10, 10, 18.5, 21, 20, 20, 21, 20),
+        ROWS("dv_psnr", 9, 12, -30, -30, -30, 10, 11, 10),
+        ROWS("dv_loss", 11, 12, -30, -30, 10, 9, 11, 10),
+    };
+    const uint32_t count = VW_ARRAY_COUNT(rows);
+    check_without_outliers(rows, count, NULL, "1 6 5 7 3 4",
+                           "0 train_fit -6.74, 0 dv_psnr -0.17, 0 dv_loss 0.67, 2 train_fit -1.01, 2 dv_psnr -13.32, "
+                           "2 dv_loss -26.98, lone 3 train_fit 0.67, lone 3 dv_psnr -13.32, lone 3 dv_loss -26.98");
+    check_without_outliers(rows + 8, count - 8, NULL, "1 6 5 7 0 2 3 4", "");
 }
 
 TEST(few_or_equal_scores_have_no_outlier) {

@@ -38,7 +38,7 @@ TEST(known_worths_come_back) {
     AUTO_FREE struct test_recording *training = train(0, 6, 3);
     uint32_t count = 0;
     AUTO_FREE struct vw_ledger_score *scores = score(training, 1, &count);
-    assert_int_equal(count, 3 * TEST_TRAIN_COUNT); // and quality
+    assert_int_equal(count, 4 * TEST_TRAIN_COUNT); // and quality, train_fit
     const char *methods[] = {"dv_psnr", "dv_loss"}, *units[] = {"dB", "mean absolute error"};
     const double factors[] = {1, 0.01}; // positive = helps, also where the measure falls
     for (uint32_t i = 0; i < 2 * TEST_TRAIN_COUNT; i++) {

@@ -83,10 +83,11 @@ static const char *name_of(const struct selection_job *job, uint32_t image_id) {
 static const char *methods_of(const struct selection_job *job) {
     if (job->options->verify) return job->verified.candidates.list[job->verified.chosen].method;
     if (job->params.method) return job->params.method;
-    return job->selection.method ? job->selection.method : "dv_psnr, dv_loss, quality";
+    return job->selection.method ? job->selection.method : "train_fit, dv_psnr, dv_loss";
 }
 
-static json_t *left_out_to_json(const struct selection_job *job) {
+// Lists the scores of the photos left out, or of the lone views.
+static json_t *outliers_to_json(const struct selection_job *job, bool lone) {
     json_t *photos = json_array();
     if (job->options->verify || job->params.rule != VW_SELECT_OUTLIERS) {
         json_decref(photos);
@@ -94,6 +95,7 @@ static json_t *left_out_to_json(const struct selection_job *job) {
     }
     for (uint32_t i = 0; i < job->selection.outlier_count; i++) {
         const struct vw_selection_outlier *outlier = &job->selection.outliers[i];
+        if (outlier->lone != lone) continue;
         vw_json_append(&photos, json_pack("{s:s, s:s, s:o}", "name", name_of(job, outlier->image_id), "method",
                                           outlier->method, "z", vw_json_real(outlier->z)));
     }
@@ -104,8 +106,9 @@ static json_t *to_json(const struct selection_job *job) {
     json_t *names = json_array();
     for (uint32_t i = 0; i < job->selection.count; i++)
         vw_json_append(&names, json_string(name_of(job, job->selection.image_ids[i])));
-    return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*}", "path", job->options->to, "format", job->list.format, "method",
-                     methods_of(job), "selected", names, "left_out", left_out_to_json(job), "verified",
+    return json_pack("{s:s, s:s, s:s, s:o, s:o*, s:o*, s:o*}", "path", job->options->to, "format", job->list.format,
+                     "method", methods_of(job), "selected", names, "left_out", outliers_to_json(job, false),
+                     "lone_views", outliers_to_json(job, true), "verified",
                      job->options->verify ? vw_verified_selection_to_json(&job->verified) : NULL);
 }
 
@@ -148,9 +151,7 @@ static void print_next(const struct selection_job *job) {
 static void print_rule(const struct vw_selection_params *params) {
     const char *unit = params->percent ? " %" : "";
     switch (params->rule) {
-    case VW_SELECT_OUTLIERS:
-        vw_print("all but robust outliers, below the median by more than %g spreads\n", -VW_SELECTION_OUTLIER_Z);
-        break;
+    case VW_SELECT_OUTLIERS: vw_print("all but robust outliers\n"); break;
     case VW_SELECT_POSITIVE: vw_print("score above zero\n"); break;
     case VW_SELECT_SIGNIFICANT: vw_print("interval above zero\n"); break;
     case VW_SELECT_NOT_HARMFUL: vw_print("interval not below zero\n"); break;
@@ -159,14 +160,15 @@ static void print_rule(const struct vw_selection_params *params) {
     }
 }
 
-// Prints a line per photo, with every score that leaves it out.
+// Prints a line per photo, with every score that leaves it out, or makes it a lone view.
 static void print_outliers(const struct selection_job *job) {
     const struct vw_selection_outlier *outliers = job->selection.outliers;
     for (uint32_t i = 0; i < job->selection.outlier_count; i++) {
         bool named = false;
         for (uint32_t j = 0; j < i; j++) named |= outliers[j].image_id == outliers[i].image_id;
         if (named) continue;
-        vw_print("left out %s:", name_of(job, outliers[i].image_id));
+        vw_print(outliers[i].lone ? "lone     %s, kept (it fits, but helps no other photo):" : "left out %s:",
+                 name_of(job, outliers[i].image_id));
         for (uint32_t j = i; j < job->selection.outlier_count; j++)
             if (outliers[j].image_id == outliers[i].image_id)
                 vw_print("%s %s z = %.1f", j > i ? "," : "", outliers[j].method, outliers[j].z);
