@@ -145,8 +145,22 @@ function warningsOf(one) {
   return warnings;
 }
 
+// Says which runs of a scene validate or test on other photos than its first; folds of one valuation do so on purpose.
+function toldSplits() {
+  const isFold = one => /(^|\/)fold-[0-9]+$/.test(one.label), judges = split => split === 'val' || split === 'test';
+  return runs.flatMap(one => {
+    const first = runs.find(other => other.run.scene === one.run.scene && !isFold(other));
+    if (!first || first === one || isFold(one)) return [];
+    const splits = new Map(first.images.name.map((name, i) => [name, first.images.split[i]]));
+    const differs = one.images.name.some((name, i) => splits.has(name) && splits.get(name) !== one.images.split[i] &&
+      (judges(one.images.split[i]) || judges(splits.get(name))));
+    return differs ? [one.label + ' validates or tests on other photos than ' + first.label +
+      ': their PSNR and scores cannot be compared. Value it again with --splits ' + first.label + '/splits.json.'] : [];
+  });
+}
+
 function fillWarnings() {
-  const warnings = runs.flatMap(warningsOf);
+  const warnings = runs.flatMap(warningsOf).concat(toldSplits());
   if (data.documents.some(one => one.file === 'duplicates.csv'))
     warnings.push('some photos show nearly the same: see near-duplicates before paying for them.');
   byId('warnings').replaceChildren(...warnings.map(text => element('li', {}, text)));

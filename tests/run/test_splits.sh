@@ -30,4 +30,8 @@ check "and is replayed" run "$program" verify "$folder/kept" --replay 3
 check "by its own splits, too" eval 'value kept --splits "$folder/kept/splits.json" --resume --epochs 4'
 check "--splits and --val are refused together" fails 2 'leave out --train, --val and --test' "$program" value "$folder/scene" \
     --out "$folder/both" --splits "$folder/first/splits.json" --val "$folder/first/splits.json" --quiet
+check "a report of runs that other photos judge says so" eval 'run "$program" report "$folder"/{first,moved} --to "$folder/both.html" &&
+    grep -q "moved: validates or tests on other photos than .*first.*--splits" "$folder/stderr"'
+check "of runs that the same ones judge it does not" eval 'run "$program" report "$folder"/{first,kept} --to "$folder/same.html" &&
+    ! grep -q "validates or tests" "$folder/stderr"'
 conclude "$@"

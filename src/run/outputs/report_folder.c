@@ -305,12 +305,47 @@ static enum vw_status write_listed(struct gathering *gathering, const char *to) 
     return vw_checksums_write(gathering->out, ledger_of_out(gathering), gathering->in_hand);
 }
 
+// ---- Splits ----------------------------------------------------------------------------------------------------------
+
+static bool judges(const struct vw_ledger_image *image) {
+    return strcmp(image->split, "val") == 0 || strcmp(image->split, "test") == 0;
+}
+
+// Tells whether a photo of both runs validates or tests in one of them alone.
+static bool splits_differ(const struct vw_value_input *one, const struct vw_value_input *other) {
+    for (uint32_t i = 0; i < one->image_count; i++)
+        for (uint32_t j = 0; j < other->image_count; j++) {
+            const struct vw_ledger_image *a = &one->images[i], *b = &other->images[j];
+            if ((judges(a) || judges(b)) && strcmp(a->split, b->split) != 0 && strcmp(a->name, b->name) == 0) return true;
+        }
+    return false;
+}
+
+static bool is_fold(const struct held_run *run) {
+    const char *slash = strrchr(run->folder, '/');
+    return strncmp(slash ? slash + 1 : run->folder, "fold-", strlen("fold-")) == 0;
+}
+
+// Warns of runs of one scene that are judged by other photos than the first; folds of one valuation are on purpose.
+static void warn_of_splits(const struct gathering *gathering) {
+    for (size_t i = 1; i < gathering->run_count; i++) {
+        const struct held_run *run = &gathering->runs[i], *first = gathering->runs;
+        while (first < run && (strcmp(first->recorded.row.scene_path, run->recorded.row.scene_path) || is_fold(first)))
+            first++;
+        if (first < run && !is_fold(run) && splits_differ(&first->input, &run->input))
+            vw_log_warning("%s: validates or tests on other photos than %s, so their PSNR and scores cannot be compared; "
+                           "value it again with --splits %s/" VW_SPLITS_FILE,
+                           run->folder, first->folder, first->folder);
+    }
+}
+
 static enum vw_status write_report(struct gathering *gathering, const char *const *folders, uint32_t folder_count,
                                    const char *to) {
     enum vw_status status = VW_OK;
     for (uint32_t i = 0; i < folder_count && !status; i++)
         if (!is_repeated(folders, i)) status = add_folder(gathering, folders[i]);
     for (size_t i = 0; i < gathering->run_count && !status; i++) lend_to_run(gathering, &gathering->runs[i]);
+    if (!status) warn_of_splits(gathering);
     if (!status) status = write_listed(gathering, to);
     for (size_t i = 0; i < gathering->run_count; i++) close_run(&gathering->runs[i]);
     free(gathering->runs);
