@@ -89,7 +89,7 @@ struct vw_config {
     // Share of it at the last step of `decay_epochs`, towards which it falls by the same factor from step to step; it
     // stays there afterwards; 1e-6 to 1
     double learning_rate_decay;
-    uint32_t decay_epochs; // 0: `epochs`, which are then part of the run's identity; a run that begins sets it to these
+    uint32_t decay_epochs; // 0: `epochs`; a run that begins sets it to these, so that more epochs extend it
     double beta1;          // [0,1); 0: no momentum
     double beta2;          // [0,1)
     enum vw_field field;

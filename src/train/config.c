@@ -271,11 +271,10 @@ static json_t *number_to_json(const struct vw_config *config, const struct numbe
 
 bool vw_config_rate_is_constant(const struct vw_config *config) { return config->learning_rate_decay == 1.0; }
 
-// Returns whether a number is part of the run's identity. The number of epochs is, where it decides how the learning
-// rate decays.
-static bool is_identity(const struct vw_config *config, const struct number *number) {
-    return number->identity || (!vw_config_rate_is_constant(config) && !config->decay_epochs &&
-                                number->offset == offsetof(struct vw_config, epochs));
+// Returns over how many epochs the rate falls; 0: it does not.
+static uint32_t settled_decay(const struct vw_config *config) {
+    if (vw_config_rate_is_constant(config)) return 0;
+    return config->decay_epochs ? config->decay_epochs : config->epochs;
 }
 
 void vw_config_set_epochs(struct vw_config *config, uint32_t epochs) {
@@ -303,10 +302,12 @@ static int initial_to_json(const struct vw_config *config, bool identity_only, j
 
 char *vw_config_to_json(const struct vw_config *config, bool identity_only) {
     json_t *object = json_object();
+    struct vw_config written = *config;
     int failed = !object;
+    if (identity_only) written.decay_epochs = settled_decay(config);
     for (size_t i = 0; i < VW_ARRAY_COUNT(numbers) && !failed; i++)
-        if (!identity_only || is_identity(config, &numbers[i]))
-            failed = json_object_set_new(object, numbers[i].key, number_to_json(config, &numbers[i]));
+        if (!identity_only || numbers[i].identity)
+            failed = json_object_set_new(object, numbers[i].key, number_to_json(&written, &numbers[i]));
     failed = failed || choices_to_json(config, object);
     failed = failed || initial_to_json(config, identity_only, object);
     failed = failed || json_object_set_new(object, "base_seed", json_integer((json_int_t)config->base_seed));

@@ -4,7 +4,7 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 photos=12 # to train on, in clean.json
-tiny=(--rays 64 --samples 16 --val-rays 64 --levels 4 --effects none --device llvmpipe)
+tiny=(--rays 64 --samples 16 --importance-samples 0 --val-rays 64 --levels 4 --effects none --device llvmpipe)
 # What a machine that does other work besides may add to a budget, and take from one: between its start and its first look at the clock,
 # and from one look to the next, it may be slowed down at will.
 allowance_s=4
@@ -25,9 +25,6 @@ refuses() { # refuses PATTERN [OPTION]...: and leaves nothing
 check "a budget without a unit is refused with the remedy" refuses '"90" 90s or 90min' --budget 90
 check "so is one that is too short" refuses '--budget takes' --budget 9s # test_budget_plan.c has other texts
 check "an unknown accuracy is refused, with those there are" refuses '"best" is not one of draft, .*reference' --accuracy best
-check "nor does the learning rate decay over them" refuses '--learning-rate-decay' --budget 90s --learning-rate-decay 0.1
-check "nor has a run lasting credit that may leave out planned epochs" refuses 'drop --until-stable' --until-stable 0.9 \
-    --learning-rate-decay 0.1 --lasting
 check "epochs that leave none to score are refused" refuses '--burn-in 1 to score; take more' --budget 90s --epochs 1
 check "what a budget cannot buy is refused" refuses 'allow more time' --budget 10s --burn-in 50000 --epochs 60000 "${tiny[@]}"
 check "train takes neither" fails 2 'unknown option "--budget"' "$program" train "$root/scenes/clean.json" --out "$folder/refused" \
@@ -35,14 +32,14 @@ check "train takes neither" fails 2 'unknown option "--budget"' "$program" train
 
 check "splats take a budget" run value splats --field splats --budget 10s --epochs 2 --rays 256 \
     --splats 50 --effects none
-check "and no rate decays then, positions' neither" test "$(config splats learning_rate_decay)" = 1.0
+check "over whose epochs positions' rate falls" test "$(config splats learning_rate_decay) $(config splats decay_epochs)" = '0.01 2'
 
 # ---- An accuracy -------------------------------------------------------------------------------------------------------------
 
 check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none \
     --device llvmpipe
-setting() { for key in rays samples val_rays log2_table width epochs; do config "$1" $key; done | tr '\n' ' '; }
-check "sets what is not given" test "$(setting draft)" = '64 16 512 14 32 2 '
+setting() { for key in rays samples importance_samples val_rays log2_table levels width epochs; do config "$1" $key; done | tr '\n' ' '; }
+check "sets what is not given" test "$(setting draft)" = '64 8 8 512 14 8 32 2 '
 check "is recorded" test "$(query draft "SELECT plan_json ->> '\$.accuracy' FROM run")" = draft
 read -ra options <<<"$(again)"
 check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe
@@ -80,7 +77,7 @@ check "at an epoch's end, and finished" is_whole timed
 check "as JSON" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget' AS j)
     SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'accuracy') > 0
-           AND j ->> 'options' LIKE '%--rays 64 --samples 16 --val-rays 64 % --epochs $(config timed epochs)' FROM answer")" = 1
+           AND j ->> 'options' LIKE '%--rays 64 --samples 16 --importance-samples 0 --val-rays 64 % --epochs $(config timed epochs) --decay-epochs %' FROM answer")" = 1
 read -ra options <<<"$(sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget.options'")"
 check "the report says what was chosen" grep -q '"budget_s": *10' "$folder/timed/report.html"
 check "it is intact" eval '"$program" verify "$folder/timed" >/dev/null'

@@ -4,7 +4,8 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/toys.json
-tiny=(--epochs 4 --rays 64 --samples 16 --val-rays 160 --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
+tiny=(--epochs 4 --rays 64 --samples 16 --importance-samples 0 --val-rays 160
+    --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
     --device llvmpipe --quiet)
 synthetic=$(dirname "$program")/synthetic_ledger
 

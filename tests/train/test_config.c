@@ -85,7 +85,9 @@ TEST(the_planned_epochs_count_where_the_rate_decays) {
     struct vw_config config = config_with(&vw_config_default, "'learning_rate_decay':0.05"), longer = config;
     longer.epochs++;
     assert_false(same_identity(&config, &longer));
-    config.decay_epochs = longer.decay_epochs = config.epochs; // they count instead, once they are settled
+    longer.decay_epochs = config.epochs; // it is what counts, once it is settled
+    assert_true(same_identity(&config, &longer));
+    config.decay_epochs = config.epochs;
     assert_true(same_identity(&config, &longer));
     longer.decay_epochs++;
     assert_false(same_identity(&config, &longer));
