@@ -41,7 +41,7 @@ static struct vw_reconstruction reconstruction_of(const struct vw_report_run *ru
 
 enum vw_verdict vw_html_judge(const struct vw_report_run *run) {
     const struct vw_reconstruction reconstruction = reconstruction_of(run);
-    return run->agreement ? vw_verdict_judge(&reconstruction, run->agreement) : VW_VERDICT_UNKNOWN;
+    return run->agreement ? vw_verdict_judge(&reconstruction) : VW_VERDICT_UNKNOWN;
 }
 
 json_t *vw_html_verdict(const struct vw_report_run *run) {

@@ -43,17 +43,15 @@ const char *vw_reconstruction_from_json(const json_t *json, struct vw_reconstruc
     return NULL;
 }
 
-// PSNR above the better of the trivial predictions, in dB.
-static const double USABLE_GAIN_DB = 3, GOOD_GAIN_DB = 6;
+// PSNR above the better of the trivial predictions, in dB, and SSIM.
+static const double USABLE_GAIN_DB = 3, GOOD_GAIN_DB = 6, GOOD_SSIM = 0.7;
 
-enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction,
-                                 const struct vw_ranking_agreement *agreement) {
+enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction) {
     double trivial_db = fmax(reconstruction->mean_colour_db, reconstruction->nearest_photo_db);
     double gain_db = reconstruction->psnr_db - trivial_db;
-    (void)agreement;
     if (isnan(gain_db)) return VW_VERDICT_UNKNOWN;
     if (gain_db < USABLE_GAIN_DB) return VW_VERDICT_TOO_COARSE;
-    return gain_db < GOOD_GAIN_DB ? VW_VERDICT_USABLE : VW_VERDICT_GOOD;
+    return gain_db >= GOOD_GAIN_DB && reconstruction->ssim >= GOOD_SSIM ? VW_VERDICT_GOOD : VW_VERDICT_USABLE;
 }
 
 const char *vw_verdict_word(enum vw_verdict verdict) {
@@ -67,6 +65,6 @@ json_t *vw_verdict_to_json(const struct vw_reconstruction *reconstruction,
         "{s:I, s:I, s:o, s:o, s:o}", "epochs", (json_int_t)agreement->epochs, "views",
         (json_int_t)agreement->view_count, "epoch_halves", vw_json_real(agreement->epoch_halves), "half_length",
         vw_json_real(agreement->half_length), "view_halves", vw_json_real(agreement->view_halves));
-    return json_pack("{s:s, s:o, s:o}", "verdict", vw_verdict_word(vw_verdict_judge(reconstruction, agreement)),
+    return json_pack("{s:s, s:o, s:o}", "verdict", vw_verdict_word(vw_verdict_judge(reconstruction)),
                      "reconstruction", vw_reconstruction_to_json(reconstruction), "ranking", ranking);
 }

@@ -24,9 +24,9 @@ const char *vw_reconstruction_from_json(const json_t *json, struct vw_reconstruc
 
 enum vw_verdict { VW_VERDICT_UNKNOWN, VW_VERDICT_TOO_COARSE, VW_VERDICT_USABLE, VW_VERDICT_GOOD };
 
-// Judges a run. VW_VERDICT_UNKNOWN where PSNR or trivial predictions are unknown.
-enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction,
-                                 const struct vw_ranking_agreement *agreement);
+// Judges a run: too coarse if PSNR is less than 3 dB above the better of the trivial predictions, good from 6 dB and
+// SSIM 0.7 on. VW_VERDICT_UNKNOWN where PSNR or both predictions are unknown.
+enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction);
 extern const struct vw_reconstruction vw_reconstruction_unknown;
 // {"verdict": word, "reconstruction": as above, "ranking": {"epochs", "views", "epoch_halves", "half_length",
 // "view_halves"}}, null where unknown.

@@ -65,6 +65,7 @@ TEST(credit_alone_says_where_to_look) {
 TEST(a_coarse_reconstruction_says_only_where_to_look) {
     struct fixture fixture = make();
     fixture.scores[2].value = -20;
+    for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, "train_fit", i == 2 ? 10 : 20 + i % 3, 0);
     for (uint32_t i = 0; i < PHOTOS; i++) add(&fixture, i, vw_worth_method, i - 6.0, 0.1);
     for (int coarse = 0; coarse < 2; coarse++) {
         AUTO(vw_advice_free)

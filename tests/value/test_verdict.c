@@ -6,7 +6,7 @@
 static const struct vw_ranking_agreement agreement = {.epochs = 29, .view_count = 7, .half_length = 0.9};
 
 static struct vw_reconstruction reconstruction(double psnr_db, double mean_colour_db, double nearest_photo_db) {
-    return (struct vw_reconstruction){7, 1000, psnr_db, 0.6, mean_colour_db, nearest_photo_db};
+    return (struct vw_reconstruction){7, 1000, psnr_db, 0.8, mean_colour_db, nearest_photo_db};
 }
 
 TEST(the_gain_over_trivial_predictions_decides) {
@@ -22,8 +22,11 @@ TEST(the_gain_over_trivial_predictions_decides) {
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_reconstruction seen =
             reconstruction(cases[i].psnr_db, cases[i].mean_colour_db, cases[i].nearest_photo_db);
-        if (vw_verdict_judge(&seen, &agreement) != cases[i].verdict) fail_msg("case %zu", i);
+        if (vw_verdict_judge(&seen) != cases[i].verdict) fail_msg("case %zu", i);
     }
+    struct vw_reconstruction blurred = reconstruction(25, 12, 14);
+    blurred.ssim = 0.69;
+    assert_int_equal(vw_verdict_judge(&blurred), VW_VERDICT_USABLE);
 }
 
 TEST(a_reconstruction_is_read_as_it_was_written) {
@@ -32,7 +35,7 @@ TEST(a_reconstruction_is_read_as_it_was_written) {
     json_t *json = vw_reconstruction_to_json(&seen);
     assert_null(vw_reconstruction_from_json(json, &read));
     assert_true(read.psnr_db == 21.5 && isnan(read.mean_colour_db) && read.nearest_photo_db == 14.25);
-    assert_true(read.view_count == 7 && read.pixel_count == 1000 && read.ssim == 0.6);
+    assert_true(read.view_count == 7 && read.pixel_count == 1000 && read.ssim == 0.8);
     json_object_set_new(json, "ssim", json_string("high"));
     assert_string_equal(vw_reconstruction_from_json(json, &read), "ssim");
     json_object_set_new(json, "views", json_integer(-1));

@@ -153,8 +153,8 @@ static void print_ranking(const struct vw_run_results *results, const struct vw_
 
 static void print_valued(const struct vw_run_results *results, const struct vw_ranking *ranking) {
     const struct vw_ranking_agreement *agreement = &results->outputs.validation.agreement;
-    print_reconstruction(&results->outputs.reconstruction,
-                         vw_verdict_judge(&results->outputs.reconstruction, agreement), results->config);
+    print_reconstruction(&results->outputs.reconstruction, vw_verdict_judge(&results->outputs.reconstruction),
+                         results->config);
     print_agreement(agreement);
     print_ranking(results, ranking);
     vw_attribution_print(&results->outputs.attribution);
