@@ -4,7 +4,7 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 rays=16
-tiny=(--samples 4 --importance-samples 0 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none)
+tiny=(--samples 4 --val-rays 64 --levels 2 --log2-table 6 --width 16 --effects none)
 cp "$root/tests/support/tiny.json" "$folder/a.json"
 sed 's/"seed": 3/"seed": 4/' "$folder/a.json" >"$folder/b.json"
 
