@@ -175,7 +175,8 @@ static enum vw_status settle_decay(struct vw_run *run) {
     struct vw_config *config = &run->config;
     if (vw_config_rate_is_constant(config) || config->decay_epochs) return VW_OK;
     enum vw_status status = run->ledger ? vw_ledger_get_run(run->ledger, &row) : VW_OK;
-    if (!status && run->ledger && vw_config_from_json(row.config_json, &recorded)) recorded.decay_epochs = 0; // imported
+    if (!status && run->ledger && vw_config_from_json(row.config_json, &recorded))
+        recorded.decay_epochs = 0; // imported
     config->decay_epochs = recorded.decay_epochs ? recorded.decay_epochs : config->epochs;
     return status;
 }

@@ -13,12 +13,12 @@
 #include "interface.h"
 
 const struct vw_config vw_config_default = {
-    .epochs = 30,
+    .epochs = 24,
     .burn_in_epochs = 1,
     .rays = 500,
     .samples = 16,
     .importance_samples = 16,
-    .val_rays = 1024,
+    .val_rays = 2048,
     .loss = VW_LOSS_L2,
     .huber_length = 0.1,
     .beta_min = 0.1,

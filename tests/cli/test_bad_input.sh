@@ -5,7 +5,7 @@
 trap 'umount "$folder/full" 2>/dev/null; rm -rf "$folder"' EXIT
 scene=$folder/scene
 out=$folder/out
-tiny=(--epochs 3 "${small[@]:0:14}")
+tiny=(--epochs 3 "${small[@]:0:18}")
 device=(--device llvmpipe)
 variables=()
 as_nobody=()

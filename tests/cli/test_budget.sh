@@ -39,7 +39,7 @@ check "over whose epochs positions' rate falls" test "$(config splats learning_r
 check "an accuracy, beside options before and after it" run value draft --epochs 2 --accuracy draft --rays 64 --effects none \
     --device llvmpipe
 setting() { for key in rays samples importance_samples val_rays log2_table levels width epochs; do config "$1" $key; done | tr '\n' ' '; }
-check "sets what is not given" test "$(setting draft)" = '64 8 8 512 14 8 32 2 '
+check "sets what is not given" test "$(setting draft)" = '64 8 8 1024 14 8 32 2 '
 check "is recorded" test "$(query draft "SELECT plan_json ->> '\$.accuracy' FROM run")" = draft
 read -ra options <<<"$(again)"
 check "says what gives the same" run value plain_draft "${options[@]}" --effects none --device llvmpipe

@@ -101,14 +101,14 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
     AND j ->> '\$.profile.copy_bytes_per_s' > 0 AND j ->> '\$.profile.multiply_adds_per_s' > 0" \
     "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
-    AND j ->> '\$.estimate.steps' = 360 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
+    AND j ->> '\$.estimate.steps' = 288 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
     AND j ->> '\$.masks' = 0" "$program" info "$scene" --pilot-steps 0 --json
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
 
 check "value prints photos and files" prints '^lowest credit$' "$program" value "$scene" --out "$folder/first" "${tiny[@]}"
 check "a recipe's photos are shown with their quality and their ground-truth label" \
-    test "$(grep -cE ' dB .* quality [01]\.[0-9]{2}  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
+    test "$(grep -cE ' % .* quality [01]\.[0-9]{2}  view_[0-9]+ \(clean\)$' "$folder/stdout")" = 10
 check "the run is finished" test "$(query first 'SELECT status FROM run')" = finished
 check "a step per photo and epoch, and the untrained one" test "$(query first 'SELECT count(*), max(step) FROM step')" = '37|36'
 check "every step is validated on every view" test "$(query first 'SELECT count(*) FROM view')" = 74

@@ -3,8 +3,8 @@
 # it; names made to do harm; what is refused. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
-tiny=(--epochs 3 --rays 32 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 8 --width 16 --device llvmpipe --effects none --quiet)
+tiny=(--epochs 3 --rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 8
+    --width 16 --device llvmpipe --effects none --quiet)
 
 # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.
 refuses() { fails 2 "$1" "$program" "${@:2}" --quiet; }

@@ -6,9 +6,9 @@
 #include "detect/decide.h"
 #include "detect/pilots.h"
 #include "support/detection_cases.h"
+#include "support/plain_config.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "support/plain_config.h"
 #include "train/trainer.h"
 
 static const char scenes_folder[] = VW_SOURCE_FOLDER "/scenes";

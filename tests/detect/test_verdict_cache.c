@@ -9,9 +9,9 @@
 #include "base/memory.h"
 #include "detect/verdict_cache.h"
 #include "support/detection_cases.h"
+#include "support/plain_config.h"
 #include "support/temporary_folder.h"
 #include "support/trainer_fixture.h"
-#include "support/plain_config.h"
 
 struct decided {
     struct vw_effect_verdict verdicts[VW_EFFECT_COUNT_MAX];

@@ -7,7 +7,8 @@
 # A photo to validate and two to test, not the other way round.
 sed 's/"count": 2, "start_deg": 30/"count": 1, "start_deg": 30/; s/"count": 1, "start_deg": 7/"count": 2, "start_deg": 7/' \
     "$root/tests/support/tiny.json" >"$folder/tiny.json"
-tiny=(--rays 16 --samples 8 --importance-samples 0 --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
+tiny=(--rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --levels 2 --log2-table 6 --width 16 --effects none
+    --device llvmpipe)
 cd "$folder" || exit 1
 
 compare() { # compare OUT [OPTION]...

@@ -2,8 +2,8 @@
 # value --kfold: train and validation photos validate in turn, and scores are means over the trainings. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
-tiny=(--rays 32 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 8 --width 16 --effects none --device llvmpipe --epochs 4)
+tiny=(--rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 8 --width 16
+    --effects none --device llvmpipe --epochs 4)
 
 kfold() { run "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet --no-thumbnails "${@:2}"; } # kfold OUT [OPTION]...
 refused() { fails 2 "$2" "$program" value "$scene" --out "$folder/$1" "${tiny[@]}" --quiet "${@:3}"; } # refused OUT PATTERN ...

@@ -8,7 +8,8 @@
 sed 's/"count": 2, "start_deg": 30/"count": 4, "start_deg": 30/; s/"count": 6/"count": 12/
     s/"strength": 20, "views": \[4\]/"strength": 70, "views": [4, 7]/' \
     "$root/tests/support/tiny.json" >"$folder/tiny.json"
-tiny=(--rays 32 --samples 8 --importance-samples 0 --levels 4 --log2-table 8 --width 16 --effects none --device llvmpipe)
+tiny=(--rays 32 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --levels 4 --log2-table 8 --width 16 --effects none
+    --device llvmpipe)
 cd "$folder" || exit 1
 
 # refuses PATTERN ARGUMENT...: exit code 2, nothing on stdout, and one line on stderr that matches.

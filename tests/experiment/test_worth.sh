@@ -2,8 +2,8 @@
 # worth and value --worth from outside: retrainings on subsets of a run's photos, and the scores from them. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
-tiny=(--rays 16 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe --epochs 5 --no-thumbnails)
+tiny=(--rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 6 --width 16
+    --effects none --device llvmpipe --epochs 5 --no-thumbnails)
 printf 'name,provider\n' >"$folder/providers.csv"
 for i in 0 1 2 3 4 5; do echo "view_00$i,p$((i / 2))" >>"$folder/providers.csv"; done
 sed 's/,p.$/,one/' "$folder/providers.csv" >"$folder/one.csv"

@@ -8,7 +8,8 @@ build=$(dirname "$program")
 prefix=$folder/prefix
 example=$root/tests/example/value_photos.c
 scene=$root/tests/support/tiny.json
-tiny=(--epochs 3 --rays 64 --samples 16 --importance-samples 0 --val-rays 64 --levels 4 --log2-table 10 --width 16)
+tiny=(--epochs 3 --rays 64 --samples 16 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 4 --log2-table 10
+    --width 16)
 mkdir "$folder/elsewhere"
 cd "$folder/elsewhere" || exit 1
 

@@ -5,8 +5,8 @@
 . "$(dirname "$0")/../support/program_test.sh"
 cp "$root/tests/support/tiny.json" "$folder"
 sed '/"defects"/d; s/"split": "test"}],/"split": "test"}]/' "$folder/tiny.json" >"$folder/sound.json"
-tiny=(--epochs 3 --rays 16 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
+tiny=(--epochs 3 --rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 6
+    --width 16 --effects none --device llvmpipe)
 
 benchmark_it() { "$lab" benchmark "$folder/tiny.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"; } # benchmark_it OUT [OPTION]...
 benchmark() { run benchmark_it "$@"; }

@@ -3,9 +3,8 @@
 # nothing is trained twice. Takes the program's path.
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
-tiny=(--epochs 3 --rays 16 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe
-    --retraining-seeds 1 --valued-seeds 1 --curves none)
+tiny=(--epochs 3 --rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 6
+    --width 16 --effects none --device llvmpipe --retraining-seeds 1 --valued-seeds 1 --curves none)
 
 benchmark() { # benchmark OUT [OPTION]...
     run "$lab" benchmark "$root/scenes/eight.json" --out "$folder/$1" "${tiny[@]}" "${@:2}"

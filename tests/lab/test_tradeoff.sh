@@ -4,8 +4,8 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 cp "$root/tests/support/tiny.json" "$folder"
-tiny=(--epochs 8 --rays 16 --samples 8 --importance-samples 0 --val-rays 64
-    --levels 2 --log2-table 6 --width 16 --effects none --device llvmpipe)
+tiny=(--epochs 8 --rays 16 --samples 8 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 64 --levels 2 --log2-table 6
+    --width 16 --effects none --device llvmpipe)
 
 sweep_it() { "$lab" tradeoff "$folder/tiny.json" --out "$folder/$1" --seeds 2 "${tiny[@]}" "${@:2}"; } # sweep_it OUT [OPTION]...
 sweep() { run sweep_it "$@"; }

@@ -4,9 +4,8 @@
 # label: once
 . "$(dirname "$0")/../support/program_test.sh"
 scene=$root/scenes/toys.json
-tiny=(--epochs 4 --rays 64 --samples 16 --importance-samples 0 --val-rays 160
-    --levels 4 --log2-table 10 --width 16 --effects auto --pilot-steps 8
-    --device llvmpipe --quiet)
+tiny=(--epochs 4 --rays 64 --samples 16 --importance-samples 0 --lr 0.003 --learning-rate-decay 1 --val-rays 160 --levels 4
+    --log2-table 10 --width 16 --effects auto --pilot-steps 8 --device llvmpipe --quiet)
 synthetic=$(dirname "$program")/synthetic_ledger
 
 value() { # value OUT [OPTION]...

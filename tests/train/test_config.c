@@ -41,8 +41,7 @@ TEST(settings_survive_json) {
     };
     for (size_t i = 0; i < VW_ARRAY_COUNT(cases); i++) {
         const struct vw_config plain = plain_config(), config = config_with(&plain, cases[i].settings);
-        AUTO_FREE char *json = config_json_with(&plain, cases[i].settings),
-                       *again = vw_config_to_json(&config, false);
+        AUTO_FREE char *json = config_json_with(&plain, cases[i].settings), *again = vw_config_to_json(&config, false);
         assert_string_equal(again, json);
         if (same_identity(&config, &plain) == cases[i].identity)
             fail_msg("%s is%s part of what a run is", cases[i].settings, cases[i].identity ? " not" : "");
@@ -126,7 +125,8 @@ TEST(what_cannot_be_is_refused_by_name) {
         {"'field':'splats','rays':512,'ssim_weight':1.1", "--ssim-weight takes 0 to 1, not 1.1"},
         {"'mlp_depth':3", "need --field mlp"},
         {"'field':'mlp','levels':4", "need --field hash"},
-        {"'field':'mlp','importance_samples':0,'coarse_network':'own'", "--coarse-network own: needs --importance-samples above 0"},
+        {"'field':'mlp','importance_samples':0,'coarse_network':'own'",
+         "--coarse-network own: needs --importance-samples above 0"},
         {"'importance_samples':8,'coarse_network':'own'", "--coarse-network own: needs --field mlp, not hash"},
         {"'vary':'ordre'", "vary: \"ordre\" is not known"},
         {"'table_precision':'float17'", "table_precision: \"float17\" is not known"},

@@ -305,7 +305,8 @@ static enum vw_status write_listed(struct gathering *gathering, const char *to) 
     return vw_checksums_write(gathering->out, ledger_of_out(gathering), gathering->in_hand);
 }
 
-// ---- Splits ----------------------------------------------------------------------------------------------------------
+// ---- Splits
+// ----------------------------------------------------------------------------------------------------------
 
 static bool judges(const struct vw_ledger_image *image) {
     return strcmp(image->split, "val") == 0 || strcmp(image->split, "test") == 0;
@@ -316,7 +317,8 @@ static bool splits_differ(const struct vw_value_input *one, const struct vw_valu
     for (uint32_t i = 0; i < one->image_count; i++)
         for (uint32_t j = 0; j < other->image_count; j++) {
             const struct vw_ledger_image *a = &one->images[i], *b = &other->images[j];
-            if ((judges(a) || judges(b)) && strcmp(a->split, b->split) != 0 && strcmp(a->name, b->name) == 0) return true;
+            if ((judges(a) || judges(b)) && strcmp(a->split, b->split) != 0 && strcmp(a->name, b->name) == 0)
+                return true;
         }
     return false;
 }
@@ -333,9 +335,10 @@ static void warn_of_splits(const struct gathering *gathering) {
         while (first < run && (strcmp(first->recorded.row.scene_path, run->recorded.row.scene_path) || is_fold(first)))
             first++;
         if (first < run && !is_fold(run) && splits_differ(&first->input, &run->input))
-            vw_log_warning("%s: validates or tests on other photos than %s, so their PSNR and scores cannot be compared; "
-                           "value it again with --splits %s/" VW_SPLITS_FILE,
-                           run->folder, first->folder, first->folder);
+            vw_log_warning(
+                "%s: validates or tests on other photos than %s, so their PSNR and scores cannot be compared; "
+                "value it again with --splits %s/" VW_SPLITS_FILE,
+                run->folder, first->folder, first->folder);
     }
 }
 

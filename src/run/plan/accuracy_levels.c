@@ -35,15 +35,15 @@ struct vw_accuracy_level {
 };
 static const struct vw_accuracy_level levels[] = {
     {{"draft", 0, "less detail, and scores of two seeds agree less: few rays, samples and epochs"},
-     {250, 8, 8, 512, 14, 8, 32, 12},
+     {250, 8, 8, 1024, 14, 8, 32, 12},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15}},
     {{"quick", 24, "scores from fewer validation pixels, and fewer epochs"},
-     {500, 16, 16, 512, 14, 10, 32, 20},
+     {500, 16, 16, 1024, 14, 10, 32, 20},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30}},
     {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays, samples and epochs"},
-     {500, 16, 16, 1024, 14, 10, 32, 30},
+     {500, 16, 16, 2048, 14, 10, 32, 24},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 60}},
-    {{"reference", 90, ""}, {1000, 16, 32, 2048, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
+    {{"reference", 90, ""}, {1000, 16, 32, 4096, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
 };
 
 uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }

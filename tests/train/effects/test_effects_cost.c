@@ -5,9 +5,9 @@
 
 #include "base/memory.h"
 #include "gpu/compute.h"
+#include "support/plain_config.h"
 #include "support/synthetic_scene.h"
 #include "support/trainer_fixture.h"
-#include "support/plain_config.h"
 #include "train/trainer.h"
 #include "train/trainer_private.h"
 
