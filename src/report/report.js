@@ -8,7 +8,8 @@ const chosen = {run: 0, method: '', split: 'train', provider: '*', text: '', adv
 // Shows credit as a share of what the training gained: the credits of hundreds of steps are not dB of a reconstruction.
 function showShares({scores: {dv_psnr: credit}, steps: {first_psnr: first, last_psnr: last}}) {
   if (!credit || !(last > first)) return;
-  for (const key of ['value', 'ci_low', 'ci_high']) credit[key] = credit[key].map(value => known(value) ? 100 * value / (last - first) : value);
+  const share = value => known(value) ? 100 * value / (last - first) : value;
+  for (const key of ['value', 'ci_low', 'ci_high']) credit[key] = credit[key].map(share);
   credit.unit = '% of the gain';
 }
 runs.forEach(showShares);
@@ -102,12 +103,15 @@ function fillVerdict() {
   byId('verdict').hidden = verdict === null || verdict.verdict === 'unknown';
   if (byId('verdict').hidden) return;
   const {reconstruction: seen, ranking} = verdict, told = [];
-  if (known(ranking.half_length)) told.push('Ranks after half of the epochs agree with those after all by ' + fixed(ranking.half_length, 2) + '. ');
-  if (known(ranking.view_halves)) told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') + '; by as many others, ranks would ' +
-    'agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
+  if (known(ranking.half_length))
+    told.push('Ranks after half of the epochs agree with those after all by ' + fixed(ranking.half_length, 2) + '. ');
+  if (known(ranking.view_halves))
+    told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') +
+      '; by as many others, ranks would agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');
   byId('verdict').replaceChildren(element('b', {}, 'Reconstruction: ' + verdict.verdict + '. '),
     fixed(seen.psnr_db, 1) + ' dB and SSIM ' + fixed(seen.ssim, 2) + ' in the middle of ' + plural(seen.views, 'validation photo') +
-    '; their mean colour has ' + fixed(seen.mean_colour_db, 1) + ' dB, the nearest train photo ' + fixed(seen.nearest_photo_db, 1) + '. ', ...told);
+    '; their mean colour has ' + fixed(seen.mean_colour_db, 1) + ' dB, the nearest train photo ' +
+    fixed(seen.nearest_photo_db, 1) + '. ', ...told);
 }
 
 function tile(value, text) { return element('div', {class: 'tile'}, element('b', {}, value), element('span', {}, text)); }

@@ -141,13 +141,13 @@ enum vw_status vw_trainer_measure_views(struct vw_trainer *trainer, const uint32
 // The same for all pixels of one view, or of a window in the middle of what is scored of it, which are handed out: as
 // the field shows them, with the gain and bias that validation fits, and as the photo has them.
 struct vw_whole_view {
-    uint32_t left_px, top_px; // of the window in the photo
+    uint32_t left_px, top_px; // the window's place in the photo
     uint32_t width_px, height_px;
     float *rendered, *photo; // owned; rgb floats, rows top to bottom; not clamped to [0,1]
     uint8_t *counts;         // owned; by pixel: 1 for those that are usable and scored, else 0
     struct vw_view_error error;
 };
-// `side_px`: largest width and height of the window; 0: the whole view.
+// Measures a window of at most `side_px` by `side_px` pixels; 0: the whole view.
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, uint32_t side_px,
                                         struct vw_whole_view *whole);
 void vw_whole_view_free(struct vw_whole_view *whole);

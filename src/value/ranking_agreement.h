@@ -1,4 +1,4 @@
-// How far the ranking by dv_psnr can be believed, from the run alone: whether it stood still while the training went
+// The evidence of a run about its own ranking by dv_psnr: whether it stood still while the training went
 // on, and whether the validation photos agree on it.
 #ifndef VIEWWORTH_VALUE_RANKING_AGREEMENT_H
 #define VIEWWORTH_VALUE_RANKING_AGREEMENT_H
@@ -12,15 +12,15 @@
 enum {
     VW_AGREEMENT_EPOCHS_MIN = 4, // epochs that count: halves of fewer say too little
     VW_AGREEMENT_VIEWS_MIN = 4,  // validation photos: with fewer, one of them may decide the ranking
-    VW_AGREEMENT_DIVISIONS = 20, // of the validation photos, over which the mean is taken
+    VW_AGREEMENT_DIVISIONS = 20, // divisions of the validation photos, over which the mean is taken
 };
 
 struct vw_ranking_agreement {
     uint32_t epochs, view_count; // epochs that count; validation photos
     // Spearman's correlations over the train photos; NaN where they are unknown.
-    double epoch_halves; // of the scores by the first half of the epochs with those by the second
-    double half_length;  // of the scores by the first half of the epochs with those by all
-    // Of the scores by one half of the validation photos with those by the other: the mean over the divisions, of a
+    double epoch_halves; // scores by the first half of the epochs with those by the second
+    double half_length;  // scores by the first half of the epochs with those by all
+    // Scores by one half of the validation photos with those by the other: the mean over the divisions, of a
     // random half each (vw_halves_split), r, corrected to the length of all photos (Spearman 1910, Brown 1910): 2 r /
     // (1 + r); r itself where it is negative. It foretells the correlation with the scores by as many other photos of
     // the same kind.

@@ -77,7 +77,8 @@ check "at an epoch's end, and finished" is_whole timed
 check "as JSON" test "$(sqlite3 :memory: "
     WITH answer AS (SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget' AS j)
     SELECT j ->> 'budget_s' = $budget_s AND j ->> 'took_s' > 5 AND j ->> 'step_s' > 0 AND length(j ->> 'accuracy') > 0
-           AND j ->> 'options' LIKE '%--rays 64 --samples 16 --importance-samples 0 --val-rays 64 % --epochs $(config timed epochs) --decay-epochs %' FROM answer")" = 1
+           AND j ->> 'options' LIKE
+               '%--rays 64 --samples 16 --importance-samples 0 --val-rays 64 % --epochs $(config timed epochs)%' FROM answer")" = 1
 read -ra options <<<"$(sqlite3 :memory: "SELECT CAST(readfile('$folder/stdout') AS TEXT) ->> '\$.budget.options'")"
 check "the report says what was chosen" grep -q '"budget_s": *10' "$folder/timed/report.html"
 check "it is intact" eval '"$program" verify "$folder/timed" >/dev/null'

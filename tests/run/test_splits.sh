@@ -9,7 +9,8 @@ frames() {
     sqlite3 :memory: "WITH photo(i) AS (SELECT 0 UNION SELECT value FROM generate_series($1, 15)) SELECT json_object('camera_angle_x', 0.8,
         'frames', json_group_array(json_object('file_path', printf('images/%04d.png', i), 'transform_matrix', json_array(
             json_array(cos(i / 2.5), 0, sin(i / 2.5), 3 * sin(i / 2.5)), json_array(0, 1, 0, 0.1),
-            json_array(-sin(i / 2.5), 0, cos(i / 2.5), 3 * cos(i / 2.5)), json_array(0, 0, 0, 1))))) FROM photo" >"$folder/scene/transforms.json"
+            json_array(-sin(i / 2.5), 0, cos(i / 2.5), 3 * cos(i / 2.5)), json_array(0, 0, 0, 1))))) FROM photo" \
+        >"$folder/scene/transforms.json"
 }
 for i in {0..15}; do
     write_photo "$folder/scene/images/$(printf %04d "$i").png"

@@ -1,4 +1,4 @@
-// How far a ranking can be believed: halves of the epochs, and of the validation photos.
+// A run's evidence about its ranking: halves of the epochs, and of the validation photos.
 #include "support/ledger_fixture.h"
 
 #include "value/ranking_agreement.h"

@@ -17,7 +17,7 @@ struct vw_ranking {
     uint32_t image_count;
     const struct vw_ledger_score *qualities; // scores, `quality` among them; NULL: quality is not shown
     uint32_t quality_count;
-    double gain_db; // what the training gained: credit in dB is shown as a share of it if it is above 0
+    double gain_db; // gain of the training: credit in dB is shown as a share of it if it is above 0
 };
 
 enum vw_ranking_rows { VW_RANKING_ALL, VW_RANKING_HIGHEST, VW_RANKING_LOWEST };

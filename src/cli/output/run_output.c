@@ -10,7 +10,7 @@
 #include "detect/effects_text.h"
 #include "run/plan/accuracy_levels.h"
 
-static const double LOW_AGREEMENT = 0.5; // of ranks between halves of the validation photos
+static const double LOW_AGREEMENT = 0.5; // ranks by one half of the validation photos with those by the other
 
 // ---- Parts of a run -------------------------------------------------------------------------------------------------
 

@@ -328,7 +328,7 @@ static bool is_fold(const struct held_run *run) {
     return strncmp(slash ? slash + 1 : run->folder, "fold-", strlen("fold-")) == 0;
 }
 
-// Warns of runs of one scene that are judged by other photos than the first; folds of one valuation are on purpose.
+// Logs runs of one scene that other photos judge than the first; folds of one valuation are so on purpose.
 static void warn_of_splits(const struct gathering *gathering) {
     for (size_t i = 1; i < gathering->run_count; i++) {
         const struct held_run *run = &gathering->runs[i], *first = gathering->runs;

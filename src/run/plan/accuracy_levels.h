@@ -24,7 +24,7 @@ void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_confi
 // Sets the same to the values of another config.
 void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config);
 // Returns how many times as long the most expensive level would train as the config does, by their rays, samples and
-// epochs; at most 1 if the config is no cheaper.
+// epochs; at most 1 if the config costs as much.
 double vw_accuracy_most_against(const struct vw_config *config);
 // The options that set the same fields to the values in the config: "--rays 125 --samples 16 ... --epochs 15".
 enum { VW_ACCURACY_TEXT_BYTES = 240 };
