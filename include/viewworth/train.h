@@ -138,6 +138,8 @@ uint64_t vw_config_seed_of(const struct vw_config *config, enum vw_vary draws);
 char *vw_config_to_json(const struct vw_config *config, bool identity_only);
 enum vw_status vw_config_from_json(const char *json, struct vw_config *config);
 
+// Lets the rate fall over the epochs that there are now, unless it stays or that is settled.
+void vw_config_settle_decay(struct vw_config *config);
 // Sets the number of epochs, and the decay of the rate to the same share of them.
 void vw_config_set_epochs(struct vw_config *config, uint32_t epochs);
 

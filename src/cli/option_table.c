@@ -101,7 +101,8 @@ const struct vw_option vw_option_table[] = {
      VW_OPTIONS_COMPARE, VW_SECTION_MAIN, OPTION(TEXT, scores), COMMON},
     {"method", "NAME", "Scoring method that decides which photos are kept", VW_OPTIONS_SELECT | VW_OPTIONS_COMPARE,
      VW_SECTION_MAIN, OPTION(TEXT, method), COMMON,
-     DEFAULT("dv_psnr; of without-outliers train_fit, dv_psnr and dv_loss")},
+     DEFAULT("worth_psnr, lasting_psnr or dv_psnr, the first that there is; of without-outliers train_fit, dv_psnr "
+             "and dv_loss")},
     {"kfold", "K",
      "Divide the train and validation photos into K folds and train K times, each time validating on one fold and "
      "training on the others; scores are means over the trainings, and the same command resumes",
@@ -225,12 +226,12 @@ const struct vw_option vw_option_table[] = {
 
     // Accuracy and time.
     {"budget", "TIME",
-     "Time limit of the whole command, for example 90s, 10min or 1.5h. It chooses rays, samples, val-rays, log2-table, "
-     "width and epochs; explicit options override it, and --epochs is an upper limit",
+     "Time limit of the whole command, for example 90s, 10min or 1.5h. It chooses an accuracy level and epochs; "
+     "explicit options override it, and --epochs is an upper limit",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, budget), COMMON, DEFAULT("none")},
     {"accuracy", "NAME",
-     "Accuracy level, which sets rays, samples, val-rays, log2-table, width and epochs: draft, quick, standard or "
-     "reference; explicit options override it",
+     "Accuracy level: draft, quick, standard or reference. It sets rays, val-rays and epochs, and for a volume samples, "
+     "importance-samples, levels, log2-table and width; explicit options override it",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
     {"until-stable", "R",

@@ -71,6 +71,7 @@ static enum vw_status open_run(void *context, uint32_t place, uint32_t device, s
     const struct vw_planned_run *planned = &group->runs[place];
     struct vw_config config = *params->config;
     config.seed = planned->seed;
+    vw_config_settle_decay(&config); // for all runs alike, whether they are new or extended
     char *folder = vw_path_join(params->out, planned->folder);
     if (!folder) return VW_ERROR_MEMORY;
     group->members[place] = (struct member){.group = group, .over = true}; // unless it opens

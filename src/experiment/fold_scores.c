@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/statistics.h"
 #include "value/uncertainty.h"
+#include "viewworth/value.h"
 
 enum { SHARED_DEGREES = 2 };
 
@@ -120,8 +121,8 @@ static uint32_t pool_method(const struct entry *entries, uint32_t count, double 
         pooled[photos++] = pool_photo(entries + i, alike, &photo, median);
     }
     for (uint32_t i = 0; i < photos; i++) variances[i] = pooled[i].value;
-    bool is_sum = photos && strcmp(pooled->method, "quality") != 0;
-    vw_rank_intervals(pooled, photos, is_sum ? vw_length_variance(variances, photos) : 0);
+    const struct vw_value_method *method = photos ? vw_value_method_find(pooled->method) : NULL;
+    vw_rank_intervals(pooled, photos, method && method->additive ? vw_length_variance(variances, photos) : 0);
     return photos;
 }
 

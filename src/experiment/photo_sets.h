@@ -20,7 +20,7 @@ struct vw_photo_sets_params {
     const char *const *lists;
     uint32_t list_count;
     const char *scores; // folder of the valued run that positive, significant, not-harmful, top and drop select by
-    const char *method; // method of the scores; NULL: vw_value_default_method
+    const char *method; // method of the scores; NULL: as vw_selection_params.method says
     enum vw_equal equal;
     bool varies; // the lists by scores are made from several valuations: one of them may keep all photos
 };

@@ -10,7 +10,7 @@ function showShares({scores: {dv_psnr: credit}, steps: {first_psnr: first, last_
   if (!credit || !(last > first)) return;
   const share = value => known(value) ? 100 * value / (last - first) : value;
   for (const key of ['value', 'ci_low', 'ci_high']) credit[key] = credit[key].map(share);
-  credit.unit = '% of the gain';
+  Object.assign(credit, {ledger_unit: credit.unit, unit: '% of the gain'});
 }
 runs.forEach(showShares);
 
@@ -173,7 +173,10 @@ function fillWarnings() {
 
 // ---- Run and method -----------------------------------------------------------------------------------------------------
 
-function methodsOf(one) { return data.methods.filter(method => one.scores[method.name]); }
+// Lists the methods that a run has scores by, each with the unit of these.
+function methodsOf(one) {
+  return data.methods.filter(({name}) => one.scores[name]).map(method => ({...method, unit: one.scores[method.name].unit}));
+}
 
 function fillControls() {
   const method = data.methods.find(one => one.name === chosen.method);

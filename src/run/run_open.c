@@ -173,12 +173,13 @@ static enum vw_status settle_decay(struct vw_run *run) {
     struct vw_ledger_run row;
     struct vw_config recorded = {0};
     struct vw_config *config = &run->config;
-    if (vw_config_rate_is_constant(config) || config->decay_epochs) return VW_OK;
-    enum vw_status status = run->ledger ? vw_ledger_get_run(run->ledger, &row) : VW_OK;
-    if (!status && run->ledger && vw_config_from_json(row.config_json, &recorded))
-        recorded.decay_epochs = 0; // imported
-    config->decay_epochs = recorded.decay_epochs ? recorded.decay_epochs : config->epochs;
-    return status;
+    bool settled = vw_config_rate_is_constant(config) || config->decay_epochs;
+    enum vw_status status = run->ledger && !settled ? vw_ledger_get_run(run->ledger, &row) : VW_OK;
+    if (status) return status;
+    bool read = run->ledger && !settled && !vw_config_from_json(row.config_json, &recorded); // an imported one is not
+    if (read) config->decay_epochs = recorded.decay_epochs;
+    vw_config_settle_decay(config);
+    return VW_OK;
 }
 
 // Locks OUT first; then the plan chooses the config of the trainer.

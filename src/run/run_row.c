@@ -195,10 +195,9 @@ static enum vw_status refuse_value(const char *key, const json_t *ours, const js
     return status;
 }
 
-// Tells whether a field differs because another one does, which the user gives and the message names: epochs are part
-// of the identity only with a decay, and base_seed is 0 where everything varies.
+// Tells whether a field differs because another one does, which the user gives and the message names: base_seed is 0
+// where everything varies.
 static bool follows_from_another(const char *key, const json_t *ours, const json_t *recorded) {
-    if (strcmp(key, "epochs") == 0) return !json_object_get(ours, key) || !json_object_get(recorded, key);
     return strcmp(key, "base_seed") == 0 &&
            !json_equal(json_object_get(ours, "vary"), json_object_get(recorded, "vary"));
 }

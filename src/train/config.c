@@ -277,9 +277,11 @@ static uint32_t settled_decay(const struct vw_config *config) {
     return config->decay_epochs ? config->decay_epochs : config->epochs;
 }
 
+void vw_config_settle_decay(struct vw_config *config) { config->decay_epochs = settled_decay(config); }
+
 void vw_config_set_epochs(struct vw_config *config, uint32_t epochs) {
     double share = (double)config->decay_epochs / config->epochs;
-    if (config->decay_epochs) config->decay_epochs = (uint32_t)fmax(1, round(share * epochs));
+    if (config->decay_epochs) config->decay_epochs = (uint32_t)fmin(fmax(1, round(share * epochs)), 1e9);
     config->epochs = epochs;
 }
 

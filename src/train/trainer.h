@@ -147,7 +147,8 @@ struct vw_whole_view {
     uint8_t *counts;         // owned; by pixel: 1 for those that are usable and scored, else 0
     struct vw_view_error error;
 };
-// Measures a window of at most `side_px` by `side_px` pixels; 0: the whole view.
+// Measures a window of at most `side_px` by `side_px` pixels, whose errors are NaN if none is usable; 0: the whole
+// view.
 enum vw_status vw_trainer_measure_whole(struct vw_trainer *trainer, uint32_t view, uint32_t side_px,
                                         struct vw_whole_view *whole);
 void vw_whole_view_free(struct vw_whole_view *whole);

@@ -243,7 +243,8 @@ static enum vw_status leave_outliers_out(const struct vw_ledger_score *scores, u
                             .z = vw_allocate(image_count, EVIDENCE_COUNT * sizeof *search.z),
                             .ranked = vw_allocate(score_count, sizeof *search.ranked),
                             .first = vw_allocate(score_count, sizeof *search.first),
-                            .made = {.image_ids = vw_allocate(image_count, sizeof *search.made.image_ids),
+                            .made = {.method = method,
+                                     .image_ids = vw_allocate(image_count, sizeof *search.made.image_ids),
                                      .outliers = vw_allocate(score_count, sizeof *search.made.outliers)}};
     bool whole = search.out && search.listed && search.z && search.ranked && search.first && search.made.image_ids &&
                  search.made.outliers;

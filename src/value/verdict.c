@@ -31,8 +31,8 @@ json_t *vw_reconstruction_to_json(const struct vw_reconstruction *reconstruction
 const char *vw_reconstruction_from_json(const json_t *json, struct vw_reconstruction *reconstruction) {
     json_int_t views = json_integer_value(json_object_get(json, "views")),
                pixels = json_integer_value(json_object_get(json, "pixels"));
-    if (views < 0 || views > UINT32_MAX) return "views";
-    if (pixels < 0) return "pixels";
+    if (!json_is_integer(json_object_get(json, "views")) || views < 0 || views > UINT32_MAX) return "views";
+    if (!json_is_integer(json_object_get(json, "pixels")) || pixels < 0) return "pixels";
     *reconstruction = (struct vw_reconstruction){.view_count = (uint32_t)views, .pixel_count = (uint64_t)pixels};
     for (size_t i = 0; i < VW_ARRAY_COUNT(reals); i++) {
         const json_t *number = json_object_get(json, reals[i].key);

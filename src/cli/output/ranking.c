@@ -46,12 +46,19 @@ static double factor_of(const struct vw_ranking *ranking, const struct vw_ledger
     return strcmp(score->method, "dv_psnr") == 0 && ranking->gain_db > 0 ? 100 / ranking->gain_db : 1;
 }
 
+// Prints a score and its interval: shares with one decimal.
+static void print_value(const struct vw_ledger_score *score, double factor) {
+    bool share = factor != 1;
+    vw_print(share ? "  %+9.1f " : "  %+9" VW_SCORE_DIGITS "f ", factor * score->value);
+    if (isfinite(score->ci_low) && isfinite(score->ci_high))
+        vw_print(share ? "[%+9.1f, %+9.1f] " : "[%+9" VW_SCORE_DIGITS "f, %+9" VW_SCORE_DIGITS "f] ",
+                 factor * score->ci_low, factor * score->ci_high);
+    vw_print("%s", share ? "%" : score->unit);
+}
+
 static void print_row(const struct row *row, double factor) {
     const struct vw_ledger_score *score = row->score;
-    vw_print("  %+9.2f ", factor * score->value);
-    if (isfinite(score->ci_low) && isfinite(score->ci_high))
-        vw_print("[%+9.2f, %+9.2f] ", factor * score->ci_low, factor * score->ci_high);
-    vw_print("%s", factor != 1 ? "%" : score->unit);
+    print_value(score, factor);
     if (score->rank_ci_low) vw_print("  rank %u-%u", score->rank_ci_low, score->rank_ci_high);
     if (isfinite(row->quality)) vw_print("  quality %.2f", row->quality);
     vw_print("  %s", row->name);

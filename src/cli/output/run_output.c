@@ -110,8 +110,8 @@ static void print_agreement(const struct vw_ranking_agreement *agreement) {
         vw_print("ranks    after half of the epochs agree with those after all by %.2f (Spearman)\n",
                  agreement->half_length);
     if (isfinite(agreement->view_halves))
-        vw_print("         by %u other validation photos would agree with these by about %.2f%s\n",
-                 agreement->view_count, agreement->view_halves,
+        vw_print("%s by %u other validation photos would agree with these by about %.2f%s\n",
+                 isfinite(agreement->half_length) ? "        " : "ranks   ", agreement->view_count, agreement->view_halves,
                  agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
 }
 

@@ -32,7 +32,7 @@ static const struct sweep {
     {"width", offsetof(struct vw_config, width), SET, SAMPLED, {16, 32, 64, 128, 256}},
     {"epochs", offsetof(struct vw_config, epochs), TIMES, ALL, {0.25, 0.5, 2}},
 };
-static const double learning_rate_decays[] = {0.3, 0.1};
+static const double learning_rate_decays[] = {1, 0.3, 0.1};
 static const double downscales[] = {2, 4}; // times the base's
 static const char *const other_parameters[OTHER_PARAMETERS] = {"learning-rate-decay", "table-precision", "downscale",
                                                                "effects", "accuracy"};
@@ -154,6 +154,15 @@ static bool is_admitted(const struct vw_config *config) {
     return config->epochs > config->burn_in_epochs && !vw_config_check(config);
 }
 
+// Sets what follows from a changed part: occupancy has no part in placed samples, and a decay keeps its share of the
+// epochs.
+static void keep_together(const struct vw_session *session, const struct vw_config *base, struct vw_config *config) {
+    uint32_t epochs = config->epochs;
+    if (config->importance_samples) spell_effects(session, "occupancy", config->effects);
+    config->epochs = base->epochs;
+    vw_config_set_epochs(config, epochs);
+}
+
 static enum vw_status add_sweep(const struct vw_session *session, const struct sweep *sweep,
                                 struct vw_sweep_configurations *configurations) {
     enum vw_status status = VW_OK;
@@ -168,7 +177,7 @@ static enum vw_status add_sweep(const struct vw_session *session, const struct s
         uint32_t number = number_of(sweep, of_base, sweep->values[i]);
         if (number < least) number = least;
         *(uint32_t *)((char *)&config + sweep->offset) = number;
-        if (config.importance_samples) spell_effects(session, "occupancy", config.effects); // it has no part in them
+        keep_together(session, base, &config);
         snprintf(value, sizeof value, "%" PRIu32, number);
         bool base_again = number == (of_base < least ? least : of_base), all_again = val_rays && number >= most;
         if (base_again || all_again || is_listed(configurations, sweep->parameter, value) || !is_admitted(&config))
@@ -238,13 +247,16 @@ static enum vw_status add_table_precisions(struct vw_sweep_configurations *confi
 }
 
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
-static enum vw_status add_accuracies(struct vw_sweep_configurations *configurations) {
+static enum vw_status add_accuracies(const struct vw_session *session,
+                                     struct vw_sweep_configurations *configurations) {
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
-    vw_accuracy_options(&configurations->configurations[0].config, of_base);
+    const struct vw_config *base = &configurations->configurations[0].config;
+    vw_accuracy_options(base, of_base);
     enum vw_status status = VW_OK;
     for (uint32_t level = 0; level < vw_accuracy_level_count() && !status; level++) {
         struct vw_config config = configurations->configurations[0].config;
         vw_accuracy_apply(level, 0, &config);
+        keep_together(session, base, &config);
         vw_accuracy_options(&config, ours);
         if (strcmp(ours, of_base) == 0 || !is_admitted(&config)) continue;
         status = add(configurations, "accuracy", vw_accuracy_level_about(level)->name, &config);
@@ -270,7 +282,7 @@ static enum vw_status add_others(const struct vw_session *session, uint32_t para
     if (!status && is_other_wanted(parameters, TABLE_PRECISION)) status = add_table_precisions(configurations);
     if (!status && is_other_wanted(parameters, DOWNSCALE)) status = add_downscales(configurations);
     if (!status && is_other_wanted(parameters, EFFECTS)) status = add_effects(session, configurations);
-    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(configurations);
+    if (!status && is_other_wanted(parameters, ACCURACY)) status = add_accuracies(session, configurations);
     return status;
 }
 

@@ -56,7 +56,8 @@ struct measuring {
     const struct vw_reconstruction_params *params;
     struct vw_view_distance *distances; // one per validation photo, in scene order
     uint32_t count;
-    struct vw_reconstruction sums;
+    struct vw_reconstruction sums; // view_count: photos whose middle has a usable pixel
+    uint32_t ssim_count;           // of these, those with a window of SSIM without a hidden pixel
 };
 
 // Returns the side of the windows: as large as the rays allow.
@@ -76,9 +77,11 @@ static enum vw_status measure_view(struct measuring *measuring, const struct vw_
     status = vw_scene_decode(scene, &distance->nearest, 1);
     if (!status)
         status = vw_ssim(window.rendered, window.photo, window.counts, window.width_px, window.height_px, &ssim);
-    if (!status) {
+    if (!status && isfinite(window.error.mse)) {
+        sums->view_count++;
+        measuring->ssim_count += isfinite(ssim);
         sums->psnr_db += vw_psnr_db(window.error.mse);
-        sums->ssim += ssim;
+        sums->ssim += isfinite(ssim) ? ssim : 0;
         sums->mean_colour_db += mean_colour_db(&window);
         sums->nearest_photo_db += other_photo_db(scene, &window, distance->view, distance->nearest);
         sums->pixel_count += (uint64_t)window.width_px * window.height_px;
@@ -94,11 +97,10 @@ static enum vw_status measure(struct measuring *measuring) {
     for (uint32_t i = 0; !status && i < views; i++)
         status = measure_view(measuring, &measuring->distances[(uint64_t)i * measuring->count / views],
                               choose_side(measuring, views));
-    sums->view_count = views;
-    sums->psnr_db /= views; // NaN without a view
-    sums->ssim /= views;
-    sums->mean_colour_db /= views;
-    sums->nearest_photo_db /= views;
+    sums->psnr_db /= sums->view_count; // NaN without a view
+    sums->ssim /= measuring->ssim_count;
+    sums->mean_colour_db /= sums->view_count;
+    sums->nearest_photo_db /= sums->view_count;
     return status;
 }
 

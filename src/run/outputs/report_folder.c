@@ -305,7 +305,7 @@ static enum vw_status write_listed(struct gathering *gathering, const char *to) 
     return vw_checksums_write(gathering->out, ledger_of_out(gathering), gathering->in_hand);
 }
 
-// ---- Splits
+// ---- Splits ---------------------------------------------------------------------------------------------------------
 // ----------------------------------------------------------------------------------------------------------
 
 static bool judges(const struct vw_ledger_image *image) {

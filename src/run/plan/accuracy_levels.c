@@ -73,7 +73,6 @@ void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_confi
 void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config) {
     for (enum part part = 0; part < PART_COUNT; part++)
         if (!(explicit_fields & parts[part].bit)) *part_at(config, part) = *part_at(from, part);
-    if (!(explicit_fields & VW_EXPLICIT_EPOCHS) && !config->decay_epochs) config->decay_epochs = from->decay_epochs;
 }
 
 // Estimates the work of a training; a train ray counts three times, since it goes back as well.

@@ -167,7 +167,7 @@ static enum vw_status record_plan(const struct choice *choice, struct vw_config 
     const struct vw_accuracy_about *about = vw_accuracy_level_about(level);
     vw_accuracy_apply(level, choice->params->explicit_fields, config);
     config->epochs = plan->epochs_planned = choice->chosen.epochs;
-    if (!vw_config_rate_is_constant(config) && !config->decay_epochs) config->decay_epochs = config->epochs;
+    vw_config_settle_decay(config);
     return write_record(plan,
                         json_pack("{s:s, s:f, s:f, s:I, s:I, s:s}", "accuracy", about->name, "budget_s", plan->budget_s,
                                   "step_s", plan->step_s, "epochs_planned", (json_int_t)config->epochs, "epochs_most",
@@ -201,7 +201,7 @@ static enum vw_status choose_budget(const struct vw_run_params *params, struct v
     if (status) return status;
     vw_plan_estimate_finish(session->scene, params->report.no_thumbnails, plan);
     status = choose_candidate(&choice, plan);
-    if (!params->report.no_thumbnails) plan->finish_step_s += VW_RESIDUALS_SHARE * plan->step_s;
+    plan->finish_step_s += (params->report.no_thumbnails ? 1 : 2) * VW_RESIDUALS_SHARE * plan->step_s;
     if (!status) status = record_plan(&choice, config, plan);
     if (status) return status;
     log_plan(plan, config);

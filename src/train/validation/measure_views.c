@@ -98,9 +98,9 @@ static bool sum_errors(struct seen_view *seen, struct vw_view_error *error) {
 
 // Renders and measures the pixels that were chosen, those that weigh nothing left out.
 static enum vw_status see(const struct vw_measured_field *measured, struct vw_evaluator *evaluator, uint32_t view,
-                          struct seen_view *seen, struct vw_view_error *error) {
+                          bool allows_blank, struct seen_view *seen, struct vw_view_error *error) {
     enum vw_status status = render(evaluator, seen);
-    if (!status && !sum_errors(seen, error) && !measured->allows_blank)
+    if (!status && !sum_errors(seen, error) && !allows_blank)
         status = vw_fail(VW_ERROR_INPUT, "%s: this view has no usable pixel to measure; leave it out of its list",
                          measured->scene->views[view].name);
     return status;
@@ -122,7 +122,7 @@ static enum vw_status measure_view(const struct vw_measured_field *measured, str
         seen->fit_count + vw_pixels_stratify_squares(scene, view, fits ? right : vw_pixels_all_columns(scene, view), 0,
                                                      measured->masks, side, pixels_max, seen->pixels + seen->fit_count);
     if (!measured->masks) vw_pixels_unmask(scene, seen->pixels, seen->count);
-    return see(measured, evaluator, view, seen, error);
+    return see(measured, evaluator, view, measured->allows_blank, seen, error);
 }
 
 enum vw_status vw_measure_views(const struct vw_measured_field *measured, const uint32_t *views, uint32_t view_count,
@@ -231,7 +231,7 @@ enum vw_status vw_measure_whole_view(const struct vw_measured_field *measured, u
     if (!status) status = show_encoder(measured, view, vw_view_fit_left_half(measured->scene, view));
     if (!status) {
         choose_all(measured, view, whole, &seen);
-        status = see(measured, &evaluator, view, &seen, &whole->error);
+        status = see(measured, &evaluator, view, side_px || measured->allows_blank, &seen, &whole->error);
     }
     if (!status) status = keep_pixels(&seen, whole);
     enum vw_status undone = vw_code_fit_undo(measured->field, &code);
