@@ -18,8 +18,8 @@
 //       how well the photo fits, 0 to 1 (best): the mean of its ranks by dv_loss and by minus its late training loss.
 //       Not a sum; its zero means nothing; a photo without both has none (src/value/quality.h of the source tree)
 //   train_fit
-//       minus the late training loss, in dB (-10 log10 of the run's own loss): how well the photo itself fits, whatever it does for others. Not a sum;
-//       its zero means nothing
+//       minus the late training loss, in dB (-10 log10 of the run's own loss): how well the photo itself fits, whatever
+//       it does for others. Not a sum; its zero means nothing
 //   lasting_psnr, lasting_loss
 //       what the end of the training gains by the steps on the photo, to first order. Compare photos with each other;
 //       zero has no meaning. Only for runs with a backward pass (src/value/lasting_scores.h)

@@ -230,8 +230,8 @@ const struct vw_option vw_option_table[] = {
      "explicit options override it, and --epochs is an upper limit",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, budget), COMMON, DEFAULT("none")},
     {"accuracy", "NAME",
-     "Accuracy level: draft, quick, standard or reference. It sets rays, val-rays and epochs, and for a volume samples, "
-     "importance-samples, levels, log2-table and width; explicit options override it",
+     "Accuracy level: draft, quick, standard or reference. It sets rays, val-rays and epochs, and of a volume also "
+     "samples, importance-samples, levels, log2-table and width; explicit options override it",
      VW_OPTIONS_ONE_VALUE, VW_SECTION_TIME, OPTION(TEXT, accuracy), COMMON, DEFAULT("none"),
      .words = "draft quick standard reference"},
     {"until-stable", "R",

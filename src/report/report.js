@@ -19,7 +19,7 @@ const scoresOf = (one, method = chosen.method) => one.scores[method];
 // Returns the method that answers for a photo's value: worth if measured, else lasting credit, else credit.
 const mainMethod = one => one.advice.basis || (one.scores[data.default_method] ? data.default_method : Object.keys(one.scores)[0] || '');
 const unitOf = one => (scoresOf(one) || {unit: ''}).unit;
-const shortUnit = unit => unit === 'mean absolute error' ? 'MAE' : unit;
+const shortUnit = unit => ({'mean absolute error': 'MAE', '% of the gain': '%'}[unit] || unit);
 
 // Lists the runs of the chosen run's scene: they show the same photos, so that their scores can stand side by side.
 const siblings = () => runs.filter(other => other.run.scene_hash === run().run.scene_hash);

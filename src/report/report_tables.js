@@ -61,7 +61,8 @@ function fillProviders() {
   const columns = [
     {title: 'Provider', key: row => row.provider, cell: row => row.provider || 'without provider', class: 'long'},
     {title: 'Photos', key: row => row.photos, cell: row => row.photos, number: true},
-    {title: 'Sum, ' + shortUnit((scoresOf(run()) || {}).ledger_unit || unitOf(run())), key: row => row.value, descending: true, number: true,
+    {title: 'Sum, ' + shortUnit((scoresOf(run()) || {}).ledger_unit || unitOf(run())), key: row => row.value, descending: true,
+      number: true,
       cell: row => element('span', {class: row.value < 0 ? 'harms' : undefined}, sum(row))},
     {title: 'Interval', cell: row => intervalBar(row, scale, sum(row)), class: 'wide'},
     {title: '± standard error', cell: row => fixed(row.error, decimals), number: true, class: 'wide'},

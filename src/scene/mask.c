@@ -155,3 +155,9 @@ enum vw_status vw_lens_mask(struct vw_view *view, uint64_t *hidden_count) {
     }
     return VW_OK;
 }
+
+bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
+    size_t pixel = (size_t)y_px * view->image.width_px + x_px;
+    return (!view->mask || view->mask[pixel] == VW_MASK_KEEP) &&
+           (!view->image.unusable || !view->image.unusable[pixel]);
+}

@@ -76,6 +76,7 @@ static enum vw_status finish(struct vw_scene_builder *builder) {
     if (!status) status = vw_providers_read(params->providers, scene);
     if (!status && builder->photos) status = vw_photos_read(builder);
     if (!status && builder->added && !params->headers_only) status = vw_splits_join_duplicates(builder);
+    if (!status && builder->added) status = vw_splits_count(params->path, scene);
     if (!status && params->corrupt) status = vw_inject_corruption(params, scene);
     if (!status && !params->headers_only) vw_scene_hash(scene, params->downscale, scene->hash);
     return status;
@@ -130,12 +131,6 @@ enum vw_status vw_photo_list_write(const struct vw_photo_list *list, const char 
     if (!status) status = found ? found->write_list(list, opens) : vw_names_write_list(list, opens);
     if (!status) *format = found && found->write_list != vw_names_write_list ? found->name : "text";
     return status;
-}
-
-bool vw_view_keeps(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {
-    size_t pixel = (size_t)y_px * view->image.width_px + x_px;
-    return (!view->mask || view->mask[pixel] == VW_MASK_KEEP) &&
-           (!view->image.unusable || !view->image.unusable[pixel]);
 }
 
 bool vw_view_can_use(const struct vw_view *view, uint32_t x_px, uint32_t y_px) {

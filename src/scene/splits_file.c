@@ -118,7 +118,7 @@ enum vw_status vw_splits_join_duplicates(struct vw_scene_builder *builder) {
     free(views);
     free(judges);
     free(matches);
-    return status ? status : vw_splits_count(builder->params->path, scene);
+    return status;
 }
 
 // ---- Writing -------------------------------------------------------------------------------------------------------

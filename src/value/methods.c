@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "value/worth.h"
 
 // ---- Weights of epochs ----
 // Weights that differ are scaled to a mean of 1, so that the scores remain comparable with the plain sum.
@@ -48,15 +47,6 @@ static const struct vw_value_method listed[] = {
 };
 
 const char vw_value_default_method[] = "dv_psnr";
-
-const char *vw_value_main_method(const struct vw_ledger_score *scores, uint32_t score_count) {
-    static const char *const best_first[] = {vw_worth_method, "lasting_psnr"};
-    for (size_t m = 0; m < VW_ARRAY_COUNT(best_first); m++)
-        for (uint32_t i = 0; i < score_count; i++)
-            if (scores[i].visits && isfinite(scores[i].value) && strcmp(scores[i].method, best_first[m]) == 0)
-                return best_first[m];
-    return vw_value_default_method;
-}
 
 const struct vw_value_method *vw_value_methods(uint32_t *count) {
     *count = VW_ARRAY_COUNT(listed);

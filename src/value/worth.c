@@ -9,6 +9,7 @@
 #include "ledger/find_image.h"
 #include "value/evaluation/resampling.h"
 #include "value/evaluation/subsets.h"
+#include "viewworth/value.h"
 
 const char vw_worth_method[] = "worth_psnr", vw_joint_worth_method[] = "joint_worth_psnr";
 const char *const vw_worth_prior_methods[VW_WORTH_PRIORS] = {"lasting_psnr", "dv_psnr", "lasting_loss", "dv_loss",
@@ -358,4 +359,13 @@ enum vw_status vw_worth_summarise(const struct vw_worth_input *input, struct vw_
     vw_worths_free(&worths);
     close_game(&game);
     return status;
+}
+
+const char *vw_value_main_method(const struct vw_ledger_score *scores, uint32_t score_count) {
+    static const char *const best_first[] = {vw_worth_method, "lasting_psnr"};
+    for (size_t m = 0; m < VW_ARRAY_COUNT(best_first); m++)
+        for (uint32_t i = 0; i < score_count; i++)
+            if (scores[i].visits && isfinite(scores[i].value) && strcmp(scores[i].method, best_first[m]) == 0)
+                return best_first[m];
+    return vw_value_default_method;
 }

@@ -204,7 +204,8 @@ def add_lasting_credit(folder):
         run['scores'][name]['ci_low'], run['scores'][name]['ci_high'] = [-9] * len(credit['image']), [9] * len(credit['image'])
         data['methods'].append({'name': name, 'unit': 'dB', 'formula': 'made up', 'has_zero': name == 'worth_psnr'})
     run['advice'] = {'basis': 'worth_psnr', 'by_order': False, 'tested': True, 'removable': credit['image'][:7],
-                     'irreplaceable': credit['image'][7:8], 'look': []}
+                     'irreplaceable': credit['image'][7:8], 'look': [], 'lone': []}
+    run['verdict'] = run['steps']['last_psnr'] = None # neither too coarse, nor credit as a share of the gain
     run['gate'] = {'image': credit['image'][:4], 'predicted': [0, 1, 2, None], 'measured': [1, 0, 1.5, 3],
                    'correlation': .33, 'least': .8}
     run['accuracy'] = {'method': ['worth_psnr', 'dv_psnr'], 'spearman': [.61, .32], 'ci_low': [.2, -.1], 'ci_high': [.8, .6],
@@ -220,7 +221,9 @@ def add_lasting_credit(folder):
 def lasting_credit_is_shown(browser, folder):
     page = Page(browser, f'{folder}/run/report.html')
     expect(page.run("return ['scores', 'trust'].every(id => document.getElementById(id).hidden)"), 'sections without content')
-    expect('Which photos can be left out, credit does not say' in text_of(page, 'advice'), text_of(page, 'advice'))
+    expect('too coarse to say which photos can be left out' in text_of(page, 'advice'), text_of(page, 'advice'))
+    expect('Reconstruction: too coarse to rank photos by' in text_of(page, 'verdict'), text_of(page, 'verdict'))
+    expect('Score, %' in text_of(page, 'ranking'), 'credit is a share of the gain')
     run = add_lasting_credit(folder)
     page = Page(browser, f'{folder}/lasting.html')
     page.run('drawPending()')
@@ -334,7 +337,7 @@ def sections_are_there(browser, folder):
     page = Page(browser, f'{folder}/all.html')
     for section, words in (('providers', ['Payout', '%']), ('comparisons', ['significant', 'test PSNR', '18.25 ± 0.10', 'right halves']),
                            ('benchmarks', ['dv_psnr', '0.62', "'=x"]), ('effects', ['occupancy', 'threshold']),
-                           ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+0.3'])):
+                           ('runs', ['llvmpipe', 'hash of the scene']), ('reading', ['+3'])):
         text = page.run('return document.getElementById(arguments[0]).innerText', section)
         expect(text and not (missing := [word for word in words if word not in text]), f'{section}: lacks {missing}: {text[:2000]}')
     widths = page.run("""const images = [...document.querySelectorAll('.renders img')];

@@ -16,7 +16,7 @@ value() { # value OUT [OPTION]...
 by=
 report() { "${by:-$program}" report --quiet "$@" >"$folder/stdout" 2>"$folder/stderr"; }
 warns() { # warns PATTERN COMMAND...: it succeeds, and one line on stderr matches, beside that of a ledger which the test edited
-    "${@:2}" && [[ $(grep -vc "$edited" "$folder/stderr") -eq 1 ]] && grep -qE "^warning: .*($1)" "$folder/stderr" && return
+    "${@:2}" && [[ $(grep -vcE "$edited" "$folder/stderr") -eq 1 ]] && grep -qE "^warning: .*($1)" "$folder/stderr" && return
     cat "$folder/stdout" "$folder/stderr"
     return 1
 }

@@ -111,7 +111,8 @@ static void print_agreement(const struct vw_ranking_agreement *agreement) {
                  agreement->half_length);
     if (isfinite(agreement->view_halves))
         vw_print("%s by %u other validation photos would agree with these by about %.2f%s\n",
-                 isfinite(agreement->half_length) ? "        " : "ranks   ", agreement->view_count, agreement->view_halves,
+                 isfinite(agreement->half_length) ? "        " : "ranks   ", agreement->view_count,
+                 agreement->view_halves,
                  agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
 }
 

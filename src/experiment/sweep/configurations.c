@@ -247,8 +247,7 @@ static enum vw_status add_table_precisions(struct vw_sweep_configurations *confi
 }
 
 // Adds the levels of --accuracy, which also set epochs; leaves out one that equals the base.
-static enum vw_status add_accuracies(const struct vw_session *session,
-                                     struct vw_sweep_configurations *configurations) {
+static enum vw_status add_accuracies(const struct vw_session *session, struct vw_sweep_configurations *configurations) {
     char of_base[VW_ACCURACY_TEXT_BYTES], ours[VW_ACCURACY_TEXT_BYTES];
     const struct vw_config *base = &configurations->configurations[0].config;
     vw_accuracy_options(base, of_base);

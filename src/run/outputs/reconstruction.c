@@ -57,7 +57,7 @@ struct measuring {
     struct vw_view_distance *distances; // one per validation photo, in scene order
     uint32_t count;
     struct vw_reconstruction sums; // view_count: photos whose middle has a usable pixel
-    uint32_t ssim_count;           // of these, those with a window of SSIM without a hidden pixel
+    uint32_t ssim_count;           // photos with an SSIM too: some window of it has no hidden pixel
 };
 
 // Returns the side of the windows: as large as the rays allow.
