@@ -94,12 +94,13 @@ static const struct vw_view_distance *find_distance(const struct vw_validation_v
 static void print_reconstruction(const struct vw_reconstruction *seen, enum vw_verdict verdict,
                                  const struct vw_config *config) {
     double times = vw_accuracy_most_against(config);
+    char ssim[32] = "";
     if (verdict == VW_VERDICT_UNKNOWN) return;
-    vw_print(
-        "reconstruction  %s: %.1f dB and SSIM %.2f in the middle of %u validation photos; their mean colour has %.1f "
-        "dB, the nearest train photo %.1f\n",
-        vw_verdict_word(verdict), seen->psnr_db, seen->ssim, seen->view_count, seen->mean_colour_db,
-        seen->nearest_photo_db);
+    if (isfinite(seen->ssim)) snprintf(ssim, sizeof ssim, " and SSIM %.2f", seen->ssim);
+    vw_print("reconstruction  %s: %.1f dB%s in the middle of %u validation photos; their mean colour has %.1f "
+             "dB, the nearest train photo %.1f\n",
+             vw_verdict_word(verdict), seen->psnr_db, ssim, seen->view_count, seen->mean_colour_db,
+             seen->nearest_photo_db);
     if (verdict == VW_VERDICT_TOO_COARSE && times > 1.5)
         vw_print("next     --accuracy reference, which takes about %.0f times as long\n", times);
 }
