@@ -46,7 +46,7 @@ enum vw_status vw_intervals_of_sums(const double *by_epoch, uint32_t photos, uin
                                     struct vw_interval *intervals);
 
 // Returns the variance that a longer training adds to every score: a share of the squared robust spread of the scores
-// over photos. Measured: src/lab/results/agreement.md. Overwrites the values; 0 if there are none.
+// over photos. Why this share: src/lab/results/agreement.md. Overwrites the values; 0 if there are none.
 double vw_length_variance(double *values, uint32_t count);
 
 // Fills rank_ci_low and rank_ci_high of the scores of one method, from their values and standard errors, to whose

@@ -41,7 +41,7 @@ static struct vw_ranking_agreement measure(const struct fixture *fixture, const 
 }
 
 static const double rising[PHOTOS] = {1, 2, 3, 4, 5, 6}, falling[PHOTOS] = {6, 5, 4, 3, 2, 1},
-                    small_falling[PHOTOS] = {.6, .5, .4, .3, .2, .1};
+                    great_falling[PHOTOS] = {60, 50, 40, 30, 20, 10}, small_falling[PHOTOS] = {.6, .5, .4, .3, .2, .1};
 static const struct vw_matrix no_matrix = {0};
 
 TEST(a_ranking_that_stays_agrees_with_itself) {
@@ -58,6 +58,8 @@ TEST(a_ranking_that_turns_is_told) {
     train(rising, falling, &fixture);
     struct vw_ranking_agreement agreement = measure(&fixture, &no_matrix);
     assert_true(fabs(agreement.epoch_halves + 1) < 1e-12);
+    train(rising, great_falling, &fixture); // one epoch of which would turn the first half
+    assert_true(fabs(measure(&fixture, &no_matrix).epoch_halves + 1) < 1e-12);
     train(rising, small_falling, &fixture); // the early epochs, which move most, decide the sum
     agreement = measure(&fixture, &no_matrix);
     assert_true(fabs(agreement.epoch_halves + 1) < 1e-12 && fabs(agreement.half_length - 1) < 1e-12);
