@@ -103,8 +103,9 @@ function fillVerdict() {
   byId('verdict').hidden = verdict === null || verdict.verdict === 'unknown';
   if (byId('verdict').hidden) return;
   const {reconstruction: seen, ranking} = verdict, told = [];
-  if (known(ranking.half_length))
-    told.push('Ranks after half of the epochs agree with those after all by ' + fixed(ranking.half_length, 2) + '. ');
+  if (known(ranking.better_training))
+    told.push('Ranks by a training of ten times the cost would agree with these by about ' +
+      fixed(ranking.better_training, 2) + '. ');
   if (known(ranking.view_halves))
     told.push('Scores hold for these ' + plural(ranking.views, 'validation photo') +
       '; by as many others, ranks would agree with these by about ' + fixed(ranking.view_halves, 2) + '. ');

@@ -30,7 +30,7 @@ static void clear_pair(struct pair *pair) {
 
 // ---- Epochs --------------------------------------------------------------------------------------------------------
 
-// Adds each visit to the half of its epoch, and computes the correlations over the train photos.
+// Adds each visit to the half of its epoch, and computes the correlation over the train photos.
 static enum vw_status compare_epochs(const struct vw_value_input *input, const struct vw_series *series,
                                      struct pair *halves, struct vw_ranking_agreement *agreement) {
     uint32_t photos = 0, half = series->epoch_count / 2;
@@ -44,9 +44,7 @@ static enum vw_status compare_epochs(const struct vw_value_input *input, const s
         halves->first[photos] = halves->first[i];
         halves->second[photos++] = halves->second[i];
     }
-    enum vw_status status = vw_spearman(halves->first, halves->second, photos, &agreement->epoch_halves);
-    for (uint32_t i = 0; i < photos; i++) halves->second[i] += halves->first[i];
-    return status ? status : vw_spearman(halves->first, halves->second, photos, &agreement->half_length);
+    return vw_spearman(halves->first, halves->second, photos, &agreement->epoch_halves);
 }
 
 static enum vw_status measure_epochs(const struct vw_value_input *input, struct vw_ranking_agreement *agreement) {
@@ -98,10 +96,31 @@ static enum vw_status measure_views(const struct vw_value_input *input, const st
     return status;
 }
 
+// ---- A better training ---------------------------------------------------------------------------------------------
+
+// The agreement that was measured, over the reliability.
+static const double BETTER_TRAINING_SHARE = 0.85;
+
+double vw_ranking_agreement_foretell(const struct vw_ledger_score *scores, uint32_t score_count) {
+    struct vw_spread spread = {0};
+    double squared_errors = 0;
+    for (uint32_t i = 0; i < score_count; i++) {
+        const struct vw_ledger_score *score = &scores[i];
+        if (strcmp(score->method, vw_value_default_method) != 0 || !isfinite(score->standard_error)) continue;
+        vw_spread_add(&spread, score->value);
+        squared_errors += score->standard_error * score->standard_error;
+    }
+    if (spread.count < 3) return NAN;
+    return BETTER_TRAINING_SHARE * fmax(0, 1 - squared_errors / spread.count / vw_spread_variance(&spread));
+}
+
 enum vw_status vw_ranking_agreement_measure(const struct vw_value_input *input, const struct vw_matrix *matrix,
+                                            const struct vw_ledger_score *scores, uint32_t score_count,
                                             struct vw_ranking_agreement *agreement) {
-    *agreement = (struct vw_ranking_agreement){
-        .view_count = matrix->view_count, .epoch_halves = NAN, .half_length = NAN, .view_halves = NAN};
+    *agreement = (struct vw_ranking_agreement){.view_count = matrix->view_count,
+                                               .epoch_halves = NAN,
+                                               .better_training = vw_ranking_agreement_foretell(scores, score_count),
+                                               .view_halves = NAN};
     enum vw_status status = measure_epochs(input, agreement);
     if (status || matrix->view_count < 2 || !matrix->visit_count) return status;
     return measure_views(input, matrix, agreement);

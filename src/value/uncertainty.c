@@ -20,7 +20,7 @@ static const double CORRELATION_PRIOR = 0.3; // standard deviation of the prior;
 static const double KEPT_LEAST = 0.5;        // frequencies of which less remains without the trend are left out
 const double vw_run_variance = 1.5;
 static const double RANK_ERRORS = 1.645; // see uncertainty.h
-static const double LENGTH_SHARE = 0.45;
+static const double LENGTH_SHARE = 0.2;
 static const double PI = 3.14159265358979323846;
 
 // The basis that all photos share: rows of `epochs` values.

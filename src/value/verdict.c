@@ -63,8 +63,8 @@ json_t *vw_verdict_to_json(const struct vw_reconstruction *reconstruction,
                            const struct vw_ranking_agreement *agreement) {
     json_t *ranking = json_pack(
         "{s:I, s:I, s:o, s:o, s:o}", "epochs", (json_int_t)agreement->epochs, "views",
-        (json_int_t)agreement->view_count, "epoch_halves", vw_json_real(agreement->epoch_halves), "half_length",
-        vw_json_real(agreement->half_length), "view_halves", vw_json_real(agreement->view_halves));
+        (json_int_t)agreement->view_count, "epoch_halves", vw_json_real(agreement->epoch_halves), "better_training",
+        vw_json_real(agreement->better_training), "view_halves", vw_json_real(agreement->view_halves));
     return json_pack("{s:s, s:o, s:o}", "verdict", vw_verdict_word(vw_verdict_judge(reconstruction)), "reconstruction",
                      vw_reconstruction_to_json(reconstruction), "ranking", ranking);
 }

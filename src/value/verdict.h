@@ -28,8 +28,8 @@ enum vw_verdict { VW_VERDICT_UNKNOWN, VW_VERDICT_TOO_COARSE, VW_VERDICT_USABLE, 
 // SSIM 0.7 on. VW_VERDICT_UNKNOWN where PSNR or both predictions are unknown.
 enum vw_verdict vw_verdict_judge(const struct vw_reconstruction *reconstruction);
 extern const struct vw_reconstruction vw_reconstruction_unknown;
-// Returns {"verdict": word, "reconstruction": as above, "ranking": {"epochs", "views", "epoch_halves", "half_length",
-// "view_halves"}}, null where unknown.
+// Returns {"verdict": word, "reconstruction": as above, "ranking": {"epochs", "views", "epoch_halves",
+// "better_training", "view_halves"}}, null where unknown.
 json_t *vw_verdict_to_json(const struct vw_reconstruction *reconstruction,
                            const struct vw_ranking_agreement *agreement);
 // Returns "good", "usable" or "too coarse to rank photos by"; "unknown". Static.

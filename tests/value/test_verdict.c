@@ -3,7 +3,7 @@
 
 #include "value/verdict.h"
 
-static const struct vw_ranking_agreement agreement = {.epochs = 29, .view_count = 7, .half_length = 0.9};
+static const struct vw_ranking_agreement agreement = {.epochs = 29, .view_count = 7, .better_training = 0.9};
 
 static struct vw_reconstruction reconstruction(double psnr_db, double mean_colour_db, double nearest_photo_db) {
     return (struct vw_reconstruction){7, 1000, psnr_db, 0.8, mean_colour_db, nearest_photo_db};
@@ -48,6 +48,6 @@ TEST(unknown_numbers_are_null) {
     json_t *json = vw_verdict_to_json(&vw_reconstruction_unknown, &agreement);
     assert_string_equal(json_string_value(json_object_get(json, "verdict")), "unknown");
     assert_true(json_is_null(json_object_get(json_object_get(json, "reconstruction"), "ssim")));
-    assert_true(json_real_value(json_object_get(json_object_get(json, "ranking"), "half_length")) == 0.9);
+    assert_true(json_real_value(json_object_get(json_object_get(json, "ranking"), "better_training")) == 0.9);
     json_decref(json);
 }

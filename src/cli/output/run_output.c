@@ -107,12 +107,12 @@ static void print_reconstruction(const struct vw_reconstruction *seen, enum vw_v
 
 // Prints how far the ranking can be believed.
 static void print_agreement(const struct vw_ranking_agreement *agreement) {
-    if (isfinite(agreement->half_length))
-        vw_print("ranks    after half of the epochs agree with those after all by %.2f (Spearman)\n",
-                 agreement->half_length);
+    if (isfinite(agreement->better_training))
+        vw_print("ranks    by a training of ten times the cost would agree with these by about %.2f (Spearman)\n",
+                 agreement->better_training);
     if (isfinite(agreement->view_halves))
         vw_print("%s by %u other validation photos would agree with these by about %.2f%s\n",
-                 isfinite(agreement->half_length) ? "        " : "ranks   ", agreement->view_count,
+                 isfinite(agreement->better_training) ? "        " : "ranks   ", agreement->view_count,
                  agreement->view_halves,
                  agreement->view_halves < LOW_AGREEMENT ? ": these scores are for these views" : "");
 }

@@ -58,7 +58,7 @@ static enum vw_status read_matrix(struct held_run *run) {
     run->views = vw_allocate(run->matrix.view_count, sizeof *run->views);
     run->standard_errors = vw_allocate(run->matrix.photo_count, sizeof *run->standard_errors);
     if (!run->views || !run->standard_errors) return VW_ERROR_MEMORY;
-    status = vw_ranking_agreement_measure(&run->input, &run->matrix, &run->agreement);
+    status = vw_ranking_agreement_measure(&run->input, &run->matrix, run->scores, run->score_count, &run->agreement);
     if (status || !run->matrix.visit_count) return status;
     return vw_matrix_jackknife(&run->matrix, run->views, run->standard_errors);
 }

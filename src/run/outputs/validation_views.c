@@ -51,7 +51,9 @@ static enum vw_status compute(const struct vw_scene *scene, struct vw_ledger *le
     enum vw_status status = vw_value_matrix(ledger, &scoring->input, &validation->matrix);
     if (!status)
         status = vw_scene_view_distances(scene, VW_SPLIT_VAL, &validation->distances, &validation->distance_count);
-    if (!status) status = vw_ranking_agreement_measure(&scoring->input, &validation->matrix, &validation->agreement);
+    if (!status)
+        status = vw_ranking_agreement_measure(&scoring->input, &validation->matrix, scoring->scores,
+                                              scoring->score_count, &validation->agreement);
     if (status) return status;
     validation->views = vw_allocate(validation->matrix.view_count, sizeof *validation->views);
     validation->standard_errors = vw_allocate(validation->matrix.photo_count, sizeof *validation->standard_errors);
