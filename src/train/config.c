@@ -13,18 +13,18 @@
 #include "interface.h"
 
 const struct vw_config vw_config_default = {
-    .epochs = 24,
+    .epochs = 48,
     .burn_in_epochs = 1,
-    .rays = 500,
+    .rays = 250,
     .samples = 16,
     .importance_samples = 16,
-    .val_rays = 2048,
+    .val_rays = 1024,
     .loss = VW_LOSS_L2,
     .huber_length = 0.1,
     .beta_min = 0.1,
     .optimizer = VW_OPTIMIZER_LAZY_ADAM,
-    .learning_rate = 0.01,
-    .learning_rate_decay = 0.1,
+    .learning_rate = 0.003,
+    .learning_rate_decay = 1.0,
     .beta1 = 0.0,
     .beta2 = 0.99,
     .mlp_depth = 8,
@@ -46,7 +46,6 @@ struct vw_config vw_config_of_field(enum vw_field field) {
     if (field == VW_FIELD_MLP) {
         config.width = 256;
         config.learning_rate = 5e-4;
-        config.learning_rate_decay = 1;
     } else if (field == VW_FIELD_SPLATS) {
         config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
         config.learning_rate = 6;

@@ -31,19 +31,19 @@ static const struct {
 
 struct vw_accuracy_level {
     struct vw_accuracy_about about;
-    uint32_t volume[PART_COUNT], splats[PART_COUNT];
+    uint32_t volume[PART_COUNT], splats[PART_COUNT]; // without rays: the defaults of the field
 };
 static const struct vw_accuracy_level levels[] = {
     {{"draft", 0, "less detail, and scores of two seeds agree less: few rays, samples and epochs"},
-     {250, 8, 8, 1024, 14, 8, 32, 12},
+     {250, 8, 8, 1024, 14, 8, 32, 24},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 15}},
-    {{"quick", 24, "scores from fewer validation pixels, and fewer epochs"},
-     {500, 16, 16, 1024, 14, 10, 32, 20},
+    {{"quick", 24, "less detail, and ranks that a longer training may change: half the epochs"},
+     {250, 16, 16, 1024, 14, 10, 32, 24},
      {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 30}},
     {{"standard", 45, "less detail, and ranks that a longer training may change: fewer rays, samples and epochs"},
-     {500, 16, 16, 2048, 14, 10, 32, 24},
-     {[RAYS] = 3072, [VAL_RAYS] = 4096, [EPOCHS] = 60}},
-    {{"reference", 90, ""}, {1000, 16, 32, 4096, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
+     {0},
+     {0}},
+    {{"reference", 60, ""}, {500, 32, 64, 2048, 16, 12, 32, 60}, {[RAYS] = 6144, [VAL_RAYS] = 8192, [EPOCHS] = 120}},
 };
 
 uint32_t vw_accuracy_level_count(void) { return VW_ARRAY_COUNT(levels); }
@@ -66,8 +66,10 @@ static bool has(const struct vw_config *config, enum part part) { return parts[p
 
 void vw_accuracy_apply(uint32_t level, uint32_t explicit_fields, struct vw_config *config) {
     const uint32_t *values = config->field == VW_FIELD_SPLATS ? levels[level].splats : levels[level].volume;
+    const struct vw_config defaults = vw_config_of_field(config->field);
     for (enum part part = 0; part < PART_COUNT; part++)
-        if (!(explicit_fields & parts[part].bit) && has(config, part)) *part_at(config, part) = values[part];
+        if (!(explicit_fields & parts[part].bit) && has(config, part))
+            *part_at(config, part) = values[RAYS] ? values[part] : *part_at(&defaults, part);
 }
 
 void vw_accuracy_copy(const struct vw_config *from, uint32_t explicit_fields, struct vw_config *config) {
