@@ -23,8 +23,8 @@ const struct vw_config vw_config_default = {
     .huber_length = 0.1,
     .beta_min = 0.1,
     .optimizer = VW_OPTIMIZER_LAZY_ADAM,
-    .learning_rate = 0.003,
-    .learning_rate_decay = 1.0,
+    .learning_rate = 0.005,
+    .learning_rate_decay = 0.1,
     .beta1 = 0.0,
     .beta2 = 0.99,
     .mlp_depth = 8,
@@ -46,6 +46,7 @@ struct vw_config vw_config_of_field(enum vw_field field) {
     if (field == VW_FIELD_MLP) {
         config.width = 256;
         config.learning_rate = 5e-4;
+        config.learning_rate_decay = 1;
     } else if (field == VW_FIELD_SPLATS) {
         config.rays = 12 * VW_SPLAT_SQUARE * VW_SPLAT_SQUARE;
         config.learning_rate = 6;

@@ -31,7 +31,7 @@ static enum vw_status allocate_records(struct vw_trainer *trainer) {
     return trainer->records && trainer->view_errors ? VW_OK : VW_ERROR_MEMORY;
 }
 
-// Returns the room of a submission. On a CPU a step takes milliseconds: room for 64 default steps is enough for a
+// Returns the room of a submission. On a CPU a step takes milliseconds: room for 128 default steps is enough for a
 // submission.
 static struct vw_submission_room submission_room(const struct vw_trainer *trainer) {
     bool is_cpu = vw_gpu_get_info(trainer->gpu)->kind == VW_GPU_CPU;

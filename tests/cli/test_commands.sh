@@ -42,7 +42,7 @@ done
 check "help shows the options that most people need" not helps ' --rays N ' value
 check "and says where the others are" helps 'value --help-all lists all options \([0-9]+ more\)' value
 check "help fits a terminal of 80 columns" test "$("$program" value --help-all | awk '{ print length($0) }' | sort -n | tail -n 1)" -le 80
-check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 500, with --field splats 3072\)\.' value --help-all
+check "help shows ranges and defaults" helps '--rays N [^-]*\(1 to 65536; default 250, with --field splats 3072\)\.' value --help-all
 check "help shows ranges with gaps" helps '--width N [^-]*\(a multiple of 8, 16 to 512; default 32, .*256\)\.' train --help-all
 check "help shows ranges outside the config" helps '--downscale N [^-]*\(1 to 64; default 1\)\.' info
 check "help shows what keeps the splits" helps '--splits FILE The splits.json of an earlier run' info

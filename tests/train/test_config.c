@@ -68,7 +68,7 @@ TEST(defaults_are_in_the_identity) {
                                         "\"huber_length\":0.1",
                                         "\"importance_samples\":16",
                                         "\"ssim_weight\":0.0",
-                                        "\"learning_rate_decay\":1.0",
+                                        "\"learning_rate_decay\":0.1",
                                         "\"coarse_network\":\"shared\"",
                                         "\"table_precision\":\"float32\"",
                                         "\"field\":\"hash\"",
@@ -94,7 +94,7 @@ TEST(the_planned_epochs_count_where_the_rate_decays) {
 
 // Half as many photos take twice the epochs for as many steps, over which the rate falls as before.
 TEST(a_decay_keeps_its_share_of_the_epochs) {
-    struct vw_config config = config_with(&vw_config_default, "'epochs':10,'learning_rate_decay':0.1,'decay_epochs':8");
+    struct vw_config config = config_with(&vw_config_default, "'epochs':10,'decay_epochs':8");
     vw_config_set_epochs(&config, 20);
     assert_int_equal(config.epochs, 20);
     assert_int_equal(config.decay_epochs, 16);
