@@ -101,7 +101,7 @@ static enum vw_status measure_views(const struct vw_value_input *input, const st
 // The agreement that was measured, over the reliability.
 static const double BETTER_TRAINING_SHARE = 0.85;
 
-double vw_ranking_agreement_foretell(const struct vw_ledger_score *scores, uint32_t score_count) {
+double vw_ranking_agreement_predict(const struct vw_ledger_score *scores, uint32_t score_count) {
     struct vw_spread spread = {0};
     double squared_errors = 0;
     for (uint32_t i = 0; i < score_count; i++) {
@@ -119,7 +119,7 @@ enum vw_status vw_ranking_agreement_measure(const struct vw_value_input *input, 
                                             struct vw_ranking_agreement *agreement) {
     *agreement = (struct vw_ranking_agreement){.view_count = matrix->view_count,
                                                .epoch_halves = NAN,
-                                               .better_training = vw_ranking_agreement_foretell(scores, score_count),
+                                               .better_training = vw_ranking_agreement_predict(scores, score_count),
                                                .view_halves = NAN};
     enum vw_status status = measure_epochs(input, agreement);
     if (status || matrix->view_count < 2 || !matrix->visit_count) return status;

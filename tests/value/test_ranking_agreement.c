@@ -82,7 +82,7 @@ TEST(halves_of_the_validation_photos_are_compared) {
     assert_true(measure(&fixture, &matrix).view_halves < 0.5);
 }
 
-// Halves that agree by 0.5 foretell that as many photos again would agree by 2 * 0.5 / 1.5.
+// Halves that agree by 0.5 predict that as many photos again would agree by 2 * 0.5 / 1.5.
 TEST(agreement_is_corrected_to_the_length_of_all_photos) {
     struct fixture fixture;
     uint32_t photos[PHOTOS] = {0, 1, 2, 3, 4, 5}, views[2] = {PHOTOS, PHOTOS + 1};
@@ -99,16 +99,16 @@ TEST(agreement_is_corrected_to_the_length_of_all_photos) {
 
 // Six scores have the variance 3.5. Errors of a quarter of it leave a reliability of 0.75; larger ones than the scores
 // differ by leave none.
-TEST(reliable_scores_foretell_a_better_training) {
+TEST(reliable_scores_predict_a_better_training) {
     struct vw_ledger_score scores[PHOTOS + 1];
     for (uint32_t i = 0; i <= PHOTOS; i++)
         scores[i] =
             (struct vw_ledger_score){.method = i < PHOTOS ? "dv_psnr" : "dv_loss", .value = i, .standard_error = 0};
-    assert_true(fabs(vw_ranking_agreement_foretell(scores, PHOTOS + 1) - 0.85) < 1e-12);
+    assert_true(fabs(vw_ranking_agreement_predict(scores, PHOTOS + 1) - 0.85) < 1e-12);
     for (uint32_t i = 0; i < PHOTOS; i++) scores[i].standard_error = sqrt(3.5 / 4);
-    assert_true(fabs(vw_ranking_agreement_foretell(scores, PHOTOS + 1) - 0.85 * 0.75) < 1e-12);
+    assert_true(fabs(vw_ranking_agreement_predict(scores, PHOTOS + 1) - 0.85 * 0.75) < 1e-12);
     for (uint32_t i = 0; i < PHOTOS; i++) scores[i].standard_error = 2;
-    assert_true(vw_ranking_agreement_foretell(scores, PHOTOS + 1) == 0);
+    assert_true(vw_ranking_agreement_predict(scores, PHOTOS + 1) == 0);
     for (uint32_t i = 2; i < PHOTOS; i++) scores[i].standard_error = NAN;
-    assert_true(isnan(vw_ranking_agreement_foretell(scores, PHOTOS + 1)));
+    assert_true(isnan(vw_ranking_agreement_predict(scores, PHOTOS + 1)));
 }
