@@ -101,7 +101,7 @@ check "--profile says where the time went" answers "json_array_length(j, '\$.pro
     AND j ->> '\$.profile.copy_bytes_per_s' > 0 AND j ->> '\$.profile.multiply_adds_per_s' > 0" \
     "$program" value "$scene" --out "$folder/profiled" "${tiny[@]}" --effects none --profile --json
 check "info --json says what a run would take" answers "j ->> '\$.estimate.device_bytes' > 1e6 AND j ->> '\$.estimate.host_bytes' > 1e4
-    AND j ->> '\$.estimate.steps' = 288 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
+    AND j ->> '\$.estimate.steps' = 576 AND j ->> '\$.estimate.seconds' > 0 AND j ->> '\$.points' > 0 AND j ->> '\$.tracks' > 0
     AND j ->> '\$.masks' = 0" "$program" info "$scene" --pilot-steps 0 --json
 
 # ---- Valuing ------------------------------------------------------------------------------------------------------------
